@@ -1,0 +1,21 @@
+//! Geometry of driving video: frames, Lie groups, cameras, planes and robust estimation.
+//!
+//! No input or output, no threads, no images. Conventions are fixed for the whole project:
+//!
+//! - camera x right, y down, z forward; vehicle x forward, y left, z up, origin on the road below the body centre;
+//! - transforms read `a_from_b`, points `point_in_a`; [`Pose<To, From>`](Pose) makes a wrong composition a compile error;
+//! - tangent vectors are `[ω, ν]` (rotation first), perturbations act on the right: `T · exp(δ)`;
+//! - metres, radians, pixels with centres at integer coordinates.
+//!
+//! ```
+//! use motorcade_geometry::{Camera, Pose, Vehicle, World};
+//! let world_from_camera = Pose::<World, Camera>::identity();
+//! let camera_from_vehicle = Pose::<Camera, Vehicle>::identity();
+//! let world_from_vehicle: Pose<World, Vehicle> = world_from_camera * camera_from_vehicle;
+//! assert_eq!(world_from_vehicle.translation().norm(), 0.0);
+//! ```
+
+pub mod lie;
+mod pose;
+
+pub use pose::{Camera, Frame, Pose, Vehicle, World};
