@@ -15,7 +15,9 @@
 //! assert_eq!(world_from_vehicle.translation().norm(), 0.0);
 //! ```
 
+mod camera;
 pub mod lie;
 mod pose;
 
+pub use camera::{Distortion, InvalidCamera, PinholeCamera};
 pub use pose::{Camera, Frame, Pose, Vehicle, World};

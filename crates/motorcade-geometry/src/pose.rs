@@ -141,7 +141,8 @@ impl<To, From> Pose<To, From> {
     }
     /// True when every number is finite.
     pub fn is_finite(&self) -> bool {
-        self.translation().iter().all(|v| v.is_finite()) && self.rotation().coords.iter().all(|v| v.is_finite())
+        self.translation().iter().all(|v| v.is_finite())
+            && self.rotation().coords.iter().all(|v| v.is_finite())
     }
 }
 
