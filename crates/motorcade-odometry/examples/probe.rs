@@ -20,12 +20,62 @@ fn main() {
             boxes[p[0].parse::<usize>().unwrap()].push(Rectangle { x1: v(6), y1: v(7), x2: v(8), y2: v(9) });
         }
     }
-    let mut odo = Odometry::new(camera, OdometryOptions::default());
+    let mut o = OdometryOptions::default();
+    let e = |k: &str| std::env::var(k).ok().and_then(|v| v.parse::<f64>().ok());
+    if let Some(v) = e("FLOW") { o.policy.keyframe_flow_px = v; }
+    if let Some(v) = e("KEPT") { o.policy.keyframe_kept = v; }
+    if let Some(v) = e("CELL") { o.corners.per_cell = v as usize; }
+    if let Some(v) = e("PAR") { o.window.least_parallax_rad = v.to_radians(); }
+    if let Some(v) = e("FREE") { o.window.free_keyframes = v as usize; }
+    if let Some(v) = e("FIX") { o.window.fixed_keyframes = v as usize; }
+    if let Some(v) = e("KER") { o.window.bundle.kernel_px = v; }
+    if let Some(v) = e("OUT") { o.window.outlier_px = v; }
+    if let Some(v) = e("RET") { o.klt.max_return_px = v; }
+    if let Some(v) = e("RMS") { o.klt.max_rms = v as f32; }
+    if let Some(v) = e("ITER") { o.window.bundle.max_iterations = v as usize; }
+    let mut odo = Odometry::new(camera, o);
     let mut times = vec![];
+    let mut ro = motorcade_odometry::road::RoadOptions::default();
+    if let Some(v) = e("BASE") { ro.baseline_heights = v; }
+    if let Some(v) = e("FAR") { ro.far_heights = v; }
+    if let Some(v) = e("HW") { ro.half_width_heights = v; }
+    if let Some(v) = e("ROT") { ro.rotation_sigma_rad = v.to_radians(); }
+    if let Some(v) = e("TILT") { ro.tilt_sigma_rad = v.to_radians(); }
+    let mut ring: Vec<std::sync::Arc<motorcade_odometry::pyramid::Pyramid>> = vec![];
+    let mut guess: Option<nalgebra::Vector3<f64>> = None;
+    let mut log = std::fs::File::create(format!("{out}/road.txt")).unwrap();
+    let mut road_ms = vec![];
     for n in first..=last {
         let img = image::open(format!("{dir}/{n:06}.jpg")).unwrap().to_luma8();
         let t = std::time::Instant::now();
-        odo.process(&img, &StaticMask { boxes: &boxes[n], ignore: None });
+        let mask = StaticMask { boxes: &boxes[n], ignore: None };
+        let pyr = odo.process(&img, &mask);
+        ring.push(pyr.clone());
+        let t2 = std::time::Instant::now();
+        let i = ring.len() - 1;
+        let sofar = odo.so_far();
+        if let Some(cur) = sofar.camera_from_world(i) {
+            let height = guess.map_or(3.0, |g| 1.0 / g.norm());
+            let pick = (i.saturating_sub(ro.oldest_frames)..i).rev().find_map(|k| {
+                let rel = sofar.camera_from_world(k)? * cur.inverse();
+                (rel.translation().norm() > ro.baseline_heights * height).then_some((k, rel))
+            });
+            if let Some((k, rel)) = pick {
+                use motorcade_odometry::road::*;
+                let mut view = RoadView { camera: &camera, current: &pyr, reference: &ring[k], reference_from_current: rel.cast(), guess: guess.unwrap_or(nalgebra::Vector3::new(0.0, 1.0/3.0, 0.0)) };
+                if guess.is_none() { if let Some(m) = search_scale(&view, |p| mask.allows(p), &ro) { view.guess = m; } }
+                let found = align_road(&view, |p| mask.allows(p), &ro);
+                if let Some(p) = found {
+                    let s = 1.65 * p.m.norm();
+                    let n = p.m.normalize();
+                    let sig = (n.transpose() * p.covariance * n)[0].sqrt() / p.m.norm();
+                    writeln!(log, "{i} {k} {s} {sig} {} {} {} {:.3} {:.2} {}", (n.z / n.y).atan().to_degrees(), (n.x / n.y).atan().to_degrees(), p.pixels, p.agreement, p.sigma_grey, rel.translation().norm()).unwrap();
+                    guess = Some(match guess { Some(g) => g + (p.m - g) * 0.3, None => p.m });
+                } else { writeln!(log, "# {i} {k} none").unwrap(); }
+            }
+        }
+        road_ms.push(t2.elapsed().as_secs_f64() * 1e3);
+        if i >= 20 { ring[i - 20] = ring[i].clone(); }
         if std::env::var("V").is_ok() { let l = odo.landmarks(); let r = odo.so_far().frames.last().unwrap(); println!("{n} landmarks {} tracked {} with point {} inl {} rms {:.2} {:?}", l.len(), l.iter().filter(|l| l.pixel.is_some()).count(), l.iter().filter(|l| l.pixel.is_some() && l.point_in_world.is_some()).count(), r.inliers, r.rms_px, r.status); }
         times.push(t.elapsed().as_secs_f64() * 1e3);
     }

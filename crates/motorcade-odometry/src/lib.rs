@@ -7,5 +7,6 @@ pub mod landmark;
 pub mod odometry;
 pub mod pose_only;
 pub mod pyramid;
+pub mod road;
 pub mod static_mask;
 pub mod window;
