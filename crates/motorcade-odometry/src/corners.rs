@@ -21,7 +21,7 @@ pub struct CornerOptions {
 
 impl Default for CornerOptions {
     fn default() -> Self {
-        Self { cell_px: 40, per_cell: 3, distance_px: 10.0, least_eigenvalue: 8.0, border_px: 12 }
+        Self { cell_px: 40, per_cell: 2, distance_px: 10.0, least_eigenvalue: 8.0, border_px: 12 }
     }
 }
 

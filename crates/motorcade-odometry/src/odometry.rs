@@ -60,8 +60,8 @@ impl Default for PolicyOptions {
         Self {
             begin_flow_px: 12.0,
             begin_tracks: 60,
-            keyframe_flow_px: 20.0,
-            keyframe_kept: 0.6,
+            keyframe_flow_px: 30.0,
+            keyframe_kept: 0.5,
             standstill_px: 0.25,
             least_inliers: 15,
             give_up_after: 5,
@@ -425,7 +425,12 @@ impl Odometry {
                     let moved = motion.transform_point(&seen);
                     let expected = self.camera.project(&moved).unwrap_or(from_pixel);
                     let ratio = (moved.z / seen.z).clamp(0.5, 2.0);
-                    Request { from: from_pixel, expected, from_offset: Matrix2::identity() * ratio, top_level: 3 }
+                    Request {
+                        from: from_pixel,
+                        expected,
+                        from_offset: Matrix2::identity() * ratio,
+                        top_level: 3,
+                    }
                 }
             };
             track_checked(from, to, &request, &self.options.klt).filter(|p| mask.allows(p))

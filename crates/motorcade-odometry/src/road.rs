@@ -20,7 +20,8 @@ use crate::pyramid::{Plane, Pyramid};
 pub struct RoadOptions {
     /// Far end of the stretch of road used \[camera heights\]; 15 heights are 25 m for a car.
     pub far_heights: f64,
-    /// Half width of that stretch \[camera heights\].
+    /// Half width of that stretch \[camera heights\]: 1.7 heights are 2.8 m, the own lane, which is one plane far more often
+    /// than the whole carriageway with its crown and kerbs.
     pub half_width_heights: f64,
     /// Least motion between the two frames \[camera heights\].
     pub baseline_heights: f64,
@@ -46,7 +47,7 @@ impl Default for RoadOptions {
     fn default() -> Self {
         Self {
             far_heights: 15.0,
-            half_width_heights: 2.5,
+            half_width_heights: 1.7,
             baseline_heights: 0.9,
             oldest_frames: 15,
             rotation_sigma_rad: 0.02_f64.to_radians(),
@@ -99,7 +100,12 @@ pub struct RoadView<'a> {
 
 impl RoadView<'_> {
     /// Road pixels of a level: inside the stretch, allowed, textured; thinned evenly when there are too many.
-    fn samples(&self, level: usize, usable: &impl Fn(&Point2<f64>) -> bool, options: &RoadOptions) -> Vec<Sample> {
+    fn samples(
+        &self,
+        level: usize,
+        usable: &impl Fn(&Point2<f64>) -> bool,
+        options: &RoadOptions,
+    ) -> Vec<Sample> {
         let plane = self.current.level(level);
         let scale = f64::from(1u32 << level);
         let height = 1.0 / self.guess.norm();
@@ -129,7 +135,10 @@ impl RoadView<'_> {
         let keep_every = out.len().div_ceil(options.most_pixels.max(1)).max(1);
         if keep_every > 1 {
             let mut index = 0;
-            out.retain(|_| { index += 1; index % keep_every == 0 });
+            out.retain(|_| {
+                index += 1;
+                index % keep_every == 0
+            });
         }
         out
     }
@@ -147,13 +156,18 @@ impl RoadView<'_> {
             let grey = pixel.and_then(|p| plane.sample((p.x * scale) as f32, (p.y * scale) as f32));
             differences.extend(grey.map(|g| (f64::from(g) - s.grey).abs().min(40.0)));
         }
-        (2 * differences.len() > samples.len()).then(|| differences.iter().sum::<f64>() / differences.len() as f64)
+        (2 * differences.len() > samples.len())
+            .then(|| differences.iter().sum::<f64>() / differences.len() as f64)
     }
 }
 
 /// Searches the scale of the plane over a factor of 16 around the guess; for the first frames of a segment, when nothing
 /// is known of the odometry's unit. Returns the best m.
-pub fn search_scale(view: &RoadView<'_>, usable: impl Fn(&Point2<f64>) -> bool, options: &RoadOptions) -> Option<Vector3<f64>> {
+pub fn search_scale(
+    view: &RoadView<'_>,
+    usable: impl Fn(&Point2<f64>) -> bool,
+    options: &RoadOptions,
+) -> Option<Vector3<f64>> {
     const STEPS: i32 = 40;
     let level = 2.min(view.current.len() - 1);
     let samples = view.samples(level, &usable, options);
@@ -166,7 +180,11 @@ pub fn search_scale(view: &RoadView<'_>, usable: impl Fn(&Point2<f64>) -> bool, 
 }
 
 /// Aligns the road. `None` when there is too little texture or the plane does not explain it.
-pub fn align_road(view: &RoadView<'_>, usable: impl Fn(&Point2<f64>) -> bool, options: &RoadOptions) -> Option<RoadPlane> {
+pub fn align_road(
+    view: &RoadView<'_>,
+    usable: impl Fn(&Point2<f64>) -> bool,
+    options: &RoadOptions,
+) -> Option<RoadPlane> {
     let mut state = State { m: view.guess, turn: Vector3::zeros(), gain: 0.0, bias: 0.0 };
     let mut result = None;
     for level in (0..2.min(view.current.len())).rev() {
@@ -190,7 +208,14 @@ struct State {
 /// Parameters: m (3), small rotation (3), gain and bias of the grey values (2).
 type Normal = (SMatrix<f64, 8, 8>, SVector<f64, 8>);
 
-fn refine(view: &RoadView<'_>, samples: &[Sample], reference: &Plane, level: usize, state: &mut State, options: &RoadOptions) -> Option<RoadPlane> {
+fn refine(
+    view: &RoadView<'_>,
+    samples: &[Sample],
+    reference: &Plane,
+    level: usize,
+    state: &mut State,
+    options: &RoadOptions,
+) -> Option<RoadPlane> {
     // Residual noise to begin with [grey levels]; measured anew after every pass.
     let mut sigma = 8.0;
     let mut last = None;
@@ -206,7 +231,8 @@ fn refine(view: &RoadView<'_>, samples: &[Sample], reference: &Plane, level: usi
         state.turn += step.fixed_rows::<3>(3);
         state.gain += step[6];
         state.bias += step[7];
-        let agreement = absolute.iter().filter(|r| **r < 2.5 * sigma.max(2.0)).count() as f64 / samples.len() as f64;
+        let agreement =
+            absolute.iter().filter(|r| **r < 2.5 * sigma.max(2.0)).count() as f64 / samples.len() as f64;
         sigma = sigma_from_absolute(&mut absolute)?.max(0.5);
         let covariance = h.try_inverse()?.fixed_view::<3, 3>(0, 0) * (sigma * sigma * CORRELATED_PIXELS);
         let plane = RoadPlane { m: state.m, covariance, pixels: seen, agreement, sigma_grey: sigma };
@@ -217,11 +243,19 @@ fn refine(view: &RoadView<'_>, samples: &[Sample], reference: &Plane, level: usi
         }
     }
     // A plane above the camera, behind it or far off the guess is not the road.
-    let sane = state.m.iter().all(|v| v.is_finite()) && state.m.angle(&view.guess) < 6.0 * options.tilt_sigma_rad;
+    let sane =
+        state.m.iter().all(|v| v.is_finite()) && state.m.angle(&view.guess) < 6.0 * options.tilt_sigma_rad;
     last.filter(|p| sane && p.agreement >= options.least_agreement)
 }
 
-fn accumulate(view: &RoadView<'_>, samples: &[Sample], reference: &Plane, level: usize, state: &State, sigma: f64) -> (Normal, Vec<f64>, usize) {
+fn accumulate(
+    view: &RoadView<'_>,
+    samples: &[Sample],
+    reference: &Plane,
+    level: usize,
+    state: &State,
+    sigma: f64,
+) -> (Normal, Vec<f64>, usize) {
     let scale = 1.0 / f64::from(1u32 << level);
     let turn = so3::exp(&state.turn).to_rotation_matrix().into_inner();
     let r = turn * view.reference_from_current.rotation_matrix();
@@ -248,7 +282,9 @@ fn accumulate(view: &RoadView<'_>, samples: &[Sample], reference: &Plane, level:
         // ∂y/∂m = t rayᵀ, ∂y/∂ω = −y^ (left perturbation)
         let by_m = s.ray * by_y.dot(&t);
         let by_turn = y.cross(&by_y);
-        let j = SVector::<f64, 8>::from_column_slice(&[by_m.x, by_m.y, by_m.z, by_turn.x, by_turn.y, by_turn.z, -s.grey, -1.0]);
+        let j = SVector::<f64, 8>::from_column_slice(&[
+            by_m.x, by_m.y, by_m.z, by_turn.x, by_turn.y, by_turn.z, -s.grey, -1.0,
+        ]);
         for a in 0..8 {
             let wa = w * j[a];
             g[a] += wa * residual;
@@ -263,7 +299,14 @@ fn accumulate(view: &RoadView<'_>, samples: &[Sample], reference: &Plane, level:
 }
 
 /// Priors, in the units of the data term (grey² · correlated pixels).
-fn add_priors(h: &mut SMatrix<f64, 8, 8>, g: &mut SVector<f64, 8>, view: &RoadView<'_>, state: &State, sigma: f64, options: &RoadOptions) {
+fn add_priors(
+    h: &mut SMatrix<f64, 8, 8>,
+    g: &mut SVector<f64, 8>,
+    view: &RoadView<'_>,
+    state: &State,
+    sigma: f64,
+    options: &RoadOptions,
+) {
     let unit = sigma * sigma * CORRELATED_PIXELS;
     let rotation = unit / options.rotation_sigma_rad.powi(2);
     for k in 0..3 {

@@ -79,11 +79,6 @@ impl Window {
         self.forget_old_landmarks();
         left
     }
-    /// All keyframes, oldest first, ending the map.
-    pub fn into_keyframes(self) -> impl Iterator<Item = Keyframe> {
-        self.keyframes.into_iter()
-    }
-
     fn forget_old_landmarks(&mut self) {
         let oldest = self.keyframes.front().map_or(0, |k| k.number);
         for landmark in &mut self.landmarks {
@@ -113,7 +108,9 @@ impl Window {
     pub fn triangulate_tracked(&mut self, camera: &PinholeCamera, camera_from_world: &Pose<Camera, World>) {
         let mut landmarks = std::mem::take(&mut self.landmarks);
         for landmark in landmarks.iter_mut().filter(|l| l.point_in_world.is_none()) {
-            let (Some(pixel), Some((number, first))) = (landmark.pixel, landmark.sightings.first()) else { continue };
+            let (Some(pixel), Some((number, first))) = (landmark.pixel, landmark.sightings.first()) else {
+                continue;
+            };
             let Some(keyframe) = self.index_of(*number).and_then(|i| self.keyframes.get(i)) else { continue };
             let views = [(keyframe.camera_from_world, *first), (*camera_from_world, pixel)];
             landmark.point_in_world = self.position_from(&views, camera);
@@ -122,12 +119,17 @@ impl Window {
     }
 
     fn position(&self, sightings: &[(usize, Point2<f64>)], camera: &PinholeCamera) -> Option<Point3<f64>> {
-        let view = |(n, p): &(usize, Point2<f64>)| Some((self.keyframes[self.index_of(*n)?].camera_from_world, *p));
+        let view =
+            |(n, p): &(usize, Point2<f64>)| Some((self.keyframes[self.index_of(*n)?].camera_from_world, *p));
         let views: Vec<_> = sightings.iter().filter_map(view).collect();
         self.position_from(&views, camera)
     }
 
-    fn position_from(&self, views: &[(Pose<Camera, World>, Point2<f64>)], camera: &PinholeCamera) -> Option<Point3<f64>> {
+    fn position_from(
+        &self,
+        views: &[(Pose<Camera, World>, Point2<f64>)],
+        camera: &PinholeCamera,
+    ) -> Option<Point3<f64>> {
         let ray = |(camera_from_world, pixel): &(Pose<Camera, World>, Point2<f64>)| {
             let world_from_camera = camera_from_world.inverse();
             let direction = world_from_camera.transform_vector(&camera.ray(pixel)).normalize();
