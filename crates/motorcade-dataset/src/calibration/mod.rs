@@ -1,0 +1,111 @@
+//! Calibration files of the dialects people have.
+
+mod kitti;
+mod opencv;
+mod own;
+mod yaml;
+
+use std::path::Path;
+
+use motorcade_geometry::{Camera, Distortion, Frame, PinholeCamera, Pose};
+
+use crate::error::{Error, Result};
+use crate::text::TextFile;
+
+pub use kitti::KittiCalibration;
+
+/// The rectified left grey camera of a KITTI rig, in which its labels and poses are given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cam0;
+
+impl Frame for Cam0 {
+    const NAME: &'static str = "cam0";
+}
+
+/// A camera as its file describes it. The image size may be unknown until a frame is seen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Calibration {
+    /// Dialect the file was written in.
+    pub dialect: &'static str,
+    /// Focal length along x \[px\].
+    pub fx: f64,
+    /// Focal length along y \[px\].
+    pub fy: f64,
+    /// Principal point x \[px\].
+    pub cx: f64,
+    /// Principal point y \[px\].
+    pub cy: f64,
+    /// Image width and height \[px\], when the file says so.
+    pub size: Option<(u32, u32)>,
+    /// Lens distortion.
+    pub distortion: Distortion,
+    /// Frames per second, when the file says so.
+    pub fps: Option<f64>,
+    /// Height of the camera above the road \[m\], when the file says so.
+    pub height_m: Option<f64>,
+    /// `camera_from_cam0` of a KITTI rig; the identity elsewhere.
+    pub camera_from_cam0: Pose<Camera, Cam0>,
+}
+
+impl Calibration {
+    /// Reads a file of any dialect, recognised by its content. `camera` chooses among a KITTI file's `P0`..`P3`.
+    pub fn read(path: &Path, camera: Option<u8>) -> Result<Self> {
+        let file = TextFile::read(path)?;
+        let text = file.text().trim_start_matches('\u{feff}').trim_start();
+        let calibration = if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
+            own::parse(path, text)?
+        } else if kitti::looks_like(text) {
+            KittiCalibration::parse(path, &file)?.camera(path, camera.unwrap_or(0))?
+        } else if text.starts_with("%YAML") || text.lines().any(|l| l.contains(':')) {
+            opencv::parse(path, &file)?
+        } else {
+            own::parse(path, text)?
+        };
+        calibration.check(path)?;
+        Ok(calibration)
+    }
+
+    /// The pinhole camera for frames of this size; refuses a file that speaks of another size.
+    pub fn pinhole(&self, path: &Path, width: u32, height: u32) -> Result<PinholeCamera> {
+        if let Some((found_width, found_height)) = self.size.filter(|size| *size != (width, height)) {
+            return Err(Error::Size {
+                path: path.to_path_buf(),
+                what: "calibration",
+                found_width,
+                found_height,
+                against: "the first frame",
+                width,
+                height,
+                advice: "use the calibration made at this resolution, or scale the frames",
+            });
+        }
+        let camera = PinholeCamera { fx: self.fx, fy: self.fy, cx: self.cx, cy: self.cy, width, height };
+        camera.validate().map_err(|e| Error::input(path, e.to_string()))?;
+        Ok(camera)
+    }
+
+    /// Numbers no lens has, as far as they can be told without the image size.
+    fn check(&self, path: &Path) -> Result<()> {
+        let positive = |v: f64| v.is_finite() && v > 0.0;
+        if !(positive(self.fx) && positive(self.fy)) {
+            return Err(Error::input(
+                path,
+                format!("focal lengths must be positive, got {} {}", self.fx, self.fy),
+            ));
+        }
+        let d = &self.distortion;
+        if ![self.cx, self.cy, d.k1, d.k2, d.p1, d.p2, d.k3].iter().all(|v| v.is_finite()) {
+            return Err(Error::input(path, "a number of the calibration is not finite"));
+        }
+        if self.fps.is_some_and(|fps| !positive(fps)) {
+            return Err(Error::input(path, "frames per second must be positive"));
+        }
+        if self.height_m.is_some_and(|height| !positive(height)) {
+            return Err(Error::input(path, "the camera height must be positive"));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests;

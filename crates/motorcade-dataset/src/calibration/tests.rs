@@ -1,0 +1,75 @@
+use super::*;
+
+fn read(name: &str, text: &str, camera: Option<u8>) -> Result<Calibration> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    std::fs::write(&path, text).unwrap();
+    Calibration::read(&path, camera)
+}
+
+#[test]
+fn kitti_projection_gives_the_camera_and_its_place_in_the_rig() {
+    let text = "P0: 700 0 600 0 0 700 170 0 0 0 1 0\n\
+                P3: 700 0 600 -328.8 0 700 170 2.24 0 0 1 0.002\nR0_rect: 1 0 0 0 1 0 0 0 1\n";
+    let calibration = read("calib.txt", text, Some(3)).unwrap();
+    assert_eq!((calibration.fx, calibration.cx, calibration.cy), (700.0, 600.0, 170.0));
+    let shift = calibration.camera_from_cam0.translation();
+    let expected = nalgebra::Vector3::new(-330.0 / 700.0, 1.9 / 700.0, 0.002);
+    assert!((shift - expected).norm() < 1e-12, "{shift}");
+    let error = read("calib.txt", text, Some(2)).unwrap_err().to_string();
+    assert!(error.contains("no camera 2, only 0, 3"), "{error}");
+    let error = read("calib.txt", "P0: 700 0 600\n", None).unwrap_err().to_string();
+    assert!(error.contains("calib.txt:1: expected 13 columns"), "{error}");
+}
+
+#[test]
+fn orb_slam_and_opencv_yaml() {
+    let orb = "%YAML:1.0\n---\nCamera.type: \"PinHole\"\nCamera1.fx: 458.6  # px\nCamera1.fy: 457.3\nCamera1.cx: 367.2\n\
+               Camera1.cy: 248.4\nCamera1.k1: -0.28\nCamera1.p2: 1.7e-05\nCamera.width: 752\nCamera.height: 480\n\
+               Camera.fps: 20.0\n";
+    let calibration = read("euroc.yaml", orb, None).unwrap();
+    assert_eq!(
+        (calibration.fx, calibration.distortion.k1, calibration.distortion.p2),
+        (458.6, -0.28, 1.7e-05)
+    );
+    assert_eq!((calibration.size, calibration.fps), (Some((752, 480)), Some(20.0)));
+
+    let opencv = "%YAML:1.0\ncamera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ 7.0e+02, 0., \
+                  6.0e+02, 0.,\n       7.1e+02, 1.7e+02, 0., 0., 1. ]\ndistortion_coefficients: !!opencv-matrix\n   \
+                  rows: 1\n   cols: 5\n   dt: d\n   data: [ 0.1, 0.2, 0.3, 0.4, 0.5 ]\n";
+    let calibration = read("out.yml", opencv, None).unwrap();
+    assert_eq!(
+        (calibration.fx, calibration.fy, calibration.cx, calibration.cy),
+        (700.0, 710.0, 600.0, 170.0)
+    );
+    let expected = Distortion { k1: 0.1, k2: 0.2, p1: 0.3, p2: 0.4, k3: 0.5 };
+    assert_eq!(calibration.distortion, expected);
+}
+
+#[test]
+fn ros_camera_info() {
+    let text = "image_width: 640\nimage_height: 480\ncamera_name: front\ncamera_matrix:\n  rows: 3\n  cols: 3\n  data: \
+                [500, 0, 320, 0, 501, 240, 0, 0, 1]\ndistortion_model: plumb_bob\ndistortion_coefficients:\n  rows: 1\n  \
+                cols: 5\n  data:\n  - 0.1\n  - -0.2\n  - 0\n  - 0\n  - 0.3\n";
+    let calibration = read("camera.yaml", text, None).unwrap();
+    assert_eq!(
+        (calibration.dialect, calibration.fy, calibration.size),
+        ("ROS camera_info", 501.0, Some((640, 480)))
+    );
+    assert_eq!((calibration.distortion.k2, calibration.distortion.k3), (-0.2, 0.3));
+    let fisheye = text.replace("plumb_bob", "equidistant");
+    let error = read("camera.yaml", &fisheye, None).unwrap_err().to_string();
+    assert!(error.contains("camera.yaml:8") && error.contains("equidistant"), "{error}");
+}
+
+#[test]
+fn own_toml_refuses_what_it_does_not_know() {
+    let text = "fx = 700.0\nfy = 700.0\ncx = 600.0\ncy = 170.0\nwidth = 1242\nheight = 375\n[distortion]\nk1 = -0.1\n";
+    let calibration = read("c.toml", text, None).unwrap();
+    assert_eq!(calibration.distortion.k1, -0.1);
+    let error = calibration.pinhole(Path::new("c.toml"), 640, 480).unwrap_err().to_string();
+    assert!(error.contains("1242x375") && error.contains("640x480"), "{error}");
+    assert!(read("c.toml", &text.replace("k1", "k9"), None).unwrap_err().to_string().contains("k9"));
+    assert!(read("c.toml", &text.replace("fx = 700.0", "fx = -1.0"), None).is_err());
+    assert!(read("c.yaml", "hello: world\n", None).unwrap_err().to_string().contains("Camera.fx"));
+}

@@ -1,0 +1,97 @@
+//! What can go wrong with input, always naming the file, the line or frame, and what to do.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Why input was refused.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The command line asked for something that cannot be.
+    #[error("{0}")]
+    Usage(String),
+    /// The operating system refused.
+    #[error("{path}: {source}", path = .path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A folder or file is not what was looked for.
+    #[error("{path}: {problem}", path = .path.display())]
+    Input {
+        /// The file or folder.
+        path: PathBuf,
+        /// What is wrong and what to do.
+        problem: String,
+    },
+    /// A line of a text file does not read.
+    #[error("{path}:{line}: expected {expected}, found {found}", path = .path.display())]
+    Line {
+        /// The file.
+        path: PathBuf,
+        /// Its line, counted from 1.
+        line: usize,
+        /// What should stand there.
+        expected: String,
+        /// What stands there.
+        found: String,
+    },
+    /// Two sizes that must be equal are not.
+    #[error("{path}: {what} is {found_width}x{found_height} but {against} is {width}x{height}; {advice}", path = .path.display())]
+    Size {
+        /// The offending file.
+        path: PathBuf,
+        /// What it holds.
+        what: &'static str,
+        /// Its width \[px\].
+        found_width: u32,
+        /// Its height \[px\].
+        found_height: u32,
+        /// What it is compared with.
+        against: &'static str,
+        /// The other width \[px\].
+        width: u32,
+        /// The other height \[px\].
+        height: u32,
+        /// What to do.
+        advice: &'static str,
+    },
+    /// A program that must be there is not.
+    #[error("the program `{program}` {problem}; {advice}")]
+    Program {
+        /// Its name.
+        program: String,
+        /// What happened.
+        problem: String,
+        /// What to do.
+        advice: &'static str,
+    },
+}
+
+impl Error {
+    /// Exit code of a program that stops on this error: 1 usage, 3 input unreadable or corrupt, 5 resources.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Usage(_) => 1,
+            Self::Io { source, .. } => match source.kind() {
+                io::ErrorKind::OutOfMemory | io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => 5,
+                _ => 3,
+            },
+            Self::Input { .. } | Self::Line { .. } | Self::Size { .. } => 3,
+            Self::Program { .. } => 5,
+        }
+    }
+
+    pub(crate) fn io(path: &Path) -> impl FnOnce(io::Error) -> Self + '_ {
+        move |source| Self::Io { path: path.to_path_buf(), source }
+    }
+
+    pub(crate) fn input(path: &Path, problem: impl Into<String>) -> Self {
+        Self::Input { path: path.to_path_buf(), problem: problem.into() }
+    }
+}
+
+/// Result of this crate.
+pub type Result<T, E = Error> = std::result::Result<T, E>;

@@ -1,0 +1,89 @@
+//! What kind of input a path is.
+
+use std::path::Path;
+
+use crate::error::{Error, Result};
+use crate::source::images;
+
+/// A kind of input.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Format {
+    /// A split of KITTI tracking: `image_02/0005/000000.png`, `calib/0005.txt`.
+    KittiTracking,
+    /// A sequence of KITTI odometry: `image_0/000000.png`, `calib.txt`, `times.txt`.
+    KittiOdometry,
+    /// A drive of KITTI raw: `image_02/data/0000000000.png`, `image_02/timestamps.txt`.
+    KittiRaw,
+    /// A folder of numbered PNG or JPEG files.
+    Images,
+    /// A video file, read through the `ffmpeg` program.
+    Video,
+}
+
+impl Format {
+    /// All formats, in the order in which they are tried.
+    pub const ALL: [Self; 5] =
+        [Self::KittiTracking, Self::KittiOdometry, Self::KittiRaw, Self::Images, Self::Video];
+
+    /// Name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::KittiTracking => "kitti-tracking",
+            Self::KittiOdometry => "kitti-odometry",
+            Self::KittiRaw => "kitti-raw",
+            Self::Images => "images",
+            Self::Video => "video",
+        }
+    }
+
+    /// True for recordings of the KITTI car, whose camera stands 1.65 m above the road.
+    pub fn is_kitti(self) -> bool {
+        matches!(self, Self::KittiTracking | Self::KittiOdometry | Self::KittiRaw)
+    }
+
+    /// Looks at a path and tells what it is.
+    pub fn recognise(path: &Path) -> Result<Self> {
+        let metadata = std::fs::metadata(path).map_err(Error::io(path))?;
+        if metadata.is_file() {
+            if images::is_image(path) {
+                return Err(Error::input(path, "is a single image; give the folder that holds the frames"));
+            }
+            return Ok(Self::Video);
+        }
+        let has = |name: &str| path.join(name).is_dir();
+        if (0..4).any(|camera| path.join(format!("image_{camera:02}/data")).is_dir()) {
+            return Ok(Self::KittiRaw);
+        }
+        if has("image_02") || has("image_03") {
+            return Ok(Self::KittiTracking);
+        }
+        if (0..4).any(|camera| has(&format!("image_{camera}"))) {
+            return Ok(Self::KittiOdometry);
+        }
+        if !images::list(path)?.entries.is_empty() {
+            return Ok(Self::Images);
+        }
+        Err(Error::input(
+            path,
+            "holds no frames; expected PNG or JPEG files, KITTI tracking (image_02/0000/), KITTI odometry (image_0/), \
+             KITTI raw (image_02/data/) or a video file",
+        ))
+    }
+}
+
+impl std::str::FromStr for Format {
+    type Err = Error;
+    fn from_str(text: &str) -> Result<Self> {
+        Self::ALL.into_iter().find(|format| format.name() == text).ok_or_else(|| {
+            let names: Vec<&str> = Self::ALL.into_iter().map(Self::name).collect();
+            Error::Usage(format!("unknown format `{text}`; one of {}", names.join(", ")))
+        })
+    }
+}
+
+impl std::fmt::Display for Format {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}

@@ -1,0 +1,119 @@
+//! What was recognised, for `inspect` and for the record of a run.
+
+use std::path::Path;
+
+use crate::format::Format;
+use crate::sequence::Inner;
+use crate::source::Store;
+
+/// What an input was recognised as. Lengths in pixels, times in seconds.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Summary {
+    /// Kind of input.
+    pub format: Format,
+    /// Sequence name in a KITTI tracking split.
+    pub sequence: Option<String>,
+    /// Camera of a KITTI rig.
+    pub camera: Option<u8>,
+    /// Selected frames, gaps included.
+    pub frames: usize,
+    /// First and last selected number.
+    pub numbers: (u64, u64),
+    /// From the first to the last selected frame \[s\].
+    pub duration_s: f64,
+    /// Width \[px\].
+    pub width: u32,
+    /// Height \[px\].
+    pub height: u32,
+    /// True for colour.
+    pub colour: bool,
+    /// Dialect of the calibration file, when there is one.
+    pub calibration: Option<&'static str>,
+    /// fx, fy, cx, cy \[px\].
+    pub intrinsics_px: Option<[f64; 4]>,
+    /// k1, k2, p1, p2, k3 when frames are undistorted on input.
+    pub distortion: Option<[f64; 5]>,
+    /// Origin of cam0 in the camera \[m\], for KITTI.
+    pub camera_from_cam0_m: [f64; 3],
+    /// Missing numbers.
+    pub gaps: Vec<u64>,
+    /// Files left out because another file has their number.
+    pub duplicates: Vec<String>,
+    /// Files left out because they have no number.
+    pub unnumbered: Vec<String>,
+    /// Fingerprint of the selected input: names, sizes, times, calibration (64-bit FNV-1a, hexadecimal).
+    pub input_hash: String,
+}
+
+impl Summary {
+    pub(crate) fn of(inner: &Inner) -> Self {
+        let survey = &inner.survey;
+        let calibration = inner.calibration.as_ref().map(|(_, calibration)| calibration);
+        let (first, last) = (inner.slots.first(), inner.slots.last());
+        let span_ns = last.zip(first).map_or(0, |(last, first)| last.timestamp_ns - first.timestamp_ns);
+        let shift = calibration.map(|c| c.camera_from_cam0.translation()).unwrap_or_default();
+        let names = |paths: &[std::path::PathBuf]| paths.iter().map(|path| name(path)).collect();
+        Self {
+            format: survey.format,
+            sequence: survey.sequence.clone(),
+            camera: survey.camera,
+            frames: inner.slots.len(),
+            numbers: (first.map_or(0, |s| s.number), last.map_or(0, |s| s.number)),
+            duration_s: span_ns as f64 * 1e-9,
+            width: inner.size.0,
+            height: inner.size.1,
+            colour: inner.colour,
+            calibration: calibration.map(|c| c.dialect),
+            intrinsics_px: calibration.map(|c| [c.fx, c.fy, c.cx, c.cy]),
+            distortion: calibration
+                .map(|c| c.distortion)
+                .filter(|d| !d.is_none())
+                .map(|d| [d.k1, d.k2, d.p1, d.p2, d.k3]),
+            camera_from_cam0_m: shift.into(),
+            gaps: survey.gaps.clone(),
+            duplicates: names(&survey.listing.duplicates),
+            unnumbered: names(&survey.listing.unnumbered),
+            input_hash: format!("{:016x}", fingerprint(inner)),
+        }
+    }
+}
+
+fn name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+fn fingerprint(inner: &Inner) -> u64 {
+    let mut hash = Fnv::new();
+    for slot in &inner.slots {
+        hash.add(&slot.number.to_le_bytes());
+        hash.add(&slot.timestamp_ns.to_le_bytes());
+        if let Some(path) = &slot.path {
+            hash.add(name(path).as_bytes());
+            hash.add(&std::fs::metadata(path).map_or(0, |m| m.len()).to_le_bytes());
+        }
+    }
+    if let Store::Video(path) = &inner.survey.store {
+        hash.add(name(path).as_bytes());
+        hash.add(&std::fs::metadata(path).map_or(0, |m| m.len()).to_le_bytes());
+    }
+    // Debug prints every digit of every number.
+    hash.add(format!("{:?}", inner.calibration.as_ref().map(|(_, calibration)| calibration)).as_bytes());
+    if let Some(masks) = &inner.masks {
+        masks.describe(&mut |bytes| hash.add(bytes));
+    }
+    hash.0
+}
+
+/// FNV-1a: enough to tell inputs apart; no defence against forgery is meant.
+struct Fnv(u64);
+
+impl Fnv {
+    fn new() -> Self {
+        Self(0xcbf2_9ce4_8422_2325)
+    }
+    fn add(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            self.0 = (self.0 ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+    }
+}

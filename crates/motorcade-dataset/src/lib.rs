@@ -1,0 +1,77 @@
+//! Driving video as one [`Sequence`]: image folders, KITTI tracking / odometry / raw, video files.
+//!
+//! Three types to know: [`SequenceOptions`] says what to open, [`Sequence`] has looked at it, [`Frame`] is what it
+//! hands out, undistorted and with its ignore mask. A frame that is missing, truncated or of another size comes as a
+//! [`BadFrame`] in its place, so that a pipeline can bridge it; only an input that cannot start is an [`Error`].
+//!
+//! Beside frames: [`Calibration`] files of four dialects, KITTI [labels](read_labels), TUM and KITTI
+//! [trajectories](read_trajectory). Calibrations of our own are flat TOML:
+//!
+//! ```toml
+//! fx = 721.5377      # px
+//! fy = 721.5377      # px
+//! cx = 609.5593      # px, pixel centres at integer coordinates
+//! cy = 172.854       # px
+//! width = 1242       # px, optional: checked against the frames
+//! height = 375       # px, optional
+//! fps = 10.0         # optional
+//! height_m = 1.65    # camera above the road, optional
+//! [distortion]       # radial-tangential (OpenCV, ROS plumb_bob), optional
+//! k1 = 0.0           # r²
+//! k2 = 0.0           # r⁴
+//! p1 = 0.0           # tangential
+//! p2 = 0.0           # tangential
+//! k3 = 0.0           # r⁶
+//! ```
+//!
+//! A whole drive, made here so that the example runs:
+//!
+//! ```
+//! use motorcade_dataset::{Sequence, SequenceOptions};
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let folder = tempfile::tempdir()?;
+//! for number in [1, 2, 4] {
+//!     image::GrayImage::new(64, 48).save(folder.path().join(format!("frame_{number}.png")))?;
+//! }
+//! std::fs::write(folder.path().join("calibration.toml"), "fx = 50.0\nfy = 50.0\ncx = 31.5\ncy = 23.5\n")?;
+//!
+//! let drive = Sequence::open(folder.path(), &SequenceOptions::default())?;
+//! assert_eq!(drive.camera()?.width, 64);
+//! assert_eq!(drive.summary().gaps, [3]);
+//! for item in drive.frames() {
+//!     match item {
+//!         Ok(frame) => assert_eq!(frame.gray().dimensions(), (64, 48)),
+//!         Err(bad) => assert_eq!(bad.number, 3), // bridge it
+//!     }
+//! }
+//! # Ok(())
+//! # }
+//! ```
+
+mod calibration;
+mod error;
+mod format;
+mod frame;
+mod inspect;
+mod labels;
+mod masks;
+mod selection;
+mod sequence;
+mod source;
+mod stream;
+mod survey;
+pub mod text;
+mod trajectory;
+mod undistort;
+
+pub use calibration::{Calibration, Cam0, KittiCalibration};
+pub use error::{Error, Result};
+pub use format::Format;
+pub use frame::{BadFrame, Frame, Pixels, gray_from_rgb};
+pub use inspect::Summary;
+pub use labels::{Label, read_labels};
+pub use selection::{FrameRange, InvalidRange};
+pub use sequence::{KITTI_HEIGHT_M, Sequence, SequenceOptions};
+pub use stream::{FrameResult, Frames};
+pub use trajectory::{Trajectory, read_trajectory, write_kitti, write_tum};
+pub use undistort::Undistortion;

@@ -1,0 +1,141 @@
+//! Where the KITTI benchmarks keep their files.
+
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, Result};
+use crate::format::Format;
+use crate::text::TextFile;
+
+/// Files of one camera of one KITTI recording.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Layout {
+    pub images: PathBuf,
+    pub calibration: PathBuf,
+    pub camera: u8,
+    /// Times, one a line, when the recording brings them.
+    pub times: Option<PathBuf>,
+    pub sequence: Option<String>,
+}
+
+/// Finds the files; errors name what can be chosen.
+pub(crate) fn layout(
+    root: &Path,
+    format: Format,
+    sequence: Option<&str>,
+    camera: Option<u8>,
+) -> Result<Layout> {
+    match format {
+        Format::KittiTracking => tracking(root, sequence, camera.unwrap_or(2)),
+        Format::KittiOdometry => {
+            let camera = camera.map_or_else(|| first_camera(root, "image_", 1), Ok)?;
+            Ok(Layout {
+                images: existing(root, format!("image_{camera}"))?,
+                calibration: root.join("calib.txt"),
+                camera,
+                times: Some(root.join("times.txt")).filter(|path| path.is_file()),
+                sequence: None,
+            })
+        }
+        _ => {
+            let camera = camera.map_or_else(|| first_camera(root, "image_", 2), Ok)?;
+            let folder = existing(root, format!("image_{camera:02}"))?;
+            let beside = root.parent().map(|day| day.join("calib_cam_to_cam.txt"));
+            Ok(Layout {
+                images: folder.join("data"),
+                calibration: beside
+                    .filter(|path| path.is_file())
+                    .unwrap_or_else(|| root.join("calib_cam_to_cam.txt")),
+                camera,
+                times: Some(folder.join("timestamps.txt")).filter(|path| path.is_file()),
+                sequence: None,
+            })
+        }
+    }
+}
+
+fn tracking(root: &Path, sequence: Option<&str>, camera: u8) -> Result<Layout> {
+    let cameras = existing(root, format!("image_{camera:02}"))?;
+    let sequence = match sequence {
+        Some(sequence) => sequence.to_owned(),
+        None => {
+            let mut known = folders(&cameras)?;
+            match (known.pop(), known.is_empty()) {
+                (Some(only), true) => only,
+                (None, _) => return Err(Error::input(&cameras, "holds no sequences")),
+                (Some(last), false) => {
+                    known.push(last);
+                    return Err(Error::Usage(format!(
+                        "{} holds several sequences; choose one with --sequence: {}",
+                        cameras.display(),
+                        known.join(", ")
+                    )));
+                }
+            }
+        }
+    };
+    let images = cameras.join(&sequence);
+    if !images.is_dir() {
+        let known = folders(&cameras)?.join(", ");
+        return Err(Error::input(&cameras, format!("has no sequence `{sequence}`; there are: {known}")));
+    }
+    let calibration = root.join("calib").join(format!("{sequence}.txt"));
+    Ok(Layout { images, calibration, camera, times: None, sequence: Some(sequence) })
+}
+
+fn folders(path: &Path) -> Result<Vec<String>> {
+    let mut names = Vec::new();
+    for entry in std::fs::read_dir(path).map_err(Error::io(path))? {
+        let entry = entry.map_err(Error::io(path))?;
+        if entry.path().is_dir() {
+            names.push(entry.file_name().to_string_lossy().into_owned());
+        }
+    }
+    names.sort();
+    Ok(names)
+}
+
+fn first_camera(root: &Path, prefix: &str, digits: usize) -> Result<u8> {
+    (0..4)
+        .find(|camera| root.join(format!("{prefix}{camera:0digits$}")).is_dir())
+        .ok_or_else(|| Error::input(root, format!("has no folder {prefix}{:0digits$}", 0)))
+}
+
+fn existing(root: &Path, name: String) -> Result<PathBuf> {
+    let path = root.join(&name);
+    if path.is_dir() {
+        return Ok(path);
+    }
+    Err(Error::input(root, format!("has no folder {name}; choose another camera with --camera")))
+}
+
+/// Reads times \[ns\]: seconds a line (odometry) or dates (raw). Relative to the first.
+pub(crate) fn read_times(path: &Path) -> Result<Vec<i64>> {
+    let file = TextFile::read(path)?;
+    let mut times = Vec::new();
+    for row in file.rows() {
+        let seconds = match row.fields.len() {
+            1 => row.number(0, "seconds")?,
+            _ => clock_seconds(row.fields[1]).ok_or_else(|| row.error("a time HH:MM:SS.s", row.fields[1]))?,
+        };
+        times.push((seconds * 1e9).round() as i64);
+    }
+    let first = times.first().copied().unwrap_or(0);
+    let mut day_ns = 0;
+    let mut last = 0;
+    for time in &mut times {
+        *time += day_ns - first;
+        // A drive over midnight.
+        if *time < last - 43_200_000_000_000 {
+            day_ns += 86_400_000_000_000;
+            *time += 86_400_000_000_000;
+        }
+        last = *time;
+    }
+    Ok(times)
+}
+
+fn clock_seconds(text: &str) -> Option<f64> {
+    let mut parts = text.split(':');
+    let mut next = || parts.next()?.parse::<f64>().ok();
+    Some(next()? * 3600.0 + next()? * 60.0 + next()?)
+}

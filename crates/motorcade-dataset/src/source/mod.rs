@@ -1,0 +1,28 @@
+//! Where frames come from.
+
+pub(crate) mod decode;
+pub(crate) mod images;
+pub(crate) mod kitti;
+pub(crate) mod video;
+
+use std::path::PathBuf;
+
+/// One frame that should exist.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Slot {
+    /// The input's own number.
+    pub number: u64,
+    /// Time \[ns\].
+    pub timestamp_ns: i64,
+    /// The file; `None` for a gap in the numbering, and for frames of a video.
+    pub path: Option<PathBuf>,
+}
+
+/// Where the pixels of the slots are.
+#[derive(Clone, Debug)]
+pub(crate) enum Store {
+    /// Each slot has its own file.
+    Files,
+    /// All slots are frames of one video, slot number = frame number.
+    Video(PathBuf),
+}

@@ -1,0 +1,136 @@
+//! Frames one after the other, decoded ahead on a thread.
+
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, sync_channel};
+
+use crate::error::{Error, Result};
+use crate::frame::{BadFrame, Frame, Pixels};
+use crate::sequence::Inner;
+use crate::source::{Slot, Store, decode, video::VideoReader};
+
+/// What comes out of a sequence, in order.
+pub type FrameResult = std::result::Result<Frame, BadFrame>;
+
+/// Iterator over the frames of a [`Sequence`](crate::Sequence). Dropping it stops the decoding.
+pub struct Frames {
+    source: Source,
+    left: usize,
+}
+
+enum Source {
+    Ahead(Receiver<FrameResult>),
+    Inline(Box<Decoder>),
+}
+
+impl Frames {
+    pub(crate) fn start(decoder: Decoder, prefetch: usize) -> Self {
+        let left = decoder.inner.slots.len();
+        if prefetch == 0 {
+            return Self { source: Source::Inline(Box::new(decoder)), left };
+        }
+        let spare = Decoder::new(Arc::clone(&decoder.inner));
+        let (sender, receiver) = sync_channel(prefetch);
+        let thread = std::thread::Builder::new().name("motorcade-decode".into());
+        let started = thread.spawn(move || {
+            for frame in decoder {
+                // The reader has gone: so do we.
+                if sender.send(frame).is_err() {
+                    break;
+                }
+            }
+        });
+        // Without a thread to spare it goes slower, not wrong.
+        let source = if started.is_ok() { Source::Ahead(receiver) } else { Source::Inline(Box::new(spare)) };
+        Self { source, left }
+    }
+}
+
+impl Iterator for Frames {
+    type Item = FrameResult;
+    fn next(&mut self) -> Option<FrameResult> {
+        let item = match &mut self.source {
+            Source::Ahead(receiver) => receiver.recv().ok(),
+            Source::Inline(decoder) => decoder.next(),
+        };
+        self.left = if item.is_some() { self.left.saturating_sub(1) } else { 0 };
+        item
+    }
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        (self.left, Some(self.left))
+    }
+}
+
+impl ExactSizeIterator for Frames {}
+
+/// Decodes where it is called.
+pub(crate) struct Decoder {
+    inner: Arc<Inner>,
+    next: usize,
+    video: Option<VideoReader>,
+}
+
+impl Decoder {
+    pub(crate) fn new(inner: Arc<Inner>) -> Self {
+        Self { inner, next: 0, video: None }
+    }
+
+    fn raw(&mut self, slot: &Slot) -> Result<Pixels> {
+        let pixels = match (&self.inner.survey.store, &slot.path) {
+            (Store::Video(path), _) => {
+                let reader = match self.video.take() {
+                    Some(reader) => reader,
+                    None => VideoReader::open(path)?,
+                };
+                Pixels::Rgb(self.video.insert(reader).frame(path, slot.number)?)
+            }
+            (Store::Files, Some(path)) => decode::read(path)?,
+            (Store::Files, None) => {
+                return Err(Error::input(
+                    &self.inner.survey.root,
+                    format!("frame {} is missing", slot.number),
+                ));
+            }
+        };
+        let ((found_width, found_height), (width, height)) = (pixels.size(), self.inner.size);
+        if (found_width, found_height) == (width, height) {
+            return Ok(pixels);
+        }
+        Err(Error::Size {
+            path: slot.path.clone().unwrap_or_else(|| self.inner.survey.root.clone()),
+            what: "the frame",
+            found_width,
+            found_height,
+            against: "the first frame",
+            width,
+            height,
+            advice: "all frames of a drive must have one size",
+        })
+    }
+
+    fn frame(&mut self, index: usize, slot: &Slot) -> Result<Frame> {
+        let raw = self.raw(slot)?;
+        let masks = self.inner.masks.as_ref();
+        let mask = masks.map_or(Ok(None), |masks| masks.get(slot.number, raw.size()))?;
+        let (pixels, ignore) = match &self.inner.undistortion {
+            Some(table) => (table.pixels(&raw), table.mask(mask.as_ref())),
+            None => (raw, mask),
+        };
+        Ok(Frame { index, number: slot.number, timestamp_ns: slot.timestamp_ns, pixels, ignore })
+    }
+}
+
+impl Iterator for Decoder {
+    type Item = FrameResult;
+    fn next(&mut self) -> Option<FrameResult> {
+        let index = self.next;
+        let slot = self.inner.slots.get(index)?.clone();
+        self.next += 1;
+        Some(self.frame(index, &slot).map_err(|reason| BadFrame {
+            index,
+            number: slot.number,
+            timestamp_ns: slot.timestamp_ns,
+            path: slot.path,
+            reason,
+        }))
+    }
+}

@@ -1,0 +1,99 @@
+//! Text tables: rows of numbers whose errors name file and line. Public, because other crates read tables too.
+
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use crate::error::{Error, Result};
+
+/// A whole text file in memory.
+pub struct TextFile {
+    path: PathBuf,
+    text: String,
+}
+
+/// One line of a [`TextFile`], split into fields.
+pub struct Row<'a> {
+    path: &'a Path,
+    /// Line number, counted from 1.
+    pub line: usize,
+    /// The fields, trimmed.
+    pub fields: Vec<&'a str>,
+}
+
+impl TextFile {
+    /// Reads a file; what is not UTF-8 is an error that says so.
+    pub fn read(path: &Path) -> Result<Self> {
+        let bytes = std::fs::read(path).map_err(Error::io(path))?;
+        let text =
+            String::from_utf8(bytes).map_err(|_| Error::input(path, "is not a text file (not UTF-8)"))?;
+        Ok(Self { path: path.to_path_buf(), text })
+    }
+    /// The text as it stands.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+    /// Non-empty lines that do not start with `#`, split at white space.
+    pub fn rows(&self) -> impl Iterator<Item = Row<'_>> {
+        self.split(|line| line.split_whitespace().collect())
+    }
+    /// The same, split at commas.
+    pub fn comma_rows(&self) -> impl Iterator<Item = Row<'_>> {
+        self.split(|line| line.split(',').map(str::trim).collect())
+    }
+    fn split<'a>(&'a self, fields: fn(&'a str) -> Vec<&'a str>) -> impl Iterator<Item = Row<'a>> {
+        self.text
+            .trim_start_matches('\u{feff}')
+            .lines()
+            .enumerate()
+            .filter(|(_, line)| !line.trim().is_empty() && !line.trim_start().starts_with('#'))
+            .map(move |(i, line)| Row { path: &self.path, line: i + 1, fields: fields(line) })
+    }
+}
+
+impl Row<'_> {
+    /// An error at this line.
+    pub fn error(&self, expected: impl Into<String>, found: impl Display) -> Error {
+        Error::Line {
+            path: self.path.to_path_buf(),
+            line: self.line,
+            expected: expected.into(),
+            found: found.to_string(),
+        }
+    }
+    /// Refuses a row with another number of columns.
+    pub fn require_columns(&self, allowed: &[usize], layout: &str) -> Result<()> {
+        if allowed.contains(&self.fields.len()) {
+            return Ok(());
+        }
+        let counts: Vec<String> = allowed.iter().map(ToString::to_string).collect();
+        Err(self.error(
+            format!("{} columns ({layout})", counts.join(" or ")),
+            format!("{} columns", self.fields.len()),
+        ))
+    }
+    /// Column `index` as whatever `what` names.
+    pub fn parse<T: FromStr>(&self, index: usize, what: &str) -> Result<T> {
+        let column = index + 1;
+        let Some(field) = self.fields.get(index) else {
+            return Err(self.error(format!("{what} in column {column}"), "the end of the line"));
+        };
+        field.parse().map_err(|_| self.error(format!("{what} in column {column}"), format!("`{field}`")))
+    }
+    /// Column `index` as a finite number.
+    pub fn number(&self, index: usize, what: &str) -> Result<f64> {
+        let value: f64 = self.parse(index, what)?;
+        if value.is_finite() {
+            return Ok(value);
+        }
+        Err(self.error(format!("{what} in column {} to be finite", index + 1), value))
+    }
+    /// `N` numbers from column `first` on.
+    pub fn numbers<const N: usize>(&self, first: usize, what: &str) -> Result<[f64; N]> {
+        let mut values = [0.0; N];
+        for (i, value) in values.iter_mut().enumerate() {
+            *value = self.number(first + i, what)?;
+        }
+        Ok(values)
+    }
+}
