@@ -70,6 +70,7 @@ pub use format::Format;
 pub use frame::{BadFrame, Frame, Pixels, gray_from_rgb};
 pub use inspect::Summary;
 pub use labels::{Label, read_labels};
+pub use masks::{numbered_images, read_mask};
 pub use selection::{FrameRange, InvalidRange};
 pub use sequence::{KITTI_HEIGHT_M, Sequence, SequenceOptions};
 pub use stream::{FrameResult, Frames};

@@ -70,3 +70,13 @@ impl IgnoreMasks {
         }
     }
 }
+
+/// The images of a folder by the number in their names, in order; of several with one number the first name counts.
+pub fn numbered_images(folder: &Path) -> Result<Vec<(u64, PathBuf)>> {
+    Ok(images::list(folder)?.entries.into_iter().map(|entry| (entry.number, entry.path)).collect())
+}
+
+/// Reads an image as a mask: what is not black stays nonzero.
+pub fn read_mask(path: &Path) -> Result<GrayImage> {
+    decode::read_mask(path)
+}

@@ -1,6 +1,6 @@
 //! The real drives of `MOTORCADE_SHARED` (default `../shared` beside the repository), when they are there.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly too")]
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests may fail loudly too")]
 
 use std::path::PathBuf;
 

@@ -1,0 +1,37 @@
+//! What can go wrong with networks and perception files.
+
+use std::path::{Path, PathBuf};
+
+/// Why perception was refused.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A file of detections or masks.
+    #[error(transparent)]
+    Input(#[from] motorcade_dataset::Error),
+    /// A network or its manifest.
+    #[error("{path}: {problem}", path = .path.display())]
+    Model {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong and what to do.
+        problem: String,
+    },
+}
+
+impl Error {
+    /// Exit code of a program that stops on this error: 1 usage, 3 input unreadable or corrupt, 5 resources.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Input(error) => error.exit_code(),
+            Self::Model { .. } => 3,
+        }
+    }
+
+    pub(crate) fn model(path: &Path, problem: impl Into<String>) -> Self {
+        Self::Model { path: path.to_path_buf(), problem: problem.into() }
+    }
+}
+
+/// Result of this crate.
+pub type Result<T, E = Error> = std::result::Result<T, E>;

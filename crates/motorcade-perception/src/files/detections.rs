@@ -1,0 +1,160 @@
+//! Detections as text: KITTI tracking labels, MOT Challenge, and the CSV of the RRC detector.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use motorcade_dataset::read_labels;
+use motorcade_dataset::text::{Row, TextFile};
+
+use crate::detection::{BoundingBox, Detection, VehicleClass};
+use crate::error::Result;
+
+/// Layouts of detection files. Frame numbers are the input's own in all of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DetectionFormat {
+    /// 17 or 18 columns, space separated; track −1 means no identity.
+    Kitti,
+    /// `frame,id,x,y,width,height,confidence,..`, 7 to 10 columns; class 3 car, 5 motorcycle, −1 taken as car.
+    Mot,
+    /// `frame,x1,y1,x2,y2,score`.
+    Rrc,
+}
+
+/// Detections of a whole drive.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DetectionTable {
+    format: DetectionFormat,
+    by_frame: BTreeMap<u64, Vec<Detection>>,
+}
+
+impl DetectionTable {
+    /// Reads a file; the layout is told by the separator and the number of columns of the first line.
+    ///
+    /// # Errors
+    /// A line with a wrong column, named with its number.
+    pub fn read(path: &Path) -> Result<Self> {
+        let file = TextFile::read(path)?;
+        let columns = file.comma_rows().next().map(|row| row.fields.len());
+        let (format, rows) = match columns {
+            None => (DetectionFormat::Kitti, Vec::new()),
+            Some(1) => (DetectionFormat::Kitti, kitti(path)?),
+            Some(7..=10) => {
+                (DetectionFormat::Mot, file.comma_rows().map(|row| mot(&row)).collect::<Result<_>>()?)
+            }
+            // Anything else with commas is held against the shortest layout, whose error names its columns.
+            Some(_) => (DetectionFormat::Rrc, file.comma_rows().map(|row| rrc(&row)).collect::<Result<_>>()?),
+        };
+        let mut by_frame: BTreeMap<u64, Vec<Detection>> = BTreeMap::new();
+        for (frame, detection) in rows.into_iter().flatten() {
+            by_frame.entry(frame).or_default().push(detection);
+        }
+        Ok(Self { format, by_frame })
+    }
+
+    /// The layout that was recognised.
+    pub fn format(&self) -> DetectionFormat {
+        self.format
+    }
+    /// Detections of the frame with this number, in the order of the file.
+    pub fn of_frame(&self, number: u64) -> &[Detection] {
+        self.by_frame.get(&number).map_or(&[], Vec::as_slice)
+    }
+    /// Frames with at least one detection.
+    pub fn frames(&self) -> usize {
+        self.by_frame.len()
+    }
+}
+
+/// A row that speaks of a vehicle.
+type Found = Option<(u64, Detection)>;
+
+fn checked(row: &Row<'_>, bbox: [f64; 4]) -> Result<BoundingBox> {
+    let bbox = BoundingBox::new(bbox);
+    if bbox.width() > 0.0 && bbox.height() > 0.0 {
+        return Ok(bbox);
+    }
+    Err(row.error("a box with x1 < x2 and y1 < y2", format!("{:?}", bbox.to_array())).into())
+}
+
+fn kitti(path: &Path) -> Result<Vec<Found>> {
+    let vehicle = |label: motorcade_dataset::Label| {
+        // Pedestrians, cyclists and DontCare regions stand in the same files.
+        let class: VehicleClass = label.class.parse().ok()?;
+        let bbox = BoundingBox::new(label.bbox_px);
+        let external_id = Some(label.track).filter(|track| *track >= 0);
+        Some((label.frame, Detection { class, score: label.score.unwrap_or(1.0), bbox, external_id }))
+    };
+    Ok(read_labels(path)?.into_iter().map(vehicle).collect())
+}
+
+fn mot(row: &Row<'_>) -> Result<Found> {
+    row.require_columns(&[7, 8, 9, 10], "frame,id,x,y,width,height,confidence,class,visibility or x,y,z")?;
+    let frame = row.parse(0, "a frame number")?;
+    let id = row.number(1, "an id")? as i64;
+    let [x, y, width, height] = row.numbers(2, "a box edge")?;
+    let score = row.number(6, "a confidence")?;
+    let class = match if row.fields.len() > 7 { row.number(7, "a class")? as i64 } else { -1 } {
+        -1 | 3 => VehicleClass::Car,
+        5 => VehicleClass::Motorcycle,
+        _ => return Ok(None),
+    };
+    let bbox = checked(row, [x, y, x + width, y + height])?;
+    Ok(Some((frame, Detection { class, score, bbox, external_id: Some(id).filter(|id| *id >= 0) })))
+}
+
+fn rrc(row: &Row<'_>) -> Result<Found> {
+    row.require_columns(&[6], "frame,x1,y1,x2,y2,score")?;
+    let frame = row.parse(0, "a frame number")?;
+    let bbox = checked(row, row.numbers(1, "a box edge")?)?;
+    let score = row.number(5, "a score")?;
+    Ok(Some((frame, Detection { class: VehicleClass::Car, score, bbox, external_id: None })))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<DetectionTable> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("d.txt");
+        std::fs::write(&path, text).unwrap();
+        DetectionTable::read(&path)
+    }
+
+    #[test]
+    fn the_three_layouts_agree() {
+        let rest = "-10 10 20 110 70 1.5 1.6 3.9 1 1.6 20 0";
+        let kitti =
+            read(&format!("3 7 Car 0 0 {rest} 0.9\n3 -1 DontCare -1 -1 {rest} 0\n4 -1 Van 0 0 {rest}\n"))
+                .unwrap();
+        let mot = read("3,7,10,20,100,50,0.9,-1,-1,-1\n4,-1,10,20,100,50,1,1,1\n").unwrap();
+        let rrc = read("3,10,20,110,70,0.9\n").unwrap();
+        assert_eq!(
+            [kitti.format(), mot.format(), rrc.format()],
+            [DetectionFormat::Kitti, DetectionFormat::Mot, DetectionFormat::Rrc]
+        );
+        assert_eq!(kitti.of_frame(3), mot.of_frame(3));
+        assert_eq!(kitti.of_frame(3)[0].external_id, Some(7));
+        assert_eq!(rrc.of_frame(3)[0].bbox, kitti.of_frame(3)[0].bbox);
+        assert_eq!((kitti.of_frame(4)[0].class, kitti.of_frame(4)[0].external_id), (VehicleClass::Van, None));
+        assert!(mot.of_frame(4).is_empty(), "a pedestrian");
+        assert!(rrc.of_frame(99).is_empty());
+    }
+
+    #[test]
+    fn wrong_columns_name_file_and_line() {
+        for (text, expected) in [
+            (
+                "3,10,20,110,70,0.9\n4,10,20,110,wide,0.9\n",
+                "d.txt:2: expected a box edge in column 5, found `wide`",
+            ),
+            ("3,10,20,110,70\n", "d.txt:1: expected 6 columns"),
+            ("3,10,20,5,70,0.9\n", "d.txt:1: expected a box with x1 < x2"),
+            ("3 7 Car 0 0\n", "d.txt:1: expected 17 or 18 columns"),
+            ("3,7,10,20,100,50,high,-1,-1,-1\n", "d.txt:1: expected a confidence in column 7"),
+        ] {
+            let error = read(text).unwrap_err();
+            assert!(error.to_string().contains(expected) && error.exit_code() == 3, "{error}");
+        }
+    }
+}

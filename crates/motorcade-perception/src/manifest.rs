@@ -1,0 +1,178 @@
+//! `models.toml`: what the networks of a folder expect and give.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use crate::detection::VehicleClass;
+use crate::error::{Error, Result};
+
+/// Name of the manifest in a folder of networks.
+pub const MANIFEST_NAME: &str = "models.toml";
+
+/// Networks of a folder.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Manifest {
+    /// The networks; of several for one purpose the one that suits the image is taken.
+    #[serde(rename = "model")]
+    pub models: Vec<ModelEntry>,
+}
+
+/// One network.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ModelEntry {
+    /// Name in reports.
+    pub name: String,
+    /// ONNX file beside the manifest.
+    pub file: String,
+    /// SHA-256 of the file in hexadecimal; checked when given.
+    pub sha256: Option<String>,
+    /// Licence of the weights.
+    pub licence: String,
+    /// What goes in.
+    pub input: InputSpec,
+    /// What comes out.
+    pub output: OutputSpec,
+}
+
+/// How pixels become numbers: `(pixel · scale − mean) / std` a channel, in the order of `colour`, laid out N C H W.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InputSpec {
+    /// Channel order.
+    pub colour: ColourOrder,
+    /// How the image is brought to the size of the input.
+    pub resize: Resize,
+    /// Factor on pixel values 0..255.
+    #[serde(default = "one")]
+    pub scale: f32,
+    /// Subtracted after scaling, a channel.
+    #[serde(default)]
+    pub mean: [f32; 3],
+    /// Divided by at the end, a channel.
+    #[serde(default = "ones")]
+    pub std: [f32; 3],
+    /// Pixel value around a letterboxed image.
+    #[serde(default = "grey")]
+    pub pad: f32,
+    /// Height and width \[px\] for networks that leave them open.
+    pub size: Option<[usize; 2]>,
+}
+
+fn one() -> f32 {
+    1.0
+}
+fn ones() -> [f32; 3] {
+    [1.0; 3]
+}
+fn grey() -> f32 {
+    114.0
+}
+
+/// Order of the colour channels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ColourOrder {
+    /// Red first.
+    Rgb,
+    /// Blue first.
+    Bgr,
+}
+
+/// How an image is brought to another size.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Resize {
+    /// Same scale in both directions, at the top left, padded.
+    Letterbox,
+    /// Each direction on its own.
+    Stretch,
+}
+
+/// How the output is read.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
+pub enum OutputSpec {
+    /// `[1, N, 5 + C]` over strides 8, 16, 32, not decoded: box, objectness, class probabilities.
+    Yolox {
+        /// Class numbers that are vehicles.
+        classes: BTreeMap<String, VehicleClass>,
+    },
+    /// `[1, C, H, W]` class probabilities.
+    Segmentation {
+        /// Class numbers that are road.
+        road: Vec<usize>,
+    },
+}
+
+/// Describes the development networks (YOLOX-Nano and road-segmentation-adas-0001, both Apache-2.0).
+const BUILT_IN: &str = include_str!("builtin_models.toml");
+
+impl Manifest {
+    /// The manifest of a folder; without one, known file names are described by a built-in manifest.
+    pub fn of_folder(folder: &Path) -> Result<Self> {
+        let path = folder.join(MANIFEST_NAME);
+        if path.is_file() {
+            let text = std::fs::read_to_string(&path).map_err(|e| Error::model(&path, e.to_string()))?;
+            return Self::parse(&path, &text);
+        }
+        if !folder.is_dir() {
+            return Err(Error::model(folder, "no such folder of networks"));
+        }
+        let mut manifest = Self::parse(Path::new("built-in models.toml"), BUILT_IN)?;
+        manifest.models.retain(|model| folder.join(&model.file).is_file());
+        if manifest.models.is_empty() {
+            return Err(Error::model(
+                folder,
+                format!(
+                    "holds neither {MANIFEST_NAME} nor a network known by name; describe yours in {MANIFEST_NAME}"
+                ),
+            ));
+        }
+        Ok(manifest)
+    }
+
+    fn parse(path: &Path, text: &str) -> Result<Self> {
+        let manifest: Self = toml::from_str(text).map_err(|e| Error::model(path, e.to_string()))?;
+        for model in &manifest.models {
+            let wrong = |problem: &str| Err(Error::model(path, format!("model {}: {problem}", model.name)));
+            if model.input.std.contains(&0.0) {
+                return wrong("std must not be 0");
+            }
+            match &model.output {
+                OutputSpec::Yolox { classes } if classes.keys().any(|key| key.parse::<usize>().is_err()) => {
+                    return wrong("the keys of classes are the class numbers of the network");
+                }
+                OutputSpec::Yolox { classes } if classes.is_empty() => {
+                    return wrong("names no vehicle class");
+                }
+                OutputSpec::Segmentation { road } if road.is_empty() => return wrong("names no road class"),
+                _ => {}
+            }
+        }
+        Ok(manifest)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_built_in_manifest_reads() {
+        let manifest = Manifest::parse(Path::new("built-in"), BUILT_IN).unwrap();
+        assert_eq!(manifest.models.len(), 4);
+        assert!(manifest.models.iter().all(|model| model.licence == "Apache-2.0"));
+    }
+
+    #[test]
+    fn a_folder_without_networks_says_what_it_wants() {
+        let folder = tempfile::tempdir().unwrap();
+        let error = Manifest::of_folder(folder.path()).unwrap_err();
+        assert!(error.to_string().contains("models.toml"), "{error}");
+        std::fs::write(folder.path().join(MANIFEST_NAME), "[[model]]\nname = 3\n").unwrap();
+        let error = Manifest::of_folder(folder.path()).unwrap_err();
+        assert!(error.to_string().contains("line 2") && error.exit_code() == 3, "{error}");
+    }
+}
