@@ -31,7 +31,8 @@ pub struct BundleProblem {
 }
 
 /// Limits of the solver.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct BundleOptions {
     /// Iterations at most.
     pub max_iterations: usize,

@@ -5,7 +5,8 @@ use nalgebra::Point2;
 use crate::pyramid::Plane;
 
 /// Where and how densely corners are sought.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct CornerOptions {
     /// Side of a grid cell \[px\].
     pub cell_px: usize,

@@ -72,6 +72,14 @@ impl EgoTrajectory {
         ego
     }
 
+    /// Length of the way driven \[m\].
+    pub fn length_m(&self) -> f64 {
+        let step = |w: &[EgoFrame]| {
+            (w[1].world_from_camera.translation() - w[0].world_from_camera.translation()).norm()
+        };
+        self.frames.windows(2).map(step).sum()
+    }
+
     fn next_frame(
         &self,
         odometry: &UpToScale,

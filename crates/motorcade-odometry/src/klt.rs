@@ -12,7 +12,8 @@ const AREA: usize = SIDE * SIDE;
 const HALF: f32 = (SIDE as f32 - 1.0) / 2.0;
 
 /// Limits of the tracker.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct KltOptions {
     /// Iterations on each level.
     pub max_iterations: usize,

@@ -22,7 +22,8 @@ type CameraFromWorld = Pose<Camera, World>;
 type CameraFromCamera = Pose<Camera, Camera>;
 
 /// All settings of the odometry.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct OdometryOptions {
     /// Corner detection.
     pub corners: CornerOptions,
@@ -37,7 +38,8 @@ pub struct OdometryOptions {
 }
 
 /// When to begin, to take a keyframe, to give up.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct PolicyOptions {
     /// Median image motion that lets a map begin \[px\].
     pub begin_flow_px: f64,

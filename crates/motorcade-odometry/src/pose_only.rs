@@ -28,7 +28,8 @@ pub struct PoseEstimate {
 }
 
 /// Limits of the refinement.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct PoseOnlyOptions {
     /// Iterations at most.
     pub max_iterations: usize,

@@ -16,7 +16,8 @@ use nalgebra::{Matrix3, Point2, SMatrix, SVector, Vector3};
 use crate::pyramid::{Plane, Pyramid};
 
 /// How the road is aligned. Lengths are in camera heights, so that nothing depends on the unknown unit.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct RoadOptions {
     /// Far end of the stretch of road used \[camera heights\]; 15 heights are 25 m for a car.
     pub far_heights: f64,
@@ -48,7 +49,7 @@ impl Default for RoadOptions {
         Self {
             far_heights: 15.0,
             half_width_heights: 1.7,
-            baseline_heights: 0.9,
+            baseline_heights: 1.2,
             oldest_frames: 15,
             rotation_sigma_rad: 0.02_f64.to_radians(),
             tilt_sigma_rad: 1.5_f64.to_radians(),

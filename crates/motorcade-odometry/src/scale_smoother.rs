@@ -123,10 +123,15 @@ fn forward(
     model: &NoiseModel,
 ) -> (Vec<Filtered>, f64) {
     let centre = mean(model);
+    // Begin where the first measurements agree: the very first may be an outlier.
     let mut first: Vec<f64> = by_frame.iter().flatten().take(15).map(|m| m.value.x).collect();
-    let mut x = Vector3::new(median(&mut first).unwrap_or(0.0), 0.0, 0.0);
-    let mut p =
-        Matrix3::from_diagonal(&Vector3::new(0.04, model.tilt_sigma[0].powi(2), model.tilt_sigma[1].powi(2)));
+    let begin = median(&mut first).unwrap_or(0.0);
+    let mut spread: Vec<f64> = first.iter().map(|v| (v - begin).abs()).collect();
+    let spread = sigma_from_absolute(&mut spread).unwrap_or(0.2).max(0.01);
+    let mut x = Vector3::new(begin, 0.0, 0.0);
+    let mut p = Matrix3::from_diagonal(
+        &Vector3::new(spread, model.tilt_sigma[0], model.tilt_sigma[1]).map(|s| s * s),
+    );
     let (f, mut likelihood) = (transition(), 0.0);
     let mut out = Vec::with_capacity(travelled.len());
     for (step, measured) in travelled.iter().zip(by_frame) {

@@ -18,7 +18,8 @@ pub struct Keyframe {
 }
 
 /// Sizes of the local map.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct WindowOptions {
     /// Keyframes optimised together.
     pub free_keyframes: usize,

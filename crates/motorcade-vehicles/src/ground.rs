@@ -52,8 +52,13 @@ mod tests {
     #[test]
     fn axes_are_the_drivers() {
         let up = Vector3::new(0.01, -1.0, 0.02).normalize();
-        let ground =
-            GroundFrame { world_from_camera: Pose::identity(), up, height_m: 1.6, pitch_sigma_rad: 0.0, time_s: 0.0 };
+        let ground = GroundFrame {
+            world_from_camera: Pose::identity(),
+            up,
+            height_m: 1.6,
+            pitch_sigma_rad: 0.0,
+            time_s: 0.0,
+        };
         assert!(ground.left().x < -0.99);
         assert!(ground.ahead().z > 0.99);
         let p = ground.point(10.0, 2.0, 0.0);

@@ -44,7 +44,8 @@ pub fn smooth_motion(places: &[Place], times: &[f64], up: &Vector3<f64>) -> Vec<
     let mut p = Matrix6::zeros();
     p.fixed_view_mut::<3, 3>(0, 0).copy_from(&(first.covariance * 4.0));
     p.fixed_view_mut::<3, 3>(3, 3).copy_from(&(Matrix3::identity() * 225.0));
-    let (mut filtered, mut time, mut next) = (Vec::with_capacity(times.len()), times.first().copied().unwrap_or(0.0), 0);
+    let (mut filtered, mut time, mut next) =
+        (Vec::with_capacity(times.len()), times.first().copied().unwrap_or(0.0), 0);
     for t in times {
         let f = transition(t - time);
         x = f * x;
@@ -167,7 +168,13 @@ mod tests {
             .map(|k| {
                 let t = f64::from(k) * 0.1;
                 let position = Vector3::new(2.0, 1.6, 20.0 + speed * t);
-                Place { frame: k as usize, time_s: t, position, covariance: Matrix3::identity() * 0.09, range_m: 20.0 }
+                Place {
+                    frame: k as usize,
+                    time_s: t,
+                    position,
+                    covariance: Matrix3::identity() * 0.09,
+                    range_m: 20.0,
+                }
             })
             .collect()
     }

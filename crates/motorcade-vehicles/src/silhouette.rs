@@ -12,17 +12,31 @@ use crate::size::Dimensions;
 /// Outline points as fractions of (length, half width, height); every point stands for both sides.
 const CAR: [[f64; 3]; 12] = [
     // tyres where they touch the road, front and rear
-    [0.31, 0.92, 0.0], [-0.29, 0.92, 0.0],
+    [0.31, 0.92, 0.0],
+    [-0.29, 0.92, 0.0],
     // bumper corners, rounded in plan: low and high
-    [0.5, 0.70, 0.17], [0.5, 0.70, 0.40], [0.45, 0.95, 0.30], [-0.5, 0.75, 0.20], [-0.5, 0.75, 0.55], [-0.46, 0.95, 0.40],
+    [0.5, 0.70, 0.17],
+    [0.5, 0.70, 0.40],
+    [0.45, 0.95, 0.30],
+    [-0.5, 0.75, 0.20],
+    [-0.5, 0.75, 0.55],
+    [-0.46, 0.95, 0.40],
     // widest at the doors
-    [0.15, 1.0, 0.45], [-0.25, 1.0, 0.45],
+    [0.15, 1.0, 0.45],
+    [-0.25, 1.0, 0.45],
     // roof, front and rear
-    [0.02, 0.70, 1.0], [-0.30, 0.68, 0.98],
+    [0.02, 0.70, 1.0],
+    [-0.30, 0.68, 0.98],
 ];
 const BOX: [[f64; 3]; 8] = [
-    [0.33, 0.95, 0.0], [-0.30, 0.95, 0.0],
-    [0.5, 0.9, 0.12], [-0.5, 0.95, 0.15], [0.48, 0.9, 0.85], [-0.5, 0.95, 0.97], [0.40, 0.95, 1.0], [0.0, 1.0, 0.5],
+    [0.33, 0.95, 0.0],
+    [-0.30, 0.95, 0.0],
+    [0.5, 0.9, 0.12],
+    [-0.5, 0.95, 0.15],
+    [0.48, 0.9, 0.85],
+    [-0.5, 0.95, 0.97],
+    [0.40, 0.95, 1.0],
+    [0.0, 1.0, 0.5],
 ];
 const MOTORCYCLE: [[f64; 3]; 5] =
     [[0.35, 0.2, 0.0], [-0.35, 0.2, 0.0], [0.48, 0.2, 0.25], [-0.48, 0.3, 0.35], [0.0, 0.8, 1.0]];
@@ -60,7 +74,11 @@ pub fn image_box(
 }
 
 /// Pose of a vehicle from where it stands, where its nose points and what is up (all in the camera frame, unit vectors).
-pub fn standing_pose(position: &Point3<f64>, forward: &Vector3<f64>, up: &Vector3<f64>) -> Pose<Camera, Vehicle> {
+pub fn standing_pose(
+    position: &Point3<f64>,
+    forward: &Vector3<f64>,
+    up: &Vector3<f64>,
+) -> Pose<Camera, Vehicle> {
     let left = up.cross(forward).normalize();
     let forward = left.cross(up);
     Pose::from_matrix(&nalgebra::Matrix3::from_columns(&[forward, left, *up]), &position.coords)
@@ -70,7 +88,8 @@ pub fn standing_pose(position: &Point3<f64>, forward: &Vector3<f64>, up: &Vector
 mod tests {
     use super::*;
 
-    const CAMERA: PinholeCamera = PinholeCamera { fx: 720.0, fy: 720.0, cx: 600.0, cy: 180.0, width: 1242, height: 375 };
+    const CAMERA: PinholeCamera =
+        PinholeCamera { fx: 720.0, fy: 720.0, cx: 600.0, cy: 180.0, width: 1242, height: 375 };
 
     #[test]
     fn a_car_ahead_touches_the_road_with_its_rear_tyres() {

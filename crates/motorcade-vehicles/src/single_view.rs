@@ -27,7 +27,12 @@ pub struct SeenBox {
 impl SeenBox {
     /// Judges the edges: cut off where the box meets the image border, hidden where a nearer box (with a lower bottom edge)
     /// covers most of the edge.
-    pub fn new(bbox: BoundingBox, class: VehicleClass, camera: &PinholeCamera, others: &[BoundingBox]) -> Self {
+    pub fn new(
+        bbox: BoundingBox,
+        class: VehicleClass,
+        camera: &PinholeCamera,
+        others: &[BoundingBox],
+    ) -> Self {
         const BORDER_PX: f64 = 3.0;
         const COVERED: f64 = 0.4;
         let (right, bottom) = (f64::from(camera.width) - 1.0, f64::from(camera.height) - 1.0);
@@ -158,7 +163,12 @@ fn axes(ground: &GroundFrame) -> Matrix3<f64> {
     Matrix3::from_columns(&[ground.ahead(), ground.left(), ground.up])
 }
 
-fn start(camera: &PinholeCamera, ground: &GroundFrame, seen: &SeenBox, prior: &SizePrior) -> Option<Vector6<f64>> {
+fn start(
+    camera: &PinholeCamera,
+    ground: &GroundFrame,
+    seen: &SeenBox,
+    prior: &SizePrior,
+) -> Option<Vector6<f64>> {
     let b = &seen.bbox;
     let centre = camera.ray(&nalgebra::Point2::new(0.5 * (b.x1 + b.x2), b.y2));
     // Equation (1): where the ray through the bottom edge meets the road; else depth from the vehicle's height.
@@ -169,7 +179,8 @@ fn start(camera: &PinholeCamera, ground: &GroundFrame, seen: &SeenBox, prior: &S
     let point: Vector3<f64> = centre * depth - ground.foot();
     let size = prior.mean.to_vector();
     let ahead = point.dot(&ground.ahead()) + 0.25 * size.x;
-    (ahead > 1.0).then(|| Vector6::new(ahead.max(3.0), point.dot(&ground.left()), 0.0, size.x, size.y, size.z))
+    (ahead > 1.0)
+        .then(|| Vector6::new(ahead.max(3.0), point.dot(&ground.left()), 0.0, size.x, size.y, size.z))
 }
 
 fn differences(
@@ -195,17 +206,26 @@ mod tests {
     use super::*;
     use motorcade_geometry::Pose;
 
-    const CAMERA: PinholeCamera = PinholeCamera { fx: 720.0, fy: 720.0, cx: 600.0, cy: 180.0, width: 1242, height: 375 };
+    const CAMERA: PinholeCamera =
+        PinholeCamera { fx: 720.0, fy: 720.0, cx: 600.0, cy: 180.0, width: 1242, height: 375 };
 
     fn ground() -> GroundFrame {
         let up = Vector3::new(0.01, -1.0, 0.01).normalize();
-        GroundFrame { world_from_camera: Pose::identity(), up, height_m: 1.65, pitch_sigma_rad: 1e-3, time_s: 0.0 }
+        GroundFrame {
+            world_from_camera: Pose::identity(),
+            up,
+            height_m: 1.65,
+            pitch_sigma_rad: 1e-3,
+            time_s: 0.0,
+        }
     }
 
     #[test]
     fn exact_boxes_give_exact_places() {
         let prior = SizePrior::of(VehicleClass::Car);
-        for (ahead, left, heading) in [(12.0, -3.0, 0.0), (25.0, 4.0, 3.0), (8.0, -4.5, 0.2), (40.0, 1.0, 0.0)] {
+        for (ahead, left, heading) in
+            [(12.0, -3.0, 0.0), (25.0, 4.0, 3.0), (8.0, -4.5, 0.2), (40.0, 1.0, 0.0)]
+        {
             let truth = ground().point(ahead, left, 0.0);
             let pose = standing_pose(&truth, &ground().direction_of(heading), &ground().up);
             let bbox = image_box(&CAMERA, &pose, VehicleClass::Car, &prior.mean).unwrap();

@@ -12,7 +12,8 @@ use crate::single_view::{SeenBox, locate};
 use crate::size::SizePrior;
 
 /// Limits of the tracker.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct TrackerOptions {
     /// Score from which a box may begin a track.
     pub begin_score: f64,
@@ -75,7 +76,8 @@ pub fn track_vehicles(
     for (frame, (ground, seen)) in grounds.iter().zip(detections).enumerate() {
         let boxes: Vec<&Detection> = seen.iter().filter(|d| d.score >= options.least_score).collect();
         let all: Vec<BoundingBox> = boxes.iter().map(|d| d.bbox).collect();
-        let expected: Vec<Option<BoundingBox>> = live.iter().map(|l| l.expected(camera, ground, grounds)).collect();
+        let expected: Vec<Option<BoundingBox>> =
+            live.iter().map(|l| l.expected(camera, ground, grounds)).collect();
         let pairs = match_boxes(&live, &expected, &boxes, options);
         let mut used = vec![false; boxes.len()];
         for (track, index) in pairs {
@@ -89,7 +91,9 @@ pub fn track_vehicles(
                 continue;
             }
             let seen = SeenBox::new(detection.bbox, detection.class, camera, &all);
-            if let Some(begun) = Live::begin(next_id, camera, ground, TrackBox { frame, seen, score: detection.score }) {
+            if let Some(begun) =
+                Live::begin(next_id, camera, ground, TrackBox { frame, seen, score: detection.score })
+            {
                 next_id += 1;
                 live.push(begun);
             }
@@ -159,7 +163,13 @@ impl Live {
     fn begin(id: usize, camera: &PinholeCamera, ground: &GroundFrame, first: TrackBox) -> Option<Self> {
         let position = place(camera, ground, &first.seen)?;
         let track = Track { id, class: first.seen.class, boxes: vec![first] };
-        Some(Self { track, position, velocity: Vector3::zeros(), time_s: ground.time_s, place_frame: first.frame })
+        Some(Self {
+            track,
+            position,
+            velocity: Vector3::zeros(),
+            time_s: ground.time_s,
+            place_frame: first.frame,
+        })
     }
 
     fn last(&self) -> Option<&TrackBox> {
@@ -167,7 +177,12 @@ impl Live {
     }
 
     /// Where the next box is expected: the last one, moved and scaled as its place on the road moves in the image.
-    fn expected(&self, camera: &PinholeCamera, ground: &GroundFrame, grounds: &[GroundFrame]) -> Option<BoundingBox> {
+    fn expected(
+        &self,
+        camera: &PinholeCamera,
+        ground: &GroundFrame,
+        grounds: &[GroundFrame],
+    ) -> Option<BoundingBox> {
         let last = self.last()?;
         let then = grounds.get(self.place_frame)?;
         let before = then.world_from_camera.inverse().transform_point(&self.position);

@@ -169,7 +169,8 @@ fn joint_size(views: &[(usize, SingleView)], prior: &SizePrior) -> Option<(Vecto
     }
     let covariance = h.try_inverse()?;
     // Two and a half sigma of the class at most: a box cut by shadows does not make a two-metre car.
-    let size = (covariance * rhs).zip_zip_map(&prior.mean.to_vector(), &sigma, |v, m, s| v.clamp(m - 2.5 * s, m + 2.5 * s));
+    let size = (covariance * rhs)
+        .zip_zip_map(&prior.mean.to_vector(), &sigma, |v, m, s| v.clamp(m - 2.5 * s, m + 2.5 * s));
     Some((size, covariance))
 }
 
@@ -198,10 +199,13 @@ fn standing_states(places: &[Place], count: usize) -> Option<Vec<Moving>> {
 
 /// Headings (relative to each frame's camera) from the direction of travel; held where the vehicle is slow.
 fn headings_of_travel(states: &[Moving], grounds: &[GroundFrame], fallback: &[f64]) -> Vec<f64> {
-    let directions: Vec<Option<Vector3<f64>>> =
-        states.iter().map(|s| (s.velocity.norm() > HOLD_HEADING_MPS).then(|| s.velocity.normalize())).collect();
+    let directions: Vec<Option<Vector3<f64>>> = states
+        .iter()
+        .map(|s| (s.velocity.norm() > HOLD_HEADING_MPS).then(|| s.velocity.normalize()))
+        .collect();
     let nearest = |k: usize| {
-        let order = (0..directions.len()).filter(|i| directions[*i].is_some()).min_by_key(|i| i.abs_diff(k))?;
+        let order =
+            (0..directions.len()).filter(|i| directions[*i].is_some()).min_by_key(|i| i.abs_diff(k))?;
         directions[order]
     };
     let heading = |k: usize| match nearest(k) {
@@ -316,13 +320,19 @@ fn projected(
     (bbox.width() > 1.0 && bbox.height() > 1.0).then_some(bbox)
 }
 
-fn pose_covariance(state: &Moving, world_from_vehicle: &Pose<World, Vehicle>, speed_mps: f64, dt: f64) -> Matrix6<f64> {
+fn pose_covariance(
+    state: &Moving,
+    world_from_vehicle: &Pose<World, Vehicle>,
+    speed_mps: f64,
+    dt: f64,
+) -> Matrix6<f64> {
     let r = world_from_vehicle.rotation_matrix();
     let position: Matrix3<f64> = state.covariance.fixed_view::<3, 3>(0, 0).into_owned();
     let velocity: Matrix3<f64> = r.transpose() * state.covariance.fixed_view::<3, 3>(3, 3) * r;
     let mut out = Matrix6::zeros();
     // Upright within a degree or two; heading as sure as the direction of travel, at best 2°.
-    let heading = (velocity[(1, 1)].max(0.0).sqrt() / speed_mps.abs().max(HOLD_HEADING_MPS)).max(2.0_f64.to_radians());
+    let heading =
+        (velocity[(1, 1)].max(0.0).sqrt() / speed_mps.abs().max(HOLD_HEADING_MPS)).max(2.0_f64.to_radians());
     out[(0, 0)] = 2.0_f64.to_radians().powi(2);
     out[(1, 1)] = 2.0_f64.to_radians().powi(2);
     out[(2, 2)] = heading.min(1.0).powi(2) + (0.01 * dt).powi(2);

@@ -1,0 +1,176 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use motorcade_dataset::{Format, FrameRange};
+
+/// Monocular multi-body SLAM for driving video: one camera in, metric trajectories of the camera and of every vehicle out.
+#[derive(Debug, Parser)]
+#[command(name = "motorcade", version, propagate_version = true, max_term_width = 110)]
+#[command(after_help = "Examples:
+  motorcade inspect drive.mp4
+  motorcade run drive.mp4 --calibration camera.toml --height 1.4 --models models --out runs/drive
+  motorcade run kitti/training --sequence 0005 --camera 3 --models models --out runs/0005
+
+Exit codes: 0 fine, 1 usage, 2 a bug, 3 input unreadable, 4 tracking failed on too many frames (results written),
+5 resources, 130 interrupted (results written).")]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Trajectories of the camera and of every vehicle from driving video.
+    Run(Box<RunArguments>),
+    /// What an input is recognised as: frames, size, calibration, gaps, duplicates.
+    Inspect(InspectArguments),
+    /// Shell completions on stdout.
+    #[command(
+        after_help = "Example:\n  motorcade completions bash > ~/.local/share/bash-completion/completions/motorcade"
+    )]
+    Completions {
+        /// The shell.
+        shell: clap_complete::Shell,
+    },
+}
+
+/// Which frames of which input.
+#[derive(Debug, Args)]
+pub struct InputArguments {
+    /// KITTI tracking split, KITTI odometry or raw folder, folder of images, or video file.
+    pub input: PathBuf,
+    /// Kind of input, when looking at it is not enough.
+    #[arg(long, value_parser = parse_format)]
+    pub format: Option<Format>,
+    /// Sequence of a KITTI tracking split, such as 0005.
+    #[arg(long)]
+    pub sequence: Option<String>,
+    /// Camera of a KITTI rig.
+    #[arg(long)]
+    pub camera: Option<u8>,
+    /// Calibration: our TOML, KITTI calib.txt, OpenCV/ORB-SLAM YAML, ROS camera_info YAML.
+    #[arg(long)]
+    pub calibration: Option<PathBuf>,
+    /// Frames to take, by the input's own numbers: A..B (B not included), A.., ..B.
+    #[arg(long, default_value = "..")]
+    pub frames: FrameRange,
+    /// Take every N-th frame.
+    #[arg(long, default_value_t = 1)]
+    pub stride: usize,
+    /// Mask, or folder of masks by frame number, of pixels to ignore (non-zero): a bonnet, burnt-in text.
+    #[arg(long)]
+    pub ignore: Option<PathBuf>,
+    /// Frames per second, where the input does not say.
+    #[arg(long)]
+    pub fps: Option<f64>,
+}
+
+impl InputArguments {
+    /// As the dataset crate wants them.
+    pub fn options(&self) -> motorcade_dataset::SequenceOptions {
+        motorcade_dataset::SequenceOptions {
+            format: self.format,
+            sequence: self.sequence.clone(),
+            camera: self.camera,
+            calibration: self.calibration.clone(),
+            fps: self.fps,
+            frames: self.frames,
+            stride: self.stride,
+            ignore: self.ignore.clone(),
+            ..Default::default()
+        }
+    }
+}
+
+/// `motorcade run`.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  motorcade run drive.mp4 --calibration camera.toml --height 1.4 --models models --out runs/drive
+  motorcade run frames/ --calibration camera.yaml --height 1.2 --detections boxes.txt --out runs/frames
+  motorcade run kitti/training --sequence 0003 --frames 16..101 --ignore kitti/training/mask_02/0003 \\
+      --models models --out runs/0003
+
+Without --models and --detections no vehicles are looked for; the camera's trajectory is still metric.")]
+pub struct RunArguments {
+    /// The input.
+    #[command(flatten)]
+    pub input: InputArguments,
+    /// Directory of the results; made whole or not at all.
+    #[arg(long)]
+    pub out: PathBuf,
+    /// Height of the camera above the road [m]; KITTI input knows its own (1.65).
+    #[arg(long)]
+    pub height: Option<f64>,
+    /// Folder of ONNX networks.
+    #[arg(long, env = "MOTORCADE_MODELS")]
+    pub models: Option<PathBuf>,
+    /// Detections instead of a network: KITTI tracking labels, MOT Challenge, or frame,x1,y1,x2,y2,score.
+    #[arg(long)]
+    pub detections: Option<PathBuf>,
+    /// Folder of road masks by frame number instead of a network.
+    #[arg(long)]
+    pub road_masks: Option<PathBuf>,
+    /// Ready-made settings.
+    #[arg(long, value_enum, default_value_t)]
+    pub preset: PresetName,
+    /// Settings from a TOML file.
+    #[arg(long)]
+    pub config: Option<PathBuf>,
+    /// One setting, such as road.far_heights=12; may be repeated.
+    #[arg(long = "set", value_name = "STAGE.KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Threads; the results do not depend on it. 0 takes all cores.
+    #[arg(long, default_value_t = 0)]
+    pub threads: usize,
+    /// How progress is told on stderr.
+    #[arg(long, value_enum, default_value_t)]
+    pub progress: ProgressKind,
+    /// Replace an earlier run in --out.
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// Presets.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+pub enum PresetName {
+    /// The best we know.
+    #[default]
+    Default,
+    /// The method of Nair et al. 2020.
+    Paper,
+}
+
+/// Kinds of progress.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum ProgressKind {
+    /// A bar on a terminal, plain lines elsewhere.
+    #[default]
+    Auto,
+    /// Lines of text.
+    Plain,
+    /// One JSON object a line.
+    Json,
+    /// Nothing.
+    None,
+}
+
+/// `motorcade inspect`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  motorcade inspect kitti/training --sequence 0005 --camera 3 --json")]
+pub struct InspectArguments {
+    /// The input.
+    #[command(flatten)]
+    pub input: InputArguments,
+    /// As JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+fn parse_format(text: &str) -> Result<Format, String> {
+    let known = Format::ALL.map(Format::name);
+    Format::ALL.into_iter().find(|f| f.name() == text).ok_or_else(|| format!("one of {}", known.join(", ")))
+}

@@ -1,0 +1,61 @@
+//! Exit codes: 0 fine · 1 usage or configuration · 2 a bug · 3 input unreadable or corrupt · 4 tracking failed on too many
+//! frames (results written) · 5 resources · 130 interrupted (results written).
+
+use std::process::ExitCode;
+
+/// All went well.
+pub const FINE: u8 = 0;
+/// Tracking failed on too many frames.
+pub const TRACKING_FAILED: u8 = 4;
+/// Interrupted, with what there was written.
+pub const INTERRUPTED: u8 = 130;
+
+/// Prints clap's message; help and version are fine, all else is usage.
+pub fn usage(error: &clap::Error) -> ExitCode {
+    // Nothing can be done about a closed terminal.
+    let _ = error.print();
+    ExitCode::from(if error.use_stderr() { 1 } else { FINE })
+}
+
+/// Turns the outcome of a command into a message and a code.
+pub fn report(outcome: anyhow::Result<u8>) -> ExitCode {
+    match outcome {
+        Ok(code) => ExitCode::from(code),
+        Err(error) => {
+            let code = code_of(&error);
+            let text = format!("{error:#}");
+            eprint(&format!("motorcade: {text}"));
+            ExitCode::from(code)
+        }
+    }
+}
+
+/// One line on stderr.
+#[expect(clippy::print_stderr, reason = "the binary's own messages")]
+pub fn eprint(message: &str) {
+    eprintln!("{message}");
+}
+
+/// One line on stdout; a closed pipe is not an error of ours.
+pub fn print(message: &str) {
+    use std::io::Write;
+    let _ = writeln!(std::io::stdout(), "{message}");
+}
+
+fn code_of(error: &anyhow::Error) -> u8 {
+    for cause in error.chain() {
+        if let Some(e) = cause.downcast_ref::<motorcade::Error>() {
+            return e.exit_code();
+        }
+        if let Some(e) = cause.downcast_ref::<motorcade_dataset::Error>() {
+            return e.exit_code();
+        }
+        if let Some(e) = cause.downcast_ref::<motorcade_perception::Error>() {
+            return e.exit_code();
+        }
+        if cause.downcast_ref::<std::io::Error>().is_some() {
+            return 3;
+        }
+    }
+    1
+}

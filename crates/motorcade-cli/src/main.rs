@@ -1,0 +1,33 @@
+//! The `motorcade` program.
+
+mod arguments;
+mod exit;
+mod inspect;
+mod progress;
+mod run;
+
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser};
+
+use crate::arguments::{Cli, Command};
+
+fn main() -> ExitCode {
+    // Logs go to stderr; stdout carries data.
+    let filter =
+        tracing_subscriber::EnvFilter::try_from_env("MOTORCADE_LOG").unwrap_or_else(|_| "warn".into());
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return exit::usage(&error),
+    };
+    let outcome = match cli.command {
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Inspect(arguments) => inspect::inspect(&arguments),
+        Command::Completions { shell } => {
+            clap_complete::generate(shell, &mut Cli::command(), "motorcade", &mut std::io::stdout());
+            Ok(exit::FINE)
+        }
+    };
+    exit::report(outcome)
+}

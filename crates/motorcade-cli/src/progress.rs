@@ -1,0 +1,109 @@
+//! Progress on stderr and the answer to Ctrl-C.
+
+use std::io::IsTerminal;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use motorcade::Progress;
+
+use crate::arguments::ProgressKind;
+use crate::exit::eprint;
+
+/// Tells a terminal, a log or a program how far a run is.
+pub struct Reporter {
+    kind: ProgressKind,
+    bar: ProgressBar,
+    stage: Mutex<(&'static str, Option<usize>)>,
+    last_told: AtomicUsize,
+    interrupted: Arc<AtomicBool>,
+}
+
+impl Reporter {
+    /// Sets up the kind asked for and listens to Ctrl-C: the first asks to stop, the second stops.
+    pub fn new(kind: ProgressKind) -> Self {
+        let kind = match kind {
+            ProgressKind::Auto if std::io::stderr().is_terminal() => ProgressKind::Auto,
+            ProgressKind::Auto => ProgressKind::Plain,
+            other => other,
+        };
+        let interrupted = Arc::new(AtomicBool::new(false));
+        let flag = Arc::clone(&interrupted);
+        // A second handler (tests in one process) is refused; the first one then keeps listening.
+        let _ = ctrlc::set_handler(move || {
+            if flag.swap(true, Ordering::SeqCst) {
+                std::process::exit(i32::from(crate::exit::INTERRUPTED));
+            }
+            eprint("motorcade: stopping; writing what there is (Ctrl-C again to stop at once)");
+        });
+        let bar = if kind == ProgressKind::Auto { ProgressBar::new(0) } else { ProgressBar::hidden() };
+        Self { kind, bar, stage: Mutex::new(("", None)), last_told: AtomicUsize::new(0), interrupted }
+    }
+
+    /// Takes the bar away.
+    pub fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+
+    fn stage(&self) -> (&'static str, Option<usize>) {
+        self.stage.lock().map(|s| *s).unwrap_or_default()
+    }
+}
+
+impl Progress for Reporter {
+    fn begin(&self, stage: &'static str, total: Option<usize>) {
+        if let Ok(mut present) = self.stage.lock() {
+            *present = (stage, total);
+        }
+        self.last_told.store(0, Ordering::Relaxed);
+        match self.kind {
+            ProgressKind::Auto => {
+                self.bar.reset();
+                self.bar.set_length(total.unwrap_or(0) as u64);
+                let template = "{msg:10} [{bar:40}] {pos}/{len} frames {per_sec} eta {eta}";
+                if let Ok(style) = ProgressStyle::with_template(template) {
+                    self.bar.set_style(style.progress_chars("=> "));
+                }
+                self.bar.set_message(stage);
+                self.bar.enable_steady_tick(Duration::from_millis(250));
+            }
+            ProgressKind::Plain => match total {
+                Some(n) => eprint(&format!("{stage}: {n} frames")),
+                None => eprint(stage),
+            },
+            ProgressKind::Json => eprint(&serde_json::json!({"stage": stage, "total": total}).to_string()),
+            ProgressKind::None => {}
+        }
+    }
+
+    fn advance(&self, done: usize) {
+        let (stage, total) = self.stage();
+        match self.kind {
+            ProgressKind::Auto => self.bar.set_position(done as u64),
+            ProgressKind::Plain => {
+                // A line every tenth of the way, or every 500 frames of an endless one.
+                let every = total.map_or(500, |n| n.div_ceil(10)).max(1);
+                if done / every > self.last_told.swap(done, Ordering::Relaxed) / every {
+                    eprint(&format!("{stage}: {done}/{}", total.map_or("?".to_owned(), |n| n.to_string())));
+                }
+            }
+            ProgressKind::Json => {
+                eprint(&serde_json::json!({"stage": stage, "done": done, "total": total}).to_string());
+            }
+            ProgressKind::None => {}
+        }
+    }
+
+    fn warn(&self, message: &str) {
+        match self.kind {
+            ProgressKind::Json => eprint(&serde_json::json!({"warning": message}).to_string()),
+            ProgressKind::Auto => self.bar.suspend(|| eprint(&format!("warning: {message}"))),
+            _ => eprint(&format!("warning: {message}")),
+        }
+    }
+
+    fn cancelled(&self) -> bool {
+        self.interrupted.load(Ordering::SeqCst)
+    }
+}

@@ -1,0 +1,211 @@
+//! The configuration of a run: works with none, refuses what it does not know.
+
+use motorcade_odometry::{OdometryOptions, RoadOptions};
+use motorcade_vehicles::{TrackerOptions, TrafficSide};
+use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
+
+use crate::error::{Error, Result};
+
+/// Ready-made configurations.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Preset {
+    /// The best we know.
+    #[default]
+    Default,
+    /// The method of Nair et al. 2020: fixed road normal, mean of closed-form scales of road points nearer than 12 m.
+    Paper,
+}
+
+/// What is masked for the camera's own motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum VehicleMask {
+    /// Every box of a vehicle.
+    #[default]
+    All,
+    /// Nothing.
+    None,
+}
+
+/// How a run is judged as failed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RunOptions {
+    /// Share of frames without a tracked pose above which the run counts as failed (exit code 4).
+    pub most_untracked: f64,
+    /// What is masked for the camera's own motion.
+    pub vehicle_mask: VehicleMask,
+}
+
+impl Default for RunOptions {
+    fn default() -> Self {
+        // A fifth of the frames: gaps of a second in five can still be bridged sensibly, more cannot.
+        Self { most_untracked: 0.2, vehicle_mask: VehicleMask::All }
+    }
+}
+
+/// How the metric scale is found.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ScaleOptions {
+    /// The paper's closed form instead of aligning the road.
+    pub closed_form: bool,
+    /// Farthest road point of the closed form \[m\] (the paper's T).
+    pub farthest_m: f64,
+}
+
+impl Default for ScaleOptions {
+    fn default() -> Self {
+        Self { closed_form: false, farthest_m: 12.0 }
+    }
+}
+
+/// Vehicles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct VehicleOptions {
+    /// Side of the road traffic keeps to.
+    pub traffic_side: TrafficSide,
+}
+
+/// Everything that can be set, by stage.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Config {
+    /// Preset the rest started from.
+    pub preset: Preset,
+    /// The run as a whole.
+    pub run: RunOptions,
+    /// Odometry.
+    pub odometry: OdometryOptions,
+    /// Road plane.
+    pub road: RoadOptions,
+    /// Metric scale.
+    pub scale: ScaleOptions,
+    /// Identities.
+    pub tracker: TrackerOptions,
+    /// Vehicles.
+    pub vehicles: VehicleOptions,
+}
+
+impl Config {
+    /// A preset.
+    pub fn preset(preset: Preset) -> Self {
+        let base = Self { preset, ..Self::default() };
+        match preset {
+            Preset::Default => base,
+            Preset::Paper => Self { scale: ScaleOptions { closed_form: true, ..base.scale }, ..base },
+        }
+    }
+
+    /// Overlays TOML text (a configuration file) on this configuration.
+    ///
+    /// # Errors
+    /// TOML that does not parse, an unknown key (the nearest known one is named), a value of the wrong kind.
+    pub fn overlay(self, text: &str, origin: &str) -> Result<Self> {
+        let table: Table = text.parse().map_err(|e| Error::Config(format!("{origin}: {e}")))?;
+        self.overlay_table(&table, origin)
+    }
+
+    /// Overlays one `stage.key=value`.
+    ///
+    /// # Errors
+    /// As [`Config::overlay`].
+    pub fn set(self, assignment: &str) -> Result<Self> {
+        let Some((key, value)) = assignment.split_once('=') else {
+            return Err(Error::Config(format!("--set {assignment}: expected stage.key=value")));
+        };
+        let (key, value) = (key.trim(), value.trim());
+        // Bare words are strings: `vehicles.traffic_side=left` needs no quotes.
+        let parsed = format!("v = {value}").parse::<Table>().ok().and_then(|mut t| t.remove("v"));
+        let mut node = parsed.unwrap_or_else(|| Value::String(value.to_owned()));
+        for part in key.rsplit('.') {
+            node = Value::Table(Table::from_iter([(part.to_owned(), node)]));
+        }
+        let Value::Table(table) = node else {
+            return Err(Error::Config(format!("--set {assignment}: no key")));
+        };
+        self.overlay_table(&table, &format!("--set {assignment}"))
+    }
+
+    fn overlay_table(self, table: &Table, origin: &str) -> Result<Self> {
+        let mut whole = Table::try_from(self).map_err(|e| Error::Config(e.to_string()))?;
+        merge(&mut whole, table, "", origin)?;
+        let config: Self = whole.try_into().map_err(|e| Error::Config(format!("{origin}: {e}")))?;
+        config.validate().map_err(|problem| Error::Config(format!("{origin}: {problem}")))?;
+        Ok(config)
+    }
+
+    fn validate(&self) -> std::result::Result<(), String> {
+        let check = |ok: bool, text: &str| if ok { Ok(()) } else { Err(text.to_owned()) };
+        let o = &self.odometry;
+        check((0.0..=1.0).contains(&self.run.most_untracked), "run.most_untracked must lie between 0 and 1")?;
+        check(o.corners.cell_px >= 8, "odometry.corners.cell_px must be at least 8")?;
+        check(o.corners.per_cell >= 1, "odometry.corners.per_cell must be at least 1")?;
+        check(o.window.free_keyframes >= 3, "odometry.window.free_keyframes must be at least 3")?;
+        check(o.window.fixed_keyframes >= 2, "odometry.window.fixed_keyframes must be at least 2")?;
+        check(self.road.far_heights > 4.0, "road.far_heights must be more than 4")?;
+        check(self.road.half_width_heights > 0.3, "road.half_width_heights must be more than 0.3")?;
+        check(self.road.baseline_heights > 0.05, "road.baseline_heights must be more than 0.05")?;
+        check(self.road.oldest_frames >= 1, "road.oldest_frames must be at least 1")?;
+        check(
+            self.scale.farthest_m > 5.0,
+            "scale.farthest_m must be more than 5 (the road nearer is hidden)",
+        )?;
+        check((0.0..=1.0).contains(&self.tracker.least_iou), "tracker.least_iou must lie between 0 and 1")
+    }
+}
+
+fn merge(into: &mut Table, from: &Table, path: &str, origin: &str) -> Result<()> {
+    for (key, value) in from {
+        let full = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+        let Some(slot) = into.get_mut(key) else { return Err(unknown(into, key, path, origin)) };
+        match (slot, value) {
+            (Value::Table(slot), Value::Table(value)) => merge(slot, value, &full, origin)?,
+            // `8` is a fine way to write 8.0.
+            (slot @ Value::Float(_), Value::Integer(v)) => *slot = Value::Float(*v as f64),
+            (slot, value) if slot.same_type(value) => *slot = value.clone(),
+            (slot, value) => {
+                let problem = format!("{full} must be a {}, not {value}", slot.type_str());
+                return Err(Error::Config(format!("{origin}: {problem}")));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn unknown(table: &Table, key: &str, path: &str, origin: &str) -> Error {
+    let nearest =
+        table.keys().max_by(|a, b| strsim::jaro_winkler(a, key).total_cmp(&strsim::jaro_winkler(b, key)));
+    let place = if path.is_empty() { "at the top".to_owned() } else { format!("in `{path}`") };
+    let hint = nearest.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
+    Error::Config(format!("{origin}: unknown key `{key}` {place}{hint}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_overlay_and_unknown_keys_name_the_nearest() {
+        let config = Config::default().set("odometry.policy.keyframe_flow_px=25").unwrap();
+        assert_eq!(config.odometry.policy.keyframe_flow_px, 25.0);
+        let config = config.set("vehicles.traffic_side=left").unwrap();
+        assert_eq!(config.vehicles.traffic_side, TrafficSide::Left);
+        let error = config.set("odometry.policy.keyframe_flow=25").unwrap_err().to_string();
+        assert!(error.contains("did you mean `keyframe_flow_px`?"), "{error}");
+        let error = config.overlay("[roda]\nfar_heights = 3.0", "my.toml").unwrap_err().to_string();
+        assert!(error.contains("my.toml") && error.contains("`road`"), "{error}");
+        assert!(config.set("road.far_heights=far").is_err());
+        assert!(config.set("road.far_heights=1").unwrap_err().to_string().contains("more than 4"));
+    }
+
+    #[test]
+    fn the_resolved_configuration_reads_back() {
+        let config = Config::preset(Preset::Paper);
+        let text = toml::to_string(&config).unwrap();
+        assert_eq!(Config::default().overlay(&text, "copy").unwrap(), config);
+    }
+}

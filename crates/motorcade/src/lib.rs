@@ -1,0 +1,34 @@
+//! Monocular multi-body SLAM on driving video: one camera in, metric trajectories of the camera and of every vehicle out.
+//!
+//! Three types to know: [`Config`] holds all settings, [`run`] takes a sequence and gives a [`RunResult`], and
+//! [`write_run`] puts it into a directory of files others can read. The flow is one direction: frames → perception →
+//! odometry → road and scale → vehicles → outputs; every stage only sees what came before it.
+//!
+//! ```no_run
+//! use motorcade::{Config, Silent, run, write_run};
+//! use motorcade_dataset::{Sequence, SequenceOptions};
+//! use motorcade_perception::Perception;
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let options = SequenceOptions { calibration: Some("camera.toml".into()), ..Default::default() };
+//! let sequence = Sequence::open("drive.mp4".as_ref(), &options)?;
+//! let height_m = sequence.height_m(Some(1.4))?;
+//! let result = run(&sequence, &Perception::none(), height_m, &Config::default(), 1, &Silent)?;
+//! println!("{:.1} m driven", result.ego.length_m());
+//! # Ok(())
+//! # }
+//! ```
+
+mod config;
+mod error;
+pub mod output;
+mod pipeline;
+mod progress;
+mod timing;
+
+pub use config::{Config, Preset, RunOptions, ScaleOptions, VehicleMask, VehicleOptions};
+pub use error::{Error, Result};
+pub use output::{RunContext, write_run};
+pub use pipeline::{FrameInfo, RunResult, run};
+pub use progress::{Progress, Silent};
+pub use timing::{StageTime, Stopwatch};

@@ -1,0 +1,75 @@
+//! `ego.tum`, `ego.kitti.txt`, `frames.csv`.
+
+use std::path::Path;
+
+use motorcade_dataset::{write_kitti, write_tum};
+use motorcade_odometry::FrameStatus;
+
+use super::file;
+use crate::error::Result;
+use crate::pipeline::RunResult;
+
+pub(super) fn write(folder: &Path, result: &RunResult) -> Result<()> {
+    let poses: Vec<_> = result.ego.frames.iter().map(|f| f.world_from_camera).collect();
+    file(&folder.join("ego.kitti.txt"), |out| write_kitti(out, &poses))?;
+    let rows = result.frames.iter().map(|f| f.timestamp_ns).zip(poses.iter().copied());
+    file(&folder.join("ego.tum"), |out| write_tum(out, rows))?;
+    file(&folder.join("frames.csv"), |out| frames(out, result))
+}
+
+/// Name of a status in files.
+pub(super) fn status_name(status: FrameStatus) -> &'static str {
+    match status {
+        FrameStatus::Initialising => "filled_in",
+        FrameStatus::Tracked => "tracked",
+        FrameStatus::Standstill => "standstill",
+        FrameStatus::Bridged => "bridged",
+    }
+}
+
+fn frames(out: impl std::io::Write, result: &RunResult) -> std::io::Result<()> {
+    let mut table = csv::Writer::from_writer(out);
+    table.write_record([
+        "frame",
+        "time_s",
+        "status",
+        "inliers",
+        "speed_mps",
+        "scale_m_per_unit",
+        "scale_sigma_rel",
+        "scale_measured",
+        "road_pitch_rad",
+        "road_roll_rad",
+        "sigma_x_m",
+        "sigma_y_m",
+        "sigma_z_m",
+        "sigma_yaw_rad",
+    ])?;
+    for (k, (ego, frame)) in result.ego.frames.iter().zip(&result.frames).enumerate() {
+        let before = k.checked_sub(1).map(|b| (&result.ego.frames[b], &result.frames[b]));
+        let speed = before.map_or(0.0, |(e, f)| {
+            let step = (ego.world_from_camera.translation() - e.world_from_camera.translation()).norm();
+            step / ((frame.timestamp_ns - f.timestamp_ns) as f64 * 1e-9).max(1e-6)
+        });
+        let n = ego.road_normal;
+        let sigma = |i: usize| ego.covariance[(i, i)].max(0.0).sqrt();
+        let number = |v: f64| format!("{v:.6}");
+        table.write_record([
+            frame.number.to_string(),
+            format!("{:.6}", frame.timestamp_ns as f64 * 1e-9),
+            status_name(ego.status).to_owned(),
+            ego.inliers.to_string(),
+            number(speed),
+            number(ego.scale),
+            number(ego.scale_sigma),
+            ego.scale_measured.to_string(),
+            number((n.z / n.y).atan()),
+            number((n.x / n.y).atan()),
+            number(sigma(3)),
+            number(sigma(4)),
+            number(sigma(5)),
+            number(sigma(1)),
+        ])?;
+    }
+    table.flush()
+}

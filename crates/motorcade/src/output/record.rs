@@ -1,0 +1,49 @@
+//! `run.json`: what was run, on what, with which settings, and how it went.
+
+use std::io::Write;
+use std::path::Path;
+
+use serde_json::json;
+
+use super::camera::status_name;
+use super::{RunContext, file};
+use crate::error::Result;
+use crate::pipeline::RunResult;
+
+pub(super) fn write(folder: &Path, result: &RunResult, context: &RunContext) -> Result<()> {
+    let text = serde_json::to_string_pretty(&record(result, context)).unwrap_or_default();
+    file(&folder.join("run.json"), |out| writeln!(out, "{text}"))
+}
+
+fn record(result: &RunResult, context: &RunContext) -> serde_json::Value {
+    let mut statuses = std::collections::BTreeMap::<&str, usize>::new();
+    for frame in &result.ego.frames {
+        *statuses.entry(status_name(frame.status)).or_default() += 1;
+    }
+    let problem =
+        |f: &crate::pipeline::FrameInfo| f.problem.as_ref().map(|p| json!({"frame": f.number, "problem": p}));
+    let problems: Vec<_> = result.frames.iter().filter_map(problem).collect();
+    json!({
+        "motorcade": env!("CARGO_PKG_VERSION"),
+        "command": context.command,
+        "configuration": context.config,
+        "input": context.input,
+        "camera_height_m": result.ego.height_m,
+        "world": "camera frame of the first processed frame: x right, y down, z forward, metres",
+        "perception": {"vehicles": context.perception.0, "road": context.perception.1},
+        "interrupted": result.interrupted,
+        "counters": {
+            "frames": result.frames.len(),
+            "frames_by_status": statuses,
+            "road_measurements": result.road_measurements.len(),
+            "detections": result.detections,
+            "vehicles": result.vehicles.len(),
+            "vehicles_moving": result.vehicles.iter().filter(|v| v.p_moving > 0.5).count(),
+        },
+        "length_m": result.ego.length_m(),
+        "vehicles_looked_for": result.looked_for_vehicles,
+        "unreadable_frames": problems,
+        "timings": result.stopwatch.summary(),
+        "warnings": result.warnings,
+    })
+}

@@ -1,0 +1,132 @@
+//! `vehicles/<id>.tum`, `tracks.csv`, `tracks.kitti.txt`.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use motorcade_dataset::{Label, write_tum};
+use motorcade_vehicles::{Source, VehicleState, VehicleTrajectory};
+use nalgebra::{Point3, Vector3};
+
+use super::{RunContext, file};
+use crate::error::Result;
+use crate::pipeline::RunResult;
+
+pub(super) fn write(folder: &Path, result: &RunResult, context: &RunContext) -> Result<()> {
+    for vehicle in &result.vehicles {
+        let rows = vehicle.states.iter().map(|s| (result.frames[s.frame].timestamp_ns, s.world_from_vehicle));
+        file(&folder.join(format!("vehicles/{}.tum", vehicle.id)), |out| write_tum(out, rows))?;
+    }
+    file(&folder.join("tracks.csv"), |out| table(out, result))?;
+    file(&folder.join("tracks.kitti.txt"), |out| kitti(out, result, context))
+}
+
+/// States by frame, then identity.
+fn by_frame(result: &RunResult) -> Vec<(&VehicleTrajectory, &VehicleState)> {
+    let mut rows: Vec<_> =
+        result.vehicles.iter().flat_map(|v| v.states.iter().map(move |s| (v, s))).collect();
+    rows.sort_by_key(|(v, s)| (s.frame, v.id));
+    rows
+}
+
+fn table(out: impl Write, result: &RunResult) -> io::Result<()> {
+    let mut table = csv::Writer::from_writer(out);
+    table.write_record([
+        "frame",
+        "time_s",
+        "id",
+        "class",
+        "x_m",
+        "y_m",
+        "z_m",
+        "qx",
+        "qy",
+        "qz",
+        "qw",
+        "length_m",
+        "width_m",
+        "height_m",
+        "speed_mps",
+        "yaw_rate_radps",
+        "sigma_forward_m",
+        "sigma_left_m",
+        "sigma_up_m",
+        "sigma_heading_rad",
+        "sigma_speed_mps",
+        "source",
+        "p_moving",
+        "score",
+    ])?;
+    for (vehicle, s) in by_frame(result) {
+        let frame = &result.frames[s.frame];
+        let (t, q) = (s.world_from_vehicle.translation(), s.world_from_vehicle.rotation());
+        let sigma = |i: usize| s.covariance[(i, i)].max(0.0).sqrt();
+        let mut row = vec![
+            frame.number.to_string(),
+            format!("{:.6}", frame.timestamp_ns as f64 * 1e-9),
+            vehicle.id.to_string(),
+            vehicle.class.name().to_owned(),
+        ];
+        let size = vehicle.size;
+        let numbers = [
+            t.x,
+            t.y,
+            t.z,
+            q.i,
+            q.j,
+            q.k,
+            q.w,
+            size.length_m,
+            size.width_m,
+            size.height_m,
+            s.speed_mps,
+            s.yaw_rate_radps,
+            sigma(3),
+            sigma(4),
+            sigma(5),
+            sigma(2),
+            s.speed_sigma_mps,
+        ];
+        row.extend(numbers.iter().map(|v| format!("{v:.6}")));
+        row.push(if s.source == Source::Box { "box" } else { "predicted" }.to_owned());
+        row.extend([format!("{:.4}", vehicle.p_moving), format!("{:.4}", s.score)]);
+        table.write_record(&row)?;
+    }
+    table.flush()
+}
+
+/// KITTI tracking results. Locations are bottom-face centres in rectified cam0, `ry` about its y axis.
+fn kitti(mut out: impl Write, result: &RunResult, context: &RunContext) -> io::Result<()> {
+    let cam0_from_camera = context.camera_from_cam0.inverse();
+    for (vehicle, s) in by_frame(result) {
+        let Some(bbox) = s.bbox else { continue };
+        let camera_from_world = result.ego.frames[s.frame].world_from_camera.inverse();
+        let position = camera_from_world.transform_point(&Point3::from(s.world_from_vehicle.translation()));
+        let location = cam0_from_camera.transform_point(&position);
+        let forward =
+            camera_from_world.transform_vector(&s.world_from_vehicle.transform_vector(&Vector3::x()));
+        let forward = cam0_from_camera.transform_vector(&forward);
+        // KITTI: ry = 0 faces +x, positive turns towards −z.
+        let ry_rad = (-forward.z).atan2(forward.x);
+        let alpha_rad = wrap(ry_rad - location.x.atan2(location.z));
+        let label = Label {
+            frame: result.frames[s.frame].number,
+            track: vehicle.id as i64,
+            class: vehicle.class.name().to_owned(),
+            truncated: -1.0,
+            occluded: -1.0,
+            alpha_rad,
+            bbox_px: bbox.to_array(),
+            size_hwl_m: [vehicle.size.height_m, vehicle.size.width_m, vehicle.size.length_m],
+            location_m: [location.x, location.y, location.z],
+            ry_rad,
+            score: Some(s.score),
+        };
+        writeln!(out, "{}", label.to_line())?;
+    }
+    Ok(())
+}
+
+fn wrap(angle: f64) -> f64 {
+    let turn = std::f64::consts::TAU;
+    angle - turn * (angle / turn).round()
+}

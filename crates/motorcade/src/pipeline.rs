@@ -1,0 +1,271 @@
+//! The whole way from frames to trajectories.
+
+use std::sync::mpsc::sync_channel;
+
+use motorcade_dataset::{BadFrame, Frame, Sequence};
+use motorcade_geometry::PinholeCamera;
+use motorcade_odometry::{
+    EgoTrajectory, FrameStatus, Odometry, Rectangle, RoadMeasurement, RoadTracker, StaticMask,
+};
+use motorcade_perception::{Detection, Perception, Percepts};
+use motorcade_vehicles::{GroundFrame, Track, VehicleTrajectory, estimate_track, track_vehicles};
+
+use crate::config::{Config, VehicleMask};
+use crate::error::Result;
+use crate::progress::Progress;
+use crate::timing::Stopwatch;
+
+/// A frame of the input as the run saw it.
+#[derive(Clone, Debug)]
+pub struct FrameInfo {
+    /// The input's own number.
+    pub number: u64,
+    /// Time \[ns\].
+    pub timestamp_ns: i64,
+    /// Why it could not be read, when it could not.
+    pub problem: Option<String>,
+}
+
+/// What a run found.
+#[derive(Debug)]
+pub struct RunResult {
+    /// Intrinsics of the (undistorted) frames.
+    pub camera: PinholeCamera,
+    /// Frames, in order.
+    pub frames: Vec<FrameInfo>,
+    /// The camera's trajectory and the road.
+    pub ego: EgoTrajectory,
+    /// Road measurements the scale came from.
+    pub road_measurements: Vec<RoadMeasurement>,
+    /// Vehicles.
+    pub vehicles: Vec<VehicleTrajectory>,
+    /// Detections handed in by perception.
+    pub detections: usize,
+    /// False when nobody looked for vehicles.
+    pub looked_for_vehicles: bool,
+    /// Times.
+    pub stopwatch: Stopwatch,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+    /// True when it was stopped before the last frame.
+    pub interrupted: bool,
+}
+
+impl RunResult {
+    /// Share of frames whose pose was tracked (or stood).
+    pub fn tracked_share(&self) -> f64 {
+        let good = |s: FrameStatus| matches!(s, FrameStatus::Tracked | FrameStatus::Standstill);
+        let count = self.ego.frames.iter().filter(|f| good(f.status)).count();
+        count as f64 / self.ego.frames.len().max(1) as f64
+    }
+}
+
+/// One frame on its way from perception to odometry.
+type Perceived = (std::result::Result<Frame, BadFrame>, Percepts, f64);
+
+/// Runs everything on a sequence. `threads` ≥ 2 lets perception work ahead on threads of its own; results do not depend on it.
+///
+/// # Errors
+/// Perception that fails as such (a network that does not run). A frame that does not read is bridged, not an error.
+pub fn run(
+    sequence: &Sequence,
+    perception: &Perception,
+    height_m: f64,
+    config: &Config,
+    threads: usize,
+    progress: &dyn Progress,
+) -> Result<RunResult> {
+    let camera = sequence.camera()?;
+    let mut drive = Drive::new(camera, config);
+    progress.begin("odometry", Some(sequence.len()));
+    let mut interrupted = false;
+    let mut take = |perceived: Result<Perceived>| -> Result<bool> {
+        drive.step(perceived?, config, progress);
+        progress.advance(drive.frames.len());
+        interrupted = progress.cancelled();
+        Ok(!interrupted)
+    };
+    if threads < 2 {
+        for frame in sequence.frames() {
+            if !take(perceive(perception, frame))? {
+                break;
+            }
+        }
+    } else {
+        std::thread::scope(|scope| -> Result<()> {
+            let (sender, receiver) = sync_channel(4);
+            scope.spawn(move || {
+                for frame in sequence.frames() {
+                    // The receiver has gone: the run was stopped.
+                    if sender.send(perceive(perception, frame)).is_err() {
+                        break;
+                    }
+                }
+            });
+            for perceived in receiver {
+                if !take(perceived)? {
+                    break;
+                }
+            }
+            Ok(())
+        })?;
+    }
+    Ok(drive.finish(perception, height_m, config, progress, interrupted))
+}
+
+fn perceive(perception: &Perception, frame: std::result::Result<Frame, BadFrame>) -> Result<Perceived> {
+    let start = std::time::Instant::now();
+    let percepts = match &frame {
+        Ok(frame) => perception.perceive(frame)?,
+        Err(_) => Percepts::default(),
+    };
+    Ok((frame, percepts, start.elapsed().as_secs_f64() * 1e3))
+}
+
+/// State of a run between frames.
+struct Drive {
+    camera: PinholeCamera,
+    odometry: Odometry,
+    road: RoadTracker,
+    frames: Vec<FrameInfo>,
+    detections: Vec<Vec<Detection>>,
+    stopwatch: Stopwatch,
+    warnings: Vec<String>,
+}
+
+impl Drive {
+    fn new(camera: PinholeCamera, config: &Config) -> Self {
+        Self {
+            camera,
+            odometry: Odometry::new(camera, config.odometry),
+            road: RoadTracker::new(camera, config.road),
+            frames: Vec::new(),
+            detections: Vec::new(),
+            stopwatch: Stopwatch::default(),
+            warnings: Vec::new(),
+        }
+    }
+
+    /// One frame: perception's boxes mask the scene, the camera moves, the road is measured.
+    fn step(
+        &mut self,
+        (frame, percepts, perception_ms): Perceived,
+        config: &Config,
+        progress: &dyn Progress,
+    ) {
+        let frame = match frame {
+            Ok(frame) => frame,
+            Err(bad) => {
+                self.odometry.skip();
+                self.detections.push(Vec::new());
+                let message = format!("{bad}; its pose is bridged");
+                progress.warn(&message);
+                self.warnings.push(message);
+                let problem = Some(bad.reason.to_string());
+                self.frames.push(FrameInfo { number: bad.number, timestamp_ns: bad.timestamp_ns, problem });
+                return;
+            }
+        };
+        self.stopwatch.add("perception", perception_ms);
+        let index = self.frames.len();
+        let boxes: Vec<Rectangle> =
+            percepts.detections.iter().filter(|d| d.score >= MASKING_SCORE).map(rectangle).collect();
+        let masked: &[Rectangle] = if config.run.vehicle_mask == VehicleMask::All { &boxes } else { &[] };
+        let mask = StaticMask { boxes: masked, ignore: frame.ignore.as_ref() };
+        let gray = frame.gray();
+        let pyramid = self.stopwatch.time("odometry", || self.odometry.process(&gray, &mask));
+        let so_far = self.odometry.so_far();
+        // Vehicles hide the road whether they move or not.
+        let hidden = StaticMask { boxes: &boxes, ignore: frame.ignore.as_ref() };
+        let road = percepts.road.as_ref();
+        let usable = |p: &nalgebra::Point2<f64>| hidden.allows(p) && road.is_none_or(|r| r.is_road(p.x, p.y));
+        let (tracker, segment) = (&mut self.road, so_far.frames[index].segment);
+        self.stopwatch.time("road", || {
+            tracker.process(index, segment, &pyramid, |k| so_far.camera_from_world(k), usable)
+        });
+        self.frames.push(FrameInfo { number: frame.number, timestamp_ns: frame.timestamp_ns, problem: None });
+        self.detections.push(percepts.detections);
+    }
+
+    fn finish(
+        mut self,
+        perception: &Perception,
+        height_m: f64,
+        config: &Config,
+        progress: &dyn Progress,
+        interrupted: bool,
+    ) -> RunResult {
+        let road_measurements = self.road.measurements().to_vec();
+        let up_to_scale = self.odometry.finish();
+        let ego =
+            self.stopwatch.time("scale", || EgoTrajectory::new(&up_to_scale, &road_measurements, height_m));
+        let grounds = grounds(&ego, &self.frames);
+        progress.begin("vehicles", None);
+        let tracks: Vec<Track> = self
+            .stopwatch
+            .time("tracking", || track_vehicles(&self.camera, &grounds, &self.detections, &config.tracker));
+        let side = config.vehicles.traffic_side;
+        let estimate = |track: &Track| estimate_track(&self.camera, &grounds, track, side);
+        let vehicles: Vec<VehicleTrajectory> =
+            self.stopwatch.time("vehicles", || tracks.iter().filter_map(estimate).collect());
+        let looked_for_vehicles = perception.looks_for_vehicles();
+        let mut result = RunResult {
+            camera: self.camera,
+            frames: self.frames,
+            ego,
+            road_measurements,
+            vehicles,
+            detections: self.detections.iter().map(Vec::len).sum(),
+            looked_for_vehicles,
+            stopwatch: self.stopwatch,
+            warnings: self.warnings,
+            interrupted,
+        };
+        for warning in summary_warnings(&result) {
+            progress.warn(&warning);
+            result.warnings.push(warning);
+        }
+        result
+    }
+}
+
+/// A box less certain than this masks nothing: it is more often a shadow than a vehicle.
+const MASKING_SCORE: f64 = 0.3;
+
+fn rectangle(detection: &Detection) -> Rectangle {
+    let b = &detection.bbox;
+    Rectangle { x1: b.x1, y1: b.y1, x2: b.x2, y2: b.y2 }
+}
+
+fn grounds(ego: &EgoTrajectory, frames: &[FrameInfo]) -> Vec<GroundFrame> {
+    let start = frames.first().map_or(0, |f| f.timestamp_ns);
+    let one = |(e, f): (&motorcade_odometry::EgoFrame, &FrameInfo)| GroundFrame {
+        world_from_camera: e.world_from_camera,
+        up: e.road_normal,
+        height_m: ego.height_m,
+        pitch_sigma_rad: e.road_tilt_covariance[(0, 0)].max(0.0).sqrt(),
+        time_s: (f.timestamp_ns - start) as f64 * 1e-9,
+    };
+    ego.frames.iter().zip(frames).map(one).collect()
+}
+
+fn summary_warnings(result: &RunResult) -> Vec<String> {
+    let mut out = Vec::new();
+    let n = result.ego.frames.len();
+    let untracked = ((1.0 - result.tracked_share()) * n as f64).round() as usize;
+    if untracked > 0 {
+        out.push(format!(
+            "{untracked} of {n} frames have a bridged or filled-in pose (see `status` in frames.csv)"
+        ));
+    }
+    if result.road_measurements.is_empty() && n > 0 {
+        out.push(
+            "the road was never seen: the metric scale is a guess, lengths may be off by a factor of two"
+                .to_owned(),
+        );
+    }
+    if !result.looked_for_vehicles {
+        out.push("no vehicles were looked for: give --models or --detections".to_owned());
+    }
+    out
+}

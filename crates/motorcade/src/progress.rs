@@ -1,0 +1,25 @@
+//! Telling somebody how far a run is.
+
+/// Receives progress; the pipeline knows nothing of terminals.
+pub trait Progress: Sync {
+    /// A stage begins; `total` steps when known.
+    fn begin(&self, stage: &'static str, total: Option<usize>);
+    /// Steps done of the present stage.
+    fn advance(&self, done: usize);
+    /// Something the user should know; it also stands in `run.json`.
+    fn warn(&self, message: &str);
+    /// True when the user wants to stop: the run ends with what it has.
+    fn cancelled(&self) -> bool {
+        false
+    }
+}
+
+/// Tells nobody.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Silent;
+
+impl Progress for Silent {
+    fn begin(&self, _stage: &'static str, _total: Option<usize>) {}
+    fn advance(&self, _done: usize) {}
+    fn warn(&self, _message: &str) {}
+}

@@ -1,0 +1,48 @@
+//! Time per stage and frame.
+
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+use serde::Serialize;
+
+/// Times of one stage over the frames of a run.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct StageTime {
+    /// Median \[ms a frame\].
+    pub p50_ms: f64,
+    /// 95th percentile \[ms a frame\].
+    pub p95_ms: f64,
+    /// Sum \[s\].
+    pub total_s: f64,
+}
+
+/// A stopwatch with a lap list per stage.
+#[derive(Clone, Debug, Default)]
+pub struct Stopwatch {
+    laps_ms: BTreeMap<&'static str, Vec<f64>>,
+}
+
+impl Stopwatch {
+    /// Runs `work` and adds its time to `stage`.
+    pub fn time<T>(&mut self, stage: &'static str, work: impl FnOnce() -> T) -> T {
+        let start = Instant::now();
+        let out = work();
+        self.add(stage, start.elapsed().as_secs_f64() * 1e3);
+        out
+    }
+    /// Adds a lap \[ms\].
+    pub fn add(&mut self, stage: &'static str, lap_ms: f64) {
+        self.laps_ms.entry(stage).or_default().push(lap_ms);
+    }
+    /// Summary by stage name.
+    pub fn summary(&self) -> BTreeMap<&'static str, StageTime> {
+        let one = |laps: &Vec<f64>| {
+            let mut sorted = laps.clone();
+            sorted.sort_by(f64::total_cmp);
+            let at =
+                |q: f64| sorted.get(((sorted.len() - 1) as f64 * q).round() as usize).copied().unwrap_or(0.0);
+            StageTime { p50_ms: at(0.5), p95_ms: at(0.95), total_s: sorted.iter().sum::<f64>() / 1e3 }
+        };
+        self.laps_ms.iter().map(|(stage, laps)| (*stage, one(laps))).collect()
+    }
+}
