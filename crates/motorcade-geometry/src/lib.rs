@@ -17,8 +17,14 @@
 
 pub mod alignment;
 mod camera;
+pub mod five_point;
 pub mod lie;
 mod pose;
+mod relative_pose;
+pub mod robust;
+mod triangulation;
 
 pub use camera::{Distortion, InvalidCamera, PinholeCamera};
 pub use pose::{Camera, Frame, Pose, Vehicle, World};
+pub use relative_pose::{RelativePose, RelativePoseOptions, relative_pose};
+pub use triangulation::{triangulate_midpoint, triangulate_rays};

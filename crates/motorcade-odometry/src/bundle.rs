@@ -1,0 +1,267 @@
+//! Windowed bundle adjustment: keyframe poses and points, Schur complement on the points, Levenberg–Marquardt.
+//!
+//! Minimises `Σ ρ(‖π(T_k X_i) − x_ki‖²)` over the free poses `T_k = camera_from_world` (right perturbation `[ω, ν]`) and
+//! points `X_i`. Fixed poses hold the gauge: seven degrees of freedom, so at least two poses must be fixed.
+
+use motorcade_geometry::{Camera, PinholeCamera, Pose, World, robust::Kernel};
+use nalgebra::{DMatrix, DVector, Matrix3, Matrix3x6, Matrix6, Matrix6x3, Point2, Point3, Vector3, Vector6};
+
+use crate::pose_only::reprojection;
+
+/// One sighting of a point from a pose, by index.
+#[derive(Clone, Copy, Debug)]
+pub struct Sighting {
+    /// Index of the pose.
+    pub pose: usize,
+    /// Where the point was seen \[px\].
+    pub pixel: Point2<f64>,
+}
+
+/// The problem; solved in place.
+#[derive(Clone, Debug, Default)]
+pub struct BundleProblem {
+    /// `camera_from_world` of every keyframe.
+    pub poses: Vec<Pose<Camera, World>>,
+    /// Which poses stay.
+    pub fixed: Vec<bool>,
+    /// Points in the world.
+    pub points: Vec<Point3<f64>>,
+    /// Sightings of each point.
+    pub sightings: Vec<Vec<Sighting>>,
+}
+
+/// Limits of the solver.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BundleOptions {
+    /// Iterations at most.
+    pub max_iterations: usize,
+    /// Scale of the Cauchy kernel \[px\]: the noise of a tracked corner.
+    pub kernel_px: f64,
+    /// Ends when the cost falls by less than this fraction.
+    pub relative_decrease: f64,
+}
+
+impl Default for BundleOptions {
+    fn default() -> Self {
+        Self { max_iterations: 8, kernel_px: 1.0, relative_decrease: 1e-4 }
+    }
+}
+
+/// What the solver did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BundleReport {
+    /// Iterations taken.
+    pub iterations: usize,
+    /// Robust cost before \[px²\].
+    pub initial_cost: f64,
+    /// Robust cost after \[px²\].
+    pub final_cost: f64,
+}
+
+type CameraFromWorld = Pose<Camera, World>;
+
+struct PointBlock {
+    inverse: Matrix3<f64>,
+    gradient: Vector3<f64>,
+    /// For every sighting from a free pose: its slot and H_pose,point (6×3).
+    cross: Vec<(usize, Matrix6x3<f64>)>,
+}
+
+impl BundleProblem {
+    /// Robust cost \[px²\]; a sighting from behind counts as a far outlier.
+    fn cost(
+        &self,
+        camera: &PinholeCamera,
+        kernel: Kernel,
+        poses: &[CameraFromWorld],
+        points: &[Point3<f64>],
+    ) -> f64 {
+        const BEHIND_PX: f64 = 100.0;
+        let one = |point: &Point3<f64>, s: &Sighting| {
+            let projected = camera.project(&poses[s.pose].transform_point(point));
+            kernel.cost(projected.map_or(BEHIND_PX * BEHIND_PX, |p| (p - s.pixel).norm_squared()))
+        };
+        let all = points.iter().zip(&self.sightings);
+        all.map(|(point, sightings)| sightings.iter().map(|s| one(point, s)).sum::<f64>()).sum()
+    }
+
+    /// Solves in place.
+    pub fn solve(&mut self, camera: &PinholeCamera, options: &BundleOptions) -> BundleReport {
+        let kernel = Kernel::Cauchy(options.kernel_px);
+        let slots: Vec<Option<usize>> = {
+            let mut next = 0;
+            self.fixed
+                .iter()
+                .map(|f| {
+                    (!f).then(|| {
+                        next += 1;
+                        next - 1
+                    })
+                })
+                .collect()
+        };
+        let free = slots.iter().flatten().count();
+        let initial_cost = self.cost(camera, kernel, &self.poses, &self.points);
+        let mut report = BundleReport { iterations: 0, initial_cost, final_cost: initial_cost };
+        let mut lambda = 1e-4;
+        while report.iterations < options.max_iterations {
+            report.iterations += 1;
+            let Some((pose_steps, point_steps)) = self.step(camera, kernel, &slots, free, lambda) else {
+                lambda *= 10.0;
+                continue;
+            };
+            let (poses, points) = self.moved(&slots, &pose_steps, &point_steps);
+            let cost = self.cost(camera, kernel, &poses, &points);
+            if cost < report.final_cost {
+                let settled = report.final_cost - cost < options.relative_decrease * report.final_cost;
+                (self.poses, self.points) = (poses, points);
+                report.final_cost = cost;
+                lambda = (lambda * 0.2).max(1e-9);
+                if settled {
+                    break;
+                }
+            } else {
+                lambda *= 10.0;
+                if lambda > 1e6 {
+                    break;
+                }
+            }
+        }
+        report
+    }
+
+    fn moved(
+        &self,
+        slots: &[Option<usize>],
+        pose_steps: &DVector<f64>,
+        point_steps: &[Vector3<f64>],
+    ) -> (Vec<CameraFromWorld>, Vec<Point3<f64>>) {
+        let move_pose = |(pose, slot): (&Pose<Camera, World>, &Option<usize>)| match slot {
+            Some(s) => pose.retract(&Vector6::from_iterator(pose_steps.rows(6 * s, 6).iter().copied())),
+            None => *pose,
+        };
+        let poses = self.poses.iter().zip(slots).map(move_pose).collect();
+        (poses, self.points.iter().zip(point_steps).map(|(p, d)| p + d).collect())
+    }
+
+    /// One damped Gauss–Newton step: reduced camera system by the Schur complement, then back-substitution.
+    fn step(
+        &self,
+        camera: &PinholeCamera,
+        kernel: Kernel,
+        slots: &[Option<usize>],
+        free: usize,
+        lambda: f64,
+    ) -> Option<(DVector<f64>, Vec<Vector3<f64>>)> {
+        let mut diagonal = vec![Matrix6::<f64>::zeros(); free];
+        let mut gradient = DVector::<f64>::zeros(6 * free);
+        let mut blocks = Vec::with_capacity(self.points.len());
+        for (point, sightings) in self.points.iter().zip(&self.sightings) {
+            let (mut hpp, mut gp) = (Matrix3::zeros(), Vector3::zeros());
+            let mut cross = Vec::with_capacity(sightings.len());
+            for s in sightings {
+                let Some((r, j_pose, j_point)) = reprojection(camera, &self.poses[s.pose], point, &s.pixel)
+                else {
+                    continue;
+                };
+                let w = kernel.weight(r.norm_squared());
+                hpp += j_point.transpose() * j_point * w;
+                gp += j_point.transpose() * r * w;
+                if let Some(slot) = slots[s.pose] {
+                    diagonal[slot] += j_pose.transpose() * j_pose * w;
+                    let mut g = gradient.fixed_rows_mut::<6>(6 * slot);
+                    g += j_pose.transpose() * r * w;
+                    cross.push((slot, j_pose.transpose() * j_point * w));
+                }
+            }
+            for k in 0..3 {
+                hpp[(k, k)] += lambda * hpp[(k, k)] + 1e-12;
+            }
+            // A point that nobody constrains stays where it is.
+            let inverse = hpp.try_inverse().unwrap_or_else(Matrix3::zeros);
+            blocks.push(PointBlock { inverse, gradient: gp, cross });
+        }
+        let mut reduced = DMatrix::<f64>::zeros(6 * free, 6 * free);
+        for (slot, h) in diagonal.iter().enumerate() {
+            let mut damped = *h;
+            for k in 0..6 {
+                damped[(k, k)] += lambda * h[(k, k)] + 1e-9;
+            }
+            reduced.fixed_view_mut::<6, 6>(6 * slot, 6 * slot).copy_from(&damped);
+        }
+        for block in &blocks {
+            for (a, (slot_a, cross_a)) in block.cross.iter().enumerate() {
+                let scaled: Matrix6x3<f64> = cross_a * block.inverse;
+                let mut g = gradient.fixed_rows_mut::<6>(6 * slot_a);
+                g -= scaled * block.gradient;
+                for (slot_b, cross_b) in &block.cross[..=a] {
+                    let (row, column, product) = if slot_a >= slot_b {
+                        (slot_a, slot_b, scaled * cross_b.transpose())
+                    } else {
+                        (slot_b, slot_a, (scaled * cross_b.transpose()).transpose())
+                    };
+                    let mut view = reduced.fixed_view_mut::<6, 6>(6 * row, 6 * column);
+                    view -= product;
+                }
+            }
+        }
+        // Only the lower triangle is filled; Cholesky reads no other.
+        let pose_steps = reduced.cholesky()?.solve(&-gradient);
+        let point_steps = blocks.iter().map(|block| {
+            let mut rhs = -block.gradient;
+            for (slot, cross) in &block.cross {
+                let transposed: Matrix3x6<f64> = cross.transpose();
+                rhs -= transposed * pose_steps.fixed_rows::<6>(6 * slot);
+            }
+            block.inverse * rhs
+        });
+        let point_steps: Vec<Vector3<f64>> = point_steps.collect();
+        let finite = pose_steps.iter().all(|v| v.is_finite())
+            && point_steps.iter().all(|p| p.iter().all(|v| v.is_finite()));
+        finite.then_some((pose_steps, point_steps))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{Rng, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    const CAMERA: PinholeCamera =
+        PinholeCamera { fx: 720.0, fy: 720.0, cx: 600.0, cy: 180.0, width: 1242, height: 375 };
+
+    #[test]
+    fn recovers_a_disturbed_window() {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        let truth: Vec<Pose<Camera, World>> = (0..8)
+            .map(|k| Pose::exp(&Vector6::new(0.0, 0.01 * f64::from(k), 0.0, 0.0, 0.0, -1.1 * f64::from(k))))
+            .collect();
+        let mut problem = BundleProblem { poses: truth.clone(), fixed: vec![false; 8], ..Default::default() };
+        problem.fixed[..2].fill(true);
+        for _ in 0..200 {
+            let p = Point3::new(
+                rng.random_range(-10.0..10.0),
+                rng.random_range(-4.0..1.6),
+                rng.random_range(15.0..60.0),
+            );
+            let seen = truth.iter().enumerate().filter_map(|(k, t)| {
+                Some(Sighting { pose: k, pixel: CAMERA.project(&t.transform_point(&p))? })
+            });
+            problem.sightings.push(seen.collect());
+            problem.points.push(p + Vector3::new(0.0, 0.0, rng.random_range(-2.0..2.0)));
+        }
+        for pose in &mut problem.poses[2..] {
+            let push = Vector6::from_fn(|_, _| rng.random_range(-0.01..0.01));
+            *pose = pose.retract(&push);
+        }
+        let report = problem.solve(
+            &CAMERA,
+            &BundleOptions { max_iterations: 30, relative_decrease: 1e-12, ..Default::default() },
+        );
+        assert!(report.final_cost < 1e-6 * report.initial_cost, "{report:?}");
+        for (found, pose) in problem.poses.iter().zip(&truth) {
+            assert!((found.inverse() * *pose).log().norm() < 1e-4);
+        }
+    }
+}

@@ -1,0 +1,231 @@
+//! The metric trajectory of the camera and the road under it, from up-to-scale odometry and road measurements.
+
+use motorcade_geometry::{Camera, Pose, World};
+use nalgebra::{Matrix3, Matrix6, Vector3};
+
+use crate::odometry::{FrameStatus, UpToScale};
+use crate::road_track::{RoadMeasurement, road_normal};
+use crate::scale_smoother::{NoiseModel, SmoothedState, StateMeasurement, smooth};
+
+/// A frame of the metric trajectory.
+#[derive(Clone, Debug)]
+pub struct EgoFrame {
+    /// Pose \[m\]; the world is the camera of the first frame.
+    pub world_from_camera: Pose<World, Camera>,
+    /// How the pose was found.
+    pub status: FrameStatus,
+    /// Covariance of the motion from the frame before (6×6 `[ω, ν]`, rad and m), in this camera's frame.
+    pub step_covariance: Matrix6<f64>,
+    /// Covariance of the pose in the world (6×6 `[ω, ν]`), accumulated from the first frame.
+    pub covariance: Matrix6<f64>,
+    /// Metres per unit of the odometry.
+    pub scale: f64,
+    /// Standard deviation of log scale.
+    pub scale_sigma: f64,
+    /// True when a measurement of this frame itself entered; else the scale leans on neighbours.
+    pub scale_measured: bool,
+    /// Unit normal of the road towards the camera, camera frame.
+    pub road_normal: Vector3<f64>,
+    /// Covariance of pitch and roll of the road (2×2 in the upper left) \[rad²\].
+    pub road_tilt_covariance: Matrix3<f64>,
+    /// Landmarks that agreed on the pose.
+    pub inliers: usize,
+}
+
+/// The metric trajectory of a drive.
+#[derive(Clone, Debug)]
+pub struct EgoTrajectory {
+    /// One a frame.
+    pub frames: Vec<EgoFrame>,
+    /// Height of the camera above the road \[m\].
+    pub height_m: f64,
+    /// Noise of each segment, as the drive itself told it.
+    pub noise: Vec<Option<NoiseModel>>,
+}
+
+impl EgoTrajectory {
+    /// Puts metres into an odometry by the camera's height \[m\].
+    ///
+    /// All lengths are proportional to `height_m`, exactly. A segment without any road measurement goes on at the
+    /// metric speed of the one before it.
+    pub fn new(odometry: &UpToScale, measurements: &[RoadMeasurement], height_m: f64) -> Self {
+        let steps = steps(odometry);
+        let n = odometry.frames.len();
+        let mut states: Vec<Option<SmoothedState>> = vec![None; n];
+        let mut noise = Vec::new();
+        for segment in 0..odometry.keyframes.len() {
+            noise.push(smooth_segment(odometry, &steps, measurements, segment, height_m, &mut states));
+        }
+        let mut ego = Self { frames: Vec::with_capacity(n), height_m, noise };
+        let mut last_step = Pose::<Camera, Camera>::identity();
+        for k in 0..n {
+            let frame = ego.next_frame(
+                odometry,
+                k,
+                steps[k].as_ref(),
+                states[k].as_ref(),
+                measurements,
+                &mut last_step,
+            );
+            ego.frames.push(frame);
+        }
+        ego
+    }
+
+    fn next_frame(
+        &self,
+        odometry: &UpToScale,
+        k: usize,
+        step: Option<&Pose<Camera, Camera>>,
+        state: Option<&SmoothedState>,
+        measurements: &[RoadMeasurement],
+        last_step: &mut Pose<Camera, Camera>,
+    ) -> EgoFrame {
+        let record = &odometry.frames[k];
+        let before = self.frames.last();
+        let scale = match (state, before) {
+            (Some(s), _) => s.value.x.exp(),
+            (None, Some(b)) => b.scale,
+            (None, None) => self.height_m / 2.0,
+        };
+        let scale_sigma = state.map_or(0.1, |s| s.covariance[(0, 0)].max(0.0).sqrt());
+        // Without a step of its own the frame goes on as the one before it did.
+        let metric_step = step.map_or(*last_step, |s| s.scaled(scale));
+        if before.is_some() {
+            *last_step = metric_step;
+        }
+        let world_from_camera =
+            before.map_or(Pose::identity(), |b| b.world_from_camera * metric_step.cast::<Camera, Camera>());
+        let step_covariance =
+            step_covariance(&metric_step, record.covariance, scale, scale_sigma, record.status);
+        let covariance = before.map_or(Matrix6::zeros(), |b| {
+            let across = motorcade_geometry::lie::se3::adjoint(&metric_step.isometry().inverse());
+            across * b.covariance * across.transpose() + step_covariance
+        });
+        let (pitch, roll) = state.map_or((0.0, 0.0), |s| (s.value.y, s.value.z));
+        let mut road_tilt_covariance = Matrix3::zeros();
+        match state {
+            Some(s) => road_tilt_covariance
+                .fixed_view_mut::<2, 2>(0, 0)
+                .copy_from(&s.covariance.fixed_view::<2, 2>(1, 1)),
+            // Nothing known of the road: a degree.
+            None => road_tilt_covariance.fill_diagonal(1.0_f64.to_radians().powi(2)),
+        }
+        EgoFrame {
+            world_from_camera,
+            status: record.status,
+            step_covariance,
+            covariance,
+            scale,
+            scale_sigma,
+            scale_measured: measurements.iter().any(|m| m.frame == k),
+            road_normal: road_normal(pitch, roll),
+            road_tilt_covariance,
+            inliers: record.inliers,
+        }
+    }
+}
+
+/// `camera_before_from_camera` of each frame in its segment's unit; bridged frames share out the motion between their
+/// neighbours. `None` at the first frame, at the start of a segment and where a segment ended bridged.
+fn steps(odometry: &UpToScale) -> Vec<Option<Pose<Camera, Camera>>> {
+    let n = odometry.frames.len();
+    let mut poses: Vec<Option<Pose<Camera, World>>> = (0..n).map(|k| odometry.camera_from_world(k)).collect();
+    let found = |k: usize| {
+        odometry.frames[k].status != FrameStatus::Bridged && odometry.frames[k].segment != usize::MAX
+    };
+    let mut k = 1;
+    while k < n {
+        if found(k) {
+            k += 1;
+            continue;
+        }
+        let end = (k..n).find(|e| found(*e));
+        let neighbours = end.filter(|e| odometry.frames[*e].segment == odometry.frames[k - 1].segment);
+        match neighbours.and_then(|e| Some((e, poses[k - 1]?, poses[e]?))) {
+            Some((e, a, b)) => {
+                let whole: Pose<Camera, Camera> = (b * a.inverse()).cast();
+                for i in k..e {
+                    let fraction = (i - k + 1) as f64 / (e - k + 1) as f64;
+                    poses[i] = Some(
+                        Pose::<Camera, Camera>::exp(&(whole.log() * fraction)).cast::<Camera, Camera>() * a,
+                    );
+                }
+            }
+            None => (k..end.unwrap_or(n)).for_each(|i| poses[i] = None),
+        }
+        k = end.unwrap_or(n);
+    }
+    let step = |k: usize| {
+        let same = k > 0 && odometry.frames[k].segment == odometry.frames[k - 1].segment;
+        same.then(|| Some((poses[k - 1]? * poses[k]?.inverse()).cast())).flatten()
+    };
+    (0..n).map(step).collect()
+}
+
+fn smooth_segment(
+    odometry: &UpToScale,
+    steps: &[Option<Pose<Camera, Camera>>],
+    measurements: &[RoadMeasurement],
+    segment: usize,
+    height_m: f64,
+    states: &mut [Option<SmoothedState>],
+) -> Option<NoiseModel> {
+    let frames: Vec<usize> = (0..steps.len()).filter(|k| odometry.frames[*k].segment == segment).collect();
+    let (first, last) = (*frames.first()?, *frames.last()?);
+    let own: Vec<StateMeasurement> = measurements
+        .iter()
+        .filter(|m| (first..=last).contains(&m.frame))
+        .map(|m| {
+            // The scale belongs to the motion between the two frames; its middle is where it is put.
+            let middle = (m.frame + m.reference).div_ceil(2).max(first);
+            let value = Vector3::new(m.value.x + height_m.ln(), m.value.y, m.value.z);
+            StateMeasurement {
+                frame: middle.max(m.frame.min(middle)) - first,
+                value,
+                covariance: m.covariance,
+            }
+        })
+        .collect();
+    let mut scales: Vec<f64> = own.iter().map(|m| m.value.x).collect();
+    let typical = motorcade_geometry::robust::median(&mut scales)?.exp();
+    let travelled: Vec<f64> = (first..=last)
+        .map(|k| steps[k].map_or(0.0, |s| s.translation().norm() * typical / height_m))
+        .collect();
+    let (smoothed, model) = smooth(&travelled, &own)?;
+    for (k, state) in (first..=last).zip(smoothed) {
+        states[k] = Some(state);
+    }
+    Some(model)
+}
+
+fn step_covariance(
+    step: &Pose<Camera, Camera>,
+    tracking: Matrix6<f64>,
+    scale: f64,
+    scale_sigma: f64,
+    status: FrameStatus,
+) -> Matrix6<f64> {
+    let mut out = tracking;
+    for k in 3..6 {
+        for j in 0..6 {
+            out[(k, j)] *= scale;
+            out[(j, k)] *= scale;
+        }
+    }
+    let t = step.translation();
+    let mut along = out.fixed_view_mut::<3, 3>(3, 3);
+    along += t * t.transpose() * (scale_sigma * scale_sigma);
+    if status == FrameStatus::Bridged || status == FrameStatus::Initialising {
+        // A tenth of a second unseen: half a degree, and 1 m/s of change in speed.
+        for k in 0..3 {
+            out[(k, k)] += 0.5_f64.to_radians().powi(2);
+            out[(3 + k, 3 + k)] += 0.1_f64.powi(2);
+        }
+    }
+    // A standing camera is known to stand, but not absolutely.
+    for k in 0..6 {
+        out[(k, k)] += 1e-10;
+    }
+    out
+}

@@ -1,0 +1,51 @@
+//! Monocular odometry for driving video, metric by the height of the camera above the road.
+//!
+//! Three types to know: [`Odometry`] follows corners and gives camera motion up to scale, [`RoadTracker`] finds the road
+//! plane in the same images, [`EgoTrajectory`] puts both together into metres.
+//!
+//! ```
+//! use image::GrayImage;
+//! use motorcade_geometry::PinholeCamera;
+//! use motorcade_odometry::{EgoTrajectory, Odometry, OdometryOptions, RoadOptions, RoadTracker, StaticMask};
+//!
+//! let camera = PinholeCamera { fx: 720.0, fy: 720.0, cx: 160.0, cy: 80.0, width: 320, height: 160 };
+//! let mut odometry = Odometry::new(camera, OdometryOptions::default());
+//! let mut road = RoadTracker::new(camera, RoadOptions::default());
+//! for frame in 0..3 {
+//!     let pyramid = odometry.process(&GrayImage::new(320, 160), &StaticMask::default());
+//!     let so_far = odometry.so_far();
+//!     let segment = so_far.frames[frame].segment;
+//!     road.process(frame, segment, &pyramid, |k| so_far.camera_from_world(k), |_| true);
+//! }
+//! // Black images: nothing is known, but every frame is there.
+//! let ego = EgoTrajectory::new(&odometry.finish(), road.measurements(), 1.65);
+//! assert_eq!(ego.frames.len(), 3);
+//! ```
+
+mod bundle;
+mod corners;
+mod ego;
+mod klt;
+mod landmark;
+mod odometry;
+mod pose_only;
+mod pyramid;
+mod road;
+mod road_track;
+mod scale_smoother;
+mod static_mask;
+mod window;
+
+pub use bundle::BundleOptions;
+pub use corners::{CornerOptions, detect};
+pub use ego::{EgoFrame, EgoTrajectory};
+pub use klt::{KltOptions, Request, track, track_checked};
+pub use landmark::Landmark;
+pub use odometry::{FrameRecord, FrameStatus, Odometry, OdometryOptions, PolicyOptions, UpToScale};
+pub use pose_only::PoseOnlyOptions;
+pub use pyramid::{Plane, Pyramid};
+pub use road::{RoadOptions, RoadPlane};
+pub use road_track::{RoadMeasurement, RoadTracker, road_normal};
+pub use scale_smoother::NoiseModel;
+pub use static_mask::{Rectangle, StaticMask};
+pub use window::WindowOptions;

@@ -1,0 +1,330 @@
+//! The road plane from pixels: direct alignment of the road between two frames by the homography a plane induces.
+//!
+//! With the camera motion R, t from the current to the reference frame known up to scale and the road `mᵀX = 1` in the
+//! current camera frame (m = −n/d: n the unit normal towards the camera, d the camera's height in the odometry's unit),
+//! a road pixel moves by `x' ~ K (R + t mᵀ) K⁻¹ x`. The three numbers of m are found by Gauss–Newton on the grey values
+//! of all textured road pixels; the metric scale of the odometry is then `h·|m|`. A small rotation with a prior stands
+//! for the error of the odometry's own rotation: 0.02° of pitch moves the road as much as 1 % of scale.
+
+use motorcade_geometry::{
+    Camera, PinholeCamera, Pose,
+    lie::so3,
+    robust::{Kernel, sigma_from_absolute},
+};
+use nalgebra::{Matrix3, Point2, SMatrix, SVector, Vector3};
+
+use crate::pyramid::{Plane, Pyramid};
+
+/// How the road is aligned. Lengths are in camera heights, so that nothing depends on the unknown unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoadOptions {
+    /// Far end of the stretch of road used \[camera heights\]; 15 heights are 25 m for a car.
+    pub far_heights: f64,
+    /// Half width of that stretch \[camera heights\]: 1.7 heights are 2.8 m, the own lane, which is one plane far more often
+    /// than the whole carriageway with its crown and kerbs.
+    pub half_width_heights: f64,
+    /// Least motion between the two frames \[camera heights\].
+    pub baseline_heights: f64,
+    /// Oldest frame a current one is compared with \[frames\].
+    pub oldest_frames: usize,
+    /// Standard deviation of the odometry's rotation between the two frames \[rad\].
+    pub rotation_sigma_rad: f64,
+    /// Standard deviation of pitch and roll about the expected plane \[rad\].
+    pub tilt_sigma_rad: f64,
+    /// Pixels with a smaller gradient carry no information \[grey levels/px\].
+    pub least_gradient: f32,
+    /// Pixels used at most on a level.
+    pub most_pixels: usize,
+    /// Pixels needed.
+    pub least_pixels: usize,
+    /// Share of the pixels that must agree with the plane.
+    pub least_agreement: f64,
+    /// Iterations on each level.
+    pub iterations: usize,
+}
+
+impl Default for RoadOptions {
+    fn default() -> Self {
+        Self {
+            far_heights: 15.0,
+            half_width_heights: 1.7,
+            baseline_heights: 0.9,
+            oldest_frames: 15,
+            rotation_sigma_rad: 0.02_f64.to_radians(),
+            tilt_sigma_rad: 1.5_f64.to_radians(),
+            least_gradient: 2.0,
+            most_pixels: 8000,
+            least_pixels: 300,
+            least_agreement: 0.5,
+            iterations: 8,
+        }
+    }
+}
+
+/// The road plane in the current camera frame, in the odometry's unit of length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoadPlane {
+    /// m with `mᵀX = 1` for points X on the road (3).
+    pub m: Vector3<f64>,
+    /// Its covariance (3×3).
+    pub covariance: Matrix3<f64>,
+    /// Pixels used.
+    pub pixels: usize,
+    /// Share of them that agree.
+    pub agreement: f64,
+    /// Standard deviation of the grey residual.
+    pub sigma_grey: f64,
+}
+
+/// Neighbouring pixels share interpolation, texture and noise: about this many count as one measurement.
+const CORRELATED_PIXELS: f64 = 8.0;
+
+struct Sample {
+    ray: Vector3<f64>,
+    grey: f64,
+}
+
+/// The stretch of road to look at and its present guess.
+pub struct RoadView<'a> {
+    /// Intrinsics of level 0.
+    pub camera: &'a PinholeCamera,
+    /// Current image.
+    pub current: &'a Pyramid,
+    /// Earlier image.
+    pub reference: &'a Pyramid,
+    /// Camera motion, odometry's unit.
+    pub reference_from_current: Pose<Camera, Camera>,
+    /// Guess of m.
+    pub guess: Vector3<f64>,
+}
+
+impl RoadView<'_> {
+    /// Road pixels of a level: inside the stretch, allowed, textured; thinned evenly when there are too many.
+    fn samples(
+        &self,
+        level: usize,
+        usable: &impl Fn(&Point2<f64>) -> bool,
+        options: &RoadOptions,
+    ) -> Vec<Sample> {
+        let plane = self.current.level(level);
+        let scale = f64::from(1u32 << level);
+        let height = 1.0 / self.guess.norm();
+        let (far, half_width) = (options.far_heights * height, options.half_width_heights * height);
+        let mut out = Vec::new();
+        for y in 2..plane.height().saturating_sub(3) {
+            let left = self.camera.ray(&Point2::new(0.0, y as f64 * scale));
+            let right = self.camera.ray(&Point2::new(f64::from(self.camera.width), y as f64 * scale));
+            if self.guess.dot(&left).max(self.guess.dot(&right)) <= 1.0 / far {
+                continue;
+            }
+            for x in 2..plane.width().saturating_sub(3) {
+                let pixel = Point2::new(x as f64 * scale, y as f64 * scale);
+                let ray = self.camera.ray(&pixel);
+                let inverse_depth = self.guess.dot(&ray);
+                if inverse_depth * far < 1.0 || (ray.x / inverse_depth).abs() > half_width {
+                    continue;
+                }
+                let row = plane.row(y);
+                let gx = 0.5 * (row[x + 1] - row[x - 1]);
+                let gy = 0.5 * (plane.row(y + 1)[x] - plane.row(y - 1)[x]);
+                if gx * gx + gy * gy >= options.least_gradient * options.least_gradient && usable(&pixel) {
+                    out.push(Sample { ray, grey: f64::from(row[x]) });
+                }
+            }
+        }
+        let keep_every = out.len().div_ceil(options.most_pixels.max(1)).max(1);
+        if keep_every > 1 {
+            let mut index = 0;
+            out.retain(|_| {
+                index += 1;
+                index % keep_every == 0
+            });
+        }
+        out
+    }
+
+    /// Robust mean absolute grey difference of a plane, for the first coarse search; `None` when too little overlaps.
+    fn mismatch(&self, m: &Vector3<f64>, samples: &[Sample], level: usize) -> Option<f64> {
+        let r = self.reference_from_current.rotation_matrix();
+        let t = self.reference_from_current.translation();
+        let plane = self.reference.level(level);
+        let scale = 1.0 / f64::from(1u32 << level);
+        let mut differences = Vec::with_capacity(samples.len());
+        for s in samples {
+            let moved = r * s.ray + t * m.dot(&s.ray);
+            let pixel = (moved.z > 1e-6).then(|| self.camera.project(&(moved / moved.z).into())).flatten();
+            let grey = pixel.and_then(|p| plane.sample((p.x * scale) as f32, (p.y * scale) as f32));
+            differences.extend(grey.map(|g| (f64::from(g) - s.grey).abs().min(40.0)));
+        }
+        (2 * differences.len() > samples.len())
+            .then(|| differences.iter().sum::<f64>() / differences.len() as f64)
+    }
+}
+
+/// Searches the scale of the plane over a factor of 16 around the guess; for the first frames of a segment, when nothing
+/// is known of the odometry's unit. Returns the best m.
+pub fn search_scale(
+    view: &RoadView<'_>,
+    usable: impl Fn(&Point2<f64>) -> bool,
+    options: &RoadOptions,
+) -> Option<Vector3<f64>> {
+    const STEPS: i32 = 40;
+    let level = 2.min(view.current.len() - 1);
+    let samples = view.samples(level, &usable, options);
+    if samples.len() < options.least_pixels / 4 {
+        return None;
+    }
+    let candidates = (-STEPS..=STEPS).map(|k| view.guess * 4.0_f64.powf(f64::from(k) / f64::from(STEPS)));
+    let scored = candidates.filter_map(|m| Some((view.mismatch(&m, &samples, level)?, m)));
+    scored.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, m)| m)
+}
+
+/// Aligns the road. `None` when there is too little texture or the plane does not explain it.
+pub fn align_road(
+    view: &RoadView<'_>,
+    usable: impl Fn(&Point2<f64>) -> bool,
+    options: &RoadOptions,
+) -> Option<RoadPlane> {
+    let mut state = State { m: view.guess, turn: Vector3::zeros(), gain: 0.0, bias: 0.0 };
+    let mut result = None;
+    for level in (0..2.min(view.current.len())).rev() {
+        let samples = view.samples(level, &usable, options);
+        if samples.len() < options.least_pixels {
+            return None;
+        }
+        result = refine(view, &samples, view.reference.level(level), level, &mut state, options);
+        result.as_ref()?;
+    }
+    result
+}
+
+struct State {
+    m: Vector3<f64>,
+    turn: Vector3<f64>,
+    gain: f64,
+    bias: f64,
+}
+
+/// Parameters: m (3), small rotation (3), gain and bias of the grey values (2).
+type Normal = (SMatrix<f64, 8, 8>, SVector<f64, 8>);
+
+fn refine(
+    view: &RoadView<'_>,
+    samples: &[Sample],
+    reference: &Plane,
+    level: usize,
+    state: &mut State,
+    options: &RoadOptions,
+) -> Option<RoadPlane> {
+    // Residual noise to begin with [grey levels]; measured anew after every pass.
+    let mut sigma = 8.0;
+    let mut last = None;
+    for _ in 0..options.iterations {
+        let (normal, mut absolute, seen) = accumulate(view, samples, reference, level, state, sigma);
+        if seen < options.least_pixels {
+            return None;
+        }
+        let (mut h, mut g) = normal;
+        add_priors(&mut h, &mut g, view, state, sigma, options);
+        let step = h.cholesky()?.solve(&-g);
+        state.m += step.fixed_rows::<3>(0);
+        state.turn += step.fixed_rows::<3>(3);
+        state.gain += step[6];
+        state.bias += step[7];
+        let agreement =
+            absolute.iter().filter(|r| **r < 2.5 * sigma.max(2.0)).count() as f64 / samples.len() as f64;
+        sigma = sigma_from_absolute(&mut absolute)?.max(0.5);
+        let covariance = h.try_inverse()?.fixed_view::<3, 3>(0, 0) * (sigma * sigma * CORRELATED_PIXELS);
+        let plane = RoadPlane { m: state.m, covariance, pixels: seen, agreement, sigma_grey: sigma };
+        let settled = step.fixed_rows::<3>(0).norm() < 1e-5 * state.m.norm();
+        last = Some(plane);
+        if settled {
+            break;
+        }
+    }
+    // A plane above the camera, behind it or far off the guess is not the road.
+    let sane =
+        state.m.iter().all(|v| v.is_finite()) && state.m.angle(&view.guess) < 6.0 * options.tilt_sigma_rad;
+    last.filter(|p| sane && p.agreement >= options.least_agreement)
+}
+
+fn accumulate(
+    view: &RoadView<'_>,
+    samples: &[Sample],
+    reference: &Plane,
+    level: usize,
+    state: &State,
+    sigma: f64,
+) -> (Normal, Vec<f64>, usize) {
+    let scale = 1.0 / f64::from(1u32 << level);
+    let turn = so3::exp(&state.turn).to_rotation_matrix().into_inner();
+    let r = turn * view.reference_from_current.rotation_matrix();
+    let t = turn * view.reference_from_current.translation();
+    let kernel = Kernel::Cauchy(2.0 * sigma);
+    let (fx, fy) = (view.camera.fx * scale, view.camera.fy * scale);
+    let (cx, cy) = (view.camera.cx * scale, view.camera.cy * scale);
+    let (mut h, mut g) = (SMatrix::<f64, 8, 8>::zeros(), SVector::<f64, 8>::zeros());
+    let mut absolute = Vec::with_capacity(samples.len());
+    for s in samples {
+        let y = r * s.ray + t * state.m.dot(&s.ray);
+        if y.z < 1e-6 {
+            continue;
+        }
+        let iz = 1.0 / y.z;
+        let (u, v) = (fx * y.x * iz + cx, fy * y.y * iz + cy);
+        let Some([grey, gx, gy]) = reference.sample_with_gradient(u as f32, v as f32) else { continue };
+        let residual = f64::from(grey) - (1.0 + state.gain) * s.grey - state.bias;
+        absolute.push(residual.abs());
+        let w = kernel.weight(residual * residual);
+        // ∂grey/∂y (1×3) through the projection
+        let (gu, gv) = (f64::from(gx) * fx * iz, f64::from(gy) * fy * iz);
+        let by_y = Vector3::new(gu, gv, -(gu * y.x + gv * y.y) * iz);
+        // ∂y/∂m = t rayᵀ, ∂y/∂ω = −y^ (left perturbation)
+        let by_m = s.ray * by_y.dot(&t);
+        let by_turn = y.cross(&by_y);
+        let j = SVector::<f64, 8>::from_column_slice(&[
+            by_m.x, by_m.y, by_m.z, by_turn.x, by_turn.y, by_turn.z, -s.grey, -1.0,
+        ]);
+        for a in 0..8 {
+            let wa = w * j[a];
+            g[a] += wa * residual;
+            for b in a..8 {
+                h[(a, b)] += wa * j[b];
+            }
+        }
+    }
+    h.fill_lower_triangle_with_upper_triangle();
+    let seen = absolute.len();
+    ((h, g), absolute, seen)
+}
+
+/// Priors, in the units of the data term (grey² · correlated pixels).
+fn add_priors(
+    h: &mut SMatrix<f64, 8, 8>,
+    g: &mut SVector<f64, 8>,
+    view: &RoadView<'_>,
+    state: &State,
+    sigma: f64,
+    options: &RoadOptions,
+) {
+    let unit = sigma * sigma * CORRELATED_PIXELS;
+    let rotation = unit / options.rotation_sigma_rad.powi(2);
+    for k in 0..3 {
+        h[(3 + k, 3 + k)] += rotation;
+        g[3 + k] += rotation * state.turn[k];
+    }
+    // Tilt: the part of m across the guess; the part along it is the scale and stays free.
+    let norm = view.guess.norm();
+    let axis = view.guess / norm;
+    let across = Matrix3::identity() - axis * axis.transpose();
+    let tilt = across * (unit / (options.tilt_sigma_rad * norm).powi(2));
+    let mut block = h.fixed_view_mut::<3, 3>(0, 0);
+    block += tilt;
+    let mut rhs = g.fixed_rows_mut::<3>(0);
+    rhs += tilt * (state.m - view.guess);
+    // Gain ±10 %, bias ±10 grey levels.
+    h[(6, 6)] += unit / 0.01;
+    g[6] += unit / 0.01 * state.gain;
+    h[(7, 7)] += unit / 100.0;
+    g[7] += unit / 100.0 * state.bias;
+}

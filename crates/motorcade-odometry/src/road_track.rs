@@ -1,0 +1,229 @@
+//! The road plane from frame to frame: finds it, follows it, finds it again.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use motorcade_geometry::{Camera, PinholeCamera, Pose, World, robust::median};
+use nalgebra::{Matrix3, Point2, Vector3};
+
+use crate::pyramid::Pyramid;
+use crate::road::{RoadOptions, RoadPlane, RoadView, align_road, search_scale};
+
+/// What one frame says about road and scale.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoadMeasurement {
+    /// Frame (row of the run).
+    pub frame: usize,
+    /// Earlier frame it was compared with.
+    pub reference: usize,
+    /// `[log(|m|·height unit), pitch, roll]`: log of 1 / camera height in the odometry's unit, pitch and roll of the road
+    /// relative to the camera \[rad\].
+    pub value: Vector3<f64>,
+    /// Its covariance (3×3) as the pixels tell it.
+    pub covariance: Matrix3<f64>,
+    /// Share of the road pixels that agree.
+    pub agreement: f64,
+    /// Pixels used.
+    pub pixels: usize,
+}
+
+/// Unit normal of the road towards the camera, in the camera frame, from pitch and roll.
+///
+/// Pitch turns the far road up (a camera looking down has positive pitch), roll tips it sideways:
+/// `n ∝ −(tan roll, 1, tan pitch)`.
+pub fn road_normal(pitch_rad: f64, roll_rad: f64) -> Vector3<f64> {
+    -Vector3::new(roll_rad.tan(), 1.0, pitch_rad.tan()).normalize()
+}
+
+/// `[log|m|, pitch, roll]` of a plane and the derivative by m (3×3).
+fn coordinates(m: &Vector3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
+    let norm2 = m.norm_squared();
+    let value = Vector3::new(0.5 * norm2.ln(), (m.z / m.y).atan(), (m.x / m.y).atan());
+    let (yz, yx) = (m.y * m.y + m.z * m.z, m.y * m.y + m.x * m.x);
+    let jacobian = Matrix3::new(
+        m.x / norm2,
+        m.y / norm2,
+        m.z / norm2,
+        0.0,
+        -m.z / yz,
+        m.y / yz,
+        m.y / yx,
+        -m.x / yx,
+        0.0,
+    );
+    (value, jacobian)
+}
+
+/// Follows the road plane through a drive.
+pub struct RoadTracker {
+    camera: PinholeCamera,
+    options: RoadOptions,
+    ring: VecDeque<(usize, Arc<Pyramid>)>,
+    /// Present plane m in the odometry's unit, and the segment it belongs to.
+    plane: Option<Vector3<f64>>,
+    /// Normal of the last known plane: a new segment has another unit but the same camera.
+    normal: Vector3<f64>,
+    candidates: Vec<Vector3<f64>>,
+    segment: usize,
+    failures: usize,
+    measurements: Vec<RoadMeasurement>,
+}
+
+/// Frames that must agree on a plane before it is believed.
+const AGREEING: usize = 3;
+/// Failed alignments in a row after which the plane is sought anew.
+const GIVE_UP: usize = 8;
+
+impl RoadTracker {
+    /// Knows nothing yet.
+    pub fn new(camera: PinholeCamera, options: RoadOptions) -> Self {
+        Self {
+            camera,
+            options,
+            ring: VecDeque::new(),
+            plane: None,
+            normal: Vector3::y(),
+            candidates: Vec::new(),
+            segment: 0,
+            failures: 0,
+            measurements: Vec::new(),
+        }
+    }
+
+    /// All measurements so far.
+    pub fn measurements(&self) -> &[RoadMeasurement] {
+        &self.measurements
+    }
+
+    /// The plane as last followed, in the odometry's unit; m with `mᵀX = 1`.
+    pub fn plane(&self) -> Option<Vector3<f64>> {
+        self.plane
+    }
+
+    /// Looks at frame `frame` of segment `segment`; `pose_of` gives `camera_from_world` of it and of earlier frames of the
+    /// segment, `usable` the pixels that may be road.
+    pub fn process(
+        &mut self,
+        frame: usize,
+        segment: usize,
+        pyramid: &Arc<Pyramid>,
+        pose_of: impl Fn(usize) -> Option<Pose<Camera, World>>,
+        usable: impl Fn(&Point2<f64>) -> bool,
+    ) {
+        if segment != self.segment {
+            (self.segment, self.plane, self.failures) = (segment, None, 0);
+            self.candidates.clear();
+            self.ring.clear();
+        }
+        if let Some(current) = pose_of(frame) {
+            let measured = match self.plane {
+                Some(plane) => self.follow(frame, pyramid, plane, &current, &pose_of, &usable),
+                None => self.seek(pyramid, &current, &pose_of, &usable),
+            };
+            self.measurements.extend(measured);
+        }
+        self.ring.push_back((frame, pyramid.clone()));
+        if self.ring.len() > self.options.oldest_frames {
+            self.ring.pop_front();
+        }
+    }
+
+    fn follow(
+        &mut self,
+        frame: usize,
+        pyramid: &Arc<Pyramid>,
+        plane: Vector3<f64>,
+        current: &Pose<Camera, World>,
+        pose_of: &impl Fn(usize) -> Option<Pose<Camera, World>>,
+        usable: &impl Fn(&Point2<f64>) -> bool,
+    ) -> Option<RoadMeasurement> {
+        // Below this no image motion tells the plane: standing, or a single step of walking pace.
+        let least = self.options.baseline_heights / plane.norm();
+        let (reference, image, motion) = self.ring.iter().rev().find_map(|(k, image)| {
+            let motion: Pose<Camera, Camera> = (pose_of(*k)? * current.inverse()).cast();
+            (motion.translation().norm() >= least).then_some((*k, image, motion))
+        })?;
+        let view = RoadView {
+            camera: &self.camera,
+            current: pyramid,
+            reference: image,
+            reference_from_current: motion,
+            guess: plane,
+        };
+        let Some(found) = align_road(&view, usable, &self.options) else {
+            self.failures += 1;
+            if self.failures >= GIVE_UP {
+                (self.plane, self.failures) = (None, 0);
+                self.candidates.clear();
+            }
+            return None;
+        };
+        self.failures = 0;
+        // The guess follows slowly: one frame's noise must not carry the next one's start away.
+        const FOLLOW: f64 = 0.3;
+        let updated = plane + (found.m - plane) * FOLLOW;
+        self.plane = Some(updated);
+        self.normal = updated.normalize();
+        Some(measurement(frame, reference, &found))
+    }
+
+    /// Searches the plane's distance over a wide range until a few frames agree.
+    fn seek(
+        &mut self,
+        pyramid: &Arc<Pyramid>,
+        current: &Pose<Camera, World>,
+        pose_of: &impl Fn(usize) -> Option<Pose<Camera, World>>,
+        usable: &impl Fn(&Point2<f64>) -> bool,
+    ) -> Option<RoadMeasurement> {
+        // The odometry's unit makes a street's median depth 15: a car's camera is then 1 to 4 units high.
+        const GUESS_UNITS: f64 = 2.0;
+        let guess = self.normal / GUESS_UNITS;
+        let (image, motion) = self.ring.iter().rev().find_map(|(k, image)| {
+            let motion: Pose<Camera, Camera> = (pose_of(*k)? * current.inverse()).cast();
+            (motion.translation().norm() >= 0.3 * GUESS_UNITS).then_some((image, motion))
+        })?;
+        let mut view = RoadView {
+            camera: &self.camera,
+            current: pyramid,
+            reference: image,
+            reference_from_current: motion,
+            guess,
+        };
+        view.guess = search_scale(&view, usable, &self.options)?;
+        let found = align_road(&view, usable, &self.options)?;
+        self.candidates.push(found.m);
+        let mut norms: Vec<f64> = self.candidates.iter().map(|m| m.norm()).collect();
+        let centre = median(&mut norms)?;
+        let near = |m: &&Vector3<f64>| (m.norm() / centre).ln().abs() < 0.1;
+        let agreeing: Vec<&Vector3<f64>> = self.candidates.iter().filter(near).collect();
+        if agreeing.len() >= AGREEING && 2 * agreeing.len() > self.candidates.len() {
+            let mean = agreeing.iter().copied().sum::<Vector3<f64>>() / agreeing.len() as f64;
+            self.plane = Some(mean);
+            self.normal = mean.normalize();
+        }
+        None
+    }
+}
+
+fn measurement(frame: usize, reference: usize, plane: &RoadPlane) -> RoadMeasurement {
+    let (value, jacobian) = coordinates(&plane.m);
+    let covariance = jacobian * plane.covariance * jacobian.transpose();
+    RoadMeasurement { frame, reference, value, covariance, agreement: plane.agreement, pixels: plane.pixels }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coordinates_match_their_derivative_and_the_normal() {
+        let m = Vector3::new(0.01, 0.55, 0.02);
+        let (value, jacobian) = coordinates(&m);
+        for k in 0..3 {
+            let mut moved = m;
+            moved[k] += 1e-7;
+            assert!(((coordinates(&moved).0 - value) / 1e-7 - jacobian.column(k)).norm() < 1e-5);
+        }
+        assert!((road_normal(value.y, value.z) + m.normalize()).norm() < 1e-12);
+    }
+}

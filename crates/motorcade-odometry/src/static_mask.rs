@@ -1,0 +1,59 @@
+//! Pixels that may not be used for the camera's own motion.
+
+use image::GrayImage;
+use nalgebra::Point2;
+
+/// An axis-aligned image rectangle \[px\], borders included.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rectangle {
+    /// Left.
+    pub x1: f64,
+    /// Top.
+    pub y1: f64,
+    /// Right.
+    pub x2: f64,
+    /// Bottom.
+    pub y2: f64,
+}
+
+impl Rectangle {
+    /// Grown by `margin_px` on every side.
+    #[must_use]
+    pub fn grown(&self, margin_px: f64) -> Self {
+        Self {
+            x1: self.x1 - margin_px,
+            y1: self.y1 - margin_px,
+            x2: self.x2 + margin_px,
+            y2: self.y2 + margin_px,
+        }
+    }
+    /// True inside.
+    pub fn contains(&self, p: &Point2<f64>) -> bool {
+        p.x >= self.x1 && p.x <= self.x2 && p.y >= self.y1 && p.y <= self.y2
+    }
+}
+
+/// What must not count as static scene: boxes around vehicles and a mask of pixels to ignore.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct StaticMask<'a> {
+    /// Boxes of things that may move.
+    pub boxes: &'a [Rectangle],
+    /// Non-zero pixels are ignored (a bonnet, burnt-in text).
+    pub ignore: Option<&'a GrayImage>,
+}
+
+/// Corners at the rim of a box already mix background and vehicle.
+const BOX_MARGIN_PX: f64 = 4.0;
+
+impl StaticMask<'_> {
+    /// True when the pixel may be used.
+    pub fn allows(&self, p: &Point2<f64>) -> bool {
+        let ignored = self.ignore.is_some_and(|image| {
+            let (x, y) = (p.x.round(), p.y.round());
+            let inside =
+                x >= 0.0 && y >= 0.0 && x < f64::from(image.width()) && y < f64::from(image.height());
+            inside && image.get_pixel(x as u32, y as u32).0[0] != 0
+        });
+        !ignored && !self.boxes.iter().any(|b| b.grown(BOX_MARGIN_PX).contains(p))
+    }
+}

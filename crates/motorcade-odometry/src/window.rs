@@ -1,0 +1,200 @@
+//! The local map: recent keyframes and the landmarks they share.
+
+use std::collections::VecDeque;
+
+use motorcade_geometry::{Camera, PinholeCamera, Pose, World, triangulate_rays};
+use nalgebra::{Point2, Point3};
+
+use crate::bundle::{BundleOptions, BundleProblem, Sighting};
+use crate::landmark::Landmark;
+
+/// A frame whose pose is optimised together with the landmarks.
+#[derive(Clone, Debug)]
+pub struct Keyframe {
+    /// Running number in this segment.
+    pub number: usize,
+    /// Its pose.
+    pub camera_from_world: Pose<Camera, World>,
+}
+
+/// Sizes of the local map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WindowOptions {
+    /// Keyframes optimised together.
+    pub free_keyframes: usize,
+    /// Older keyframes that stay fixed and hold position, orientation and scale.
+    pub fixed_keyframes: usize,
+    /// Least angle between two sightings of a new point \[rad\]. 0.5°: depth is then known to about 10 % at 0.5 px.
+    pub least_parallax_rad: f64,
+    /// A sighting further off than this is dropped after the adjustment \[px\].
+    pub outlier_px: f64,
+    /// Bundle adjustment.
+    pub bundle: BundleOptions,
+}
+
+impl Default for WindowOptions {
+    fn default() -> Self {
+        Self {
+            free_keyframes: 10,
+            fixed_keyframes: 3,
+            least_parallax_rad: 0.5_f64.to_radians(),
+            outlier_px: 3.0,
+            bundle: BundleOptions::default(),
+        }
+    }
+}
+
+/// Keyframes and landmarks of the current segment.
+#[derive(Clone, Debug)]
+pub struct Window {
+    options: WindowOptions,
+    keyframes: VecDeque<Keyframe>,
+    /// Every landmark that a keyframe of the window has seen.
+    pub landmarks: Vec<Landmark>,
+}
+
+impl Window {
+    /// An empty map.
+    pub fn new(options: WindowOptions) -> Self {
+        Self { options, keyframes: VecDeque::new(), landmarks: Vec::new() }
+    }
+    /// Keyframes, oldest first.
+    pub fn keyframes(&self) -> impl Iterator<Item = &Keyframe> {
+        self.keyframes.iter()
+    }
+    /// The newest keyframe.
+    pub fn newest(&self) -> Option<&Keyframe> {
+        self.keyframes.back()
+    }
+    /// Adds a keyframe and what is tracked in it; returns the keyframe that leaves, now final.
+    pub fn push(&mut self, keyframe: Keyframe) -> Option<Keyframe> {
+        for landmark in &mut self.landmarks {
+            if let Some(pixel) = landmark.pixel {
+                landmark.sightings.push((keyframe.number, pixel));
+            }
+        }
+        self.keyframes.push_back(keyframe);
+        let full = self.options.free_keyframes + self.options.fixed_keyframes;
+        let left = if self.keyframes.len() > full { self.keyframes.pop_front() } else { None };
+        self.forget_old_landmarks();
+        left
+    }
+    fn forget_old_landmarks(&mut self) {
+        let oldest = self.keyframes.front().map_or(0, |k| k.number);
+        for landmark in &mut self.landmarks {
+            landmark.sightings.retain(|(number, _)| *number >= oldest);
+        }
+        self.landmarks
+            .retain(|l| l.pixel.is_some() || (l.point_in_world.is_some() && l.sightings.len() >= 2));
+    }
+
+    fn index_of(&self, number: usize) -> Option<usize> {
+        let oldest = self.keyframes.front()?.number;
+        number.checked_sub(oldest).filter(|i| *i < self.keyframes.len())
+    }
+
+    /// Gives positions to landmarks whose sightings now see them from different directions.
+    pub fn triangulate(&mut self, camera: &PinholeCamera) {
+        let mut landmarks = std::mem::take(&mut self.landmarks);
+        for landmark in landmarks.iter_mut().filter(|l| l.point_in_world.is_none() && l.sightings.len() >= 2)
+        {
+            landmark.point_in_world = self.position(&landmark.sightings, camera);
+        }
+        self.landmarks = landmarks;
+    }
+
+    /// Gives positions to landmarks seen from keyframes and, now, from a frame at `camera_from_world`: they help to locate
+    /// the next frame long before the next keyframe.
+    pub fn triangulate_tracked(&mut self, camera: &PinholeCamera, camera_from_world: &Pose<Camera, World>) {
+        let mut landmarks = std::mem::take(&mut self.landmarks);
+        for landmark in landmarks.iter_mut().filter(|l| l.point_in_world.is_none()) {
+            let (Some(pixel), Some((number, first))) = (landmark.pixel, landmark.sightings.first()) else {
+                continue;
+            };
+            let Some(keyframe) = self.index_of(*number).and_then(|i| self.keyframes.get(i)) else { continue };
+            let views = [(keyframe.camera_from_world, *first), (*camera_from_world, pixel)];
+            landmark.point_in_world = self.position_from(&views, camera);
+        }
+        self.landmarks = landmarks;
+    }
+
+    fn position(&self, sightings: &[(usize, Point2<f64>)], camera: &PinholeCamera) -> Option<Point3<f64>> {
+        let view =
+            |(n, p): &(usize, Point2<f64>)| Some((self.keyframes[self.index_of(*n)?].camera_from_world, *p));
+        let views: Vec<_> = sightings.iter().filter_map(view).collect();
+        self.position_from(&views, camera)
+    }
+
+    fn position_from(
+        &self,
+        views: &[(Pose<Camera, World>, Point2<f64>)],
+        camera: &PinholeCamera,
+    ) -> Option<Point3<f64>> {
+        let ray = |(camera_from_world, pixel): &(Pose<Camera, World>, Point2<f64>)| {
+            let world_from_camera = camera_from_world.inverse();
+            let direction = world_from_camera.transform_vector(&camera.ray(pixel)).normalize();
+            (Point3::from(world_from_camera.translation()), direction)
+        };
+        let rays: Vec<_> = views.iter().map(ray).collect();
+        let (first, last) = (rays.first()?, rays.last()?);
+        if first.1.angle(&last.1) < self.options.least_parallax_rad {
+            return None;
+        }
+        let point = triangulate_rays(&rays)?;
+        let agrees = |(camera_from_world, pixel): &(Pose<Camera, World>, Point2<f64>)| {
+            let projected = camera.project(&camera_from_world.transform_point(&point));
+            projected.is_some_and(|p| (p - pixel).norm() < self.options.outlier_px)
+        };
+        views.iter().all(agrees).then_some(point)
+    }
+
+    /// Bundle adjustment of the window; sightings that stay far off are dropped.
+    pub fn adjust(&mut self, camera: &PinholeCamera) {
+        if self.keyframes.len() < 3 {
+            return;
+        }
+        let chosen: Vec<usize> = (0..self.landmarks.len())
+            .filter(|i| {
+                self.landmarks[*i].point_in_world.is_some() && self.landmarks[*i].sightings.len() >= 2
+            })
+            .collect();
+        let free_from = self.keyframes.len().saturating_sub(self.options.free_keyframes).max(2);
+        let sightings = |i: &usize| -> Vec<Sighting> {
+            let seen = self.landmarks[*i].sightings.iter();
+            seen.filter_map(|(n, pixel)| Some(Sighting { pose: self.index_of(*n)?, pixel: *pixel })).collect()
+        };
+        let mut problem = BundleProblem {
+            poses: self.keyframes.iter().map(|k| k.camera_from_world).collect(),
+            fixed: (0..self.keyframes.len()).map(|k| k < free_from).collect(),
+            points: chosen.iter().filter_map(|i| self.landmarks[*i].point_in_world).collect(),
+            sightings: chosen.iter().map(sightings).collect(),
+        };
+        problem.solve(camera, &self.options.bundle);
+        for (keyframe, pose) in self.keyframes.iter_mut().zip(&problem.poses) {
+            keyframe.camera_from_world = *pose;
+        }
+        for (i, point) in chosen.into_iter().zip(problem.points) {
+            self.keep_what_agrees(i, point, camera);
+        }
+        self.landmarks.retain(|l| l.pixel.is_some() || l.point_in_world.is_some());
+    }
+
+    fn keep_what_agrees(&mut self, index: usize, point: Point3<f64>, camera: &PinholeCamera) {
+        let Self { keyframes, landmarks, options } = self;
+        let oldest = keyframes.front().map_or(0, |k| k.number);
+        let landmark = &mut landmarks[index];
+        let before = landmark.sightings.len();
+        landmark.sightings.retain(|(number, pixel)| {
+            let keyframe = number.checked_sub(oldest).and_then(|i| keyframes.get(i));
+            let projected =
+                keyframe.and_then(|k| camera.project(&k.camera_from_world.transform_point(&point)));
+            projected.is_some_and(|p| (p - pixel).norm() < options.outlier_px)
+        });
+        landmark.point_in_world = Some(point);
+        // Half of its sightings contradict each other: it is not a static point.
+        if landmark.sightings.len() < 2 || 2 * landmark.sightings.len() < before {
+            landmark.point_in_world = None;
+            landmark.pixel = None;
+        }
+    }
+}

@@ -1,0 +1,64 @@
+//! The road under the camera in one frame, and the axes vehicles stand on.
+
+use motorcade_geometry::{Camera, Pose, World};
+use nalgebra::{Point3, Vector3};
+
+/// Camera pose and road of one frame.
+#[derive(Clone, Copy, Debug)]
+pub struct GroundFrame {
+    /// Camera \[m\].
+    pub world_from_camera: Pose<World, Camera>,
+    /// Unit normal of the road towards the camera, camera frame.
+    pub up: Vector3<f64>,
+    /// Height of the camera above the road \[m\].
+    pub height_m: f64,
+    /// Standard deviation of the road's pitch as seen from this camera \[rad\].
+    pub pitch_sigma_rad: f64,
+    /// Time \[s\].
+    pub time_s: f64,
+}
+
+impl GroundFrame {
+    /// Point of the road below the camera, camera frame.
+    pub fn foot(&self) -> Vector3<f64> {
+        -self.up * self.height_m
+    }
+    /// Direction of view along the road, camera frame.
+    pub fn ahead(&self) -> Vector3<f64> {
+        (Vector3::z() - self.up * self.up.z).normalize()
+    }
+    /// Left along the road, camera frame.
+    pub fn left(&self) -> Vector3<f64> {
+        self.up.cross(&self.ahead())
+    }
+    /// Point of the road `ahead_m` in front and `left_m` beside the foot, `above_m` over the plane; camera frame.
+    pub fn point(&self, ahead_m: f64, left_m: f64, above_m: f64) -> Point3<f64> {
+        Point3::from(self.foot() + self.ahead() * ahead_m + self.left() * left_m + self.up * above_m)
+    }
+    /// Heading of a direction given in the camera frame: angle from straight ahead, to the left positive \[rad\].
+    pub fn heading_of(&self, direction: &Vector3<f64>) -> f64 {
+        direction.dot(&self.left()).atan2(direction.dot(&self.ahead()))
+    }
+    /// Unit direction of a heading, camera frame.
+    pub fn direction_of(&self, heading_rad: f64) -> Vector3<f64> {
+        self.ahead() * heading_rad.cos() + self.left() * heading_rad.sin()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn axes_are_the_drivers() {
+        let up = Vector3::new(0.01, -1.0, 0.02).normalize();
+        let ground =
+            GroundFrame { world_from_camera: Pose::identity(), up, height_m: 1.6, pitch_sigma_rad: 0.0, time_s: 0.0 };
+        assert!(ground.left().x < -0.99);
+        assert!(ground.ahead().z > 0.99);
+        let p = ground.point(10.0, 2.0, 0.0);
+        assert!((p.coords.dot(&up) + 1.6).abs() < 1e-12);
+        let heading = 0.7;
+        assert!((ground.heading_of(&ground.direction_of(heading)) - heading).abs() < 1e-12);
+    }
+}

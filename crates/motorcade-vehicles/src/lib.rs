@@ -1,0 +1,37 @@
+//! Vehicles from their image boxes.
+//!
+//! Three types to know: a [`GroundFrame`] is one camera pose with the road under it, a [`Track`] the boxes of one vehicle,
+//! a [`VehicleTrajectory`] its way through the world with size, speed, heading and P(moving). The flow:
+//! [`track_vehicles`] links boxes, [`estimate_track`] places them on the road and smooths them.
+//!
+//! ```
+//! use motorcade_geometry::{PinholeCamera, Pose};
+//! use motorcade_perception::{BoundingBox, VehicleClass};
+//! use motorcade_vehicles::{GroundFrame, SeenBox, SizePrior, locate};
+//! use nalgebra::Vector3;
+//!
+//! let camera = PinholeCamera { fx: 720.0, fy: 720.0, cx: 600.0, cy: 180.0, width: 1242, height: 375 };
+//! let ground = GroundFrame {
+//!     world_from_camera: Pose::identity(), up: -Vector3::y(), height_m: 1.65, pitch_sigma_rad: 0.002, time_s: 0.0,
+//! };
+//! let bbox = BoundingBox { x1: 570.0, y1: 184.0, x2: 631.0, y2: 240.0 };
+//! let seen = SeenBox::new(bbox, VehicleClass::Car, &camera, &[]);
+//! let car = locate(&camera, &ground, &seen, 0.0, &SizePrior::of(VehicleClass::Car)).unwrap();
+//! assert!((car.position_in_camera.z - 21.0).abs() < 1.5);
+//! ```
+
+mod ground;
+mod motion;
+mod silhouette;
+mod single_view;
+mod size;
+mod tracker;
+mod trajectory;
+
+pub use ground::GroundFrame;
+pub use motion::{Moving, Place, probability_moving, smooth_motion, standing_place};
+pub use silhouette::{image_box, standing_pose};
+pub use single_view::{SeenBox, SingleView, locate};
+pub use size::{Dimensions, SizePrior};
+pub use tracker::{Track, TrackBox, TrackerOptions, track_vehicles};
+pub use trajectory::{Source, TrafficSide, VehicleState, VehicleTrajectory, estimate_track};

@@ -1,0 +1,195 @@
+//! A vehicle's way over the road: constant-velocity smoothing in the world, and whether it moves at all.
+
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+
+/// A measured place.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// Frame (row of the run).
+    pub frame: usize,
+    /// Time \[s\].
+    pub time_s: f64,
+    /// Position in the world \[m\].
+    pub position: Vector3<f64>,
+    /// Covariance (3×3) \[m²\].
+    pub covariance: Matrix3<f64>,
+    /// Distance from the camera \[m\].
+    pub range_m: f64,
+}
+
+/// A smoothed state.
+#[derive(Clone, Copy, Debug)]
+pub struct Moving {
+    /// Position in the world \[m\].
+    pub position: Vector3<f64>,
+    /// Velocity in the world \[m/s\].
+    pub velocity: Vector3<f64>,
+    /// Covariance of both (6×6).
+    pub covariance: Matrix6<f64>,
+}
+
+/// White-noise acceleration of a vehicle along the road plane \[m/s² per √Hz\]: gentle braking and bends.
+const ACCELERATION: f64 = 1.2;
+/// The same across the road plane: the road's own undulation.
+const HEAVE: f64 = 0.3;
+
+/// Smooths places (in order of time) with a white-noise-acceleration model; `times` are where the state is wanted, and
+/// must include the places' times. `up` is the road normal in the world.
+pub fn smooth_motion(places: &[Place], times: &[f64], up: &Vector3<f64>) -> Vec<Moving> {
+    let Some(first) = places.first() else { return Vec::new() };
+    let across = up * up.transpose();
+    let density = (Matrix3::identity() - across) * ACCELERATION.powi(2) + across * HEAVE.powi(2);
+    let mut x = Vector6::zeros();
+    x.fixed_rows_mut::<3>(0).copy_from(&first.position);
+    let mut p = Matrix6::zeros();
+    p.fixed_view_mut::<3, 3>(0, 0).copy_from(&(first.covariance * 4.0));
+    p.fixed_view_mut::<3, 3>(3, 3).copy_from(&(Matrix3::identity() * 225.0));
+    let (mut filtered, mut time, mut next) = (Vec::with_capacity(times.len()), times.first().copied().unwrap_or(0.0), 0);
+    for t in times {
+        let f = transition(t - time);
+        x = f * x;
+        p = f * p * f.transpose() + process_noise(t - time, &density);
+        let predicted = (x, p, f);
+        while let Some(place) = places.get(next).filter(|m| m.time_s <= t + 1e-9) {
+            update(&mut x, &mut p, place);
+            next += 1;
+        }
+        filtered.push((predicted, (x, p)));
+        time = *t;
+    }
+    let mut out: Vec<Moving> = Vec::with_capacity(times.len());
+    for k in (0..filtered.len()).rev() {
+        let (mut x, mut p) = filtered[k].1;
+        if let (Some(ahead), Some((predicted, _))) = (out.last(), filtered.get(k + 1)) {
+            if let Some(inverse) = predicted.1.try_inverse() {
+                let gain = p * predicted.2.transpose() * inverse;
+                let mut smoothed = Vector6::zeros();
+                smoothed.fixed_rows_mut::<3>(0).copy_from(&ahead.position);
+                smoothed.fixed_rows_mut::<3>(3).copy_from(&ahead.velocity);
+                x += gain * (smoothed - predicted.0);
+                p += gain * (ahead.covariance - predicted.1) * gain.transpose();
+            }
+        }
+        out.push(Moving {
+            position: x.fixed_rows::<3>(0).into_owned(),
+            velocity: x.fixed_rows::<3>(3).into_owned(),
+            covariance: (p + p.transpose()) * 0.5,
+        });
+    }
+    out.reverse();
+    out
+}
+
+fn transition(dt: f64) -> Matrix6<f64> {
+    let mut f = Matrix6::identity();
+    f.fixed_view_mut::<3, 3>(0, 3).copy_from(&(Matrix3::identity() * dt));
+    f
+}
+
+/// Q = q [[dt³/3, dt²/2], [dt²/2, dt]] per axis.
+fn process_noise(dt: f64, density: &Matrix3<f64>) -> Matrix6<f64> {
+    let mut q = Matrix6::zeros();
+    q.fixed_view_mut::<3, 3>(0, 0).copy_from(&(density * (dt.powi(3) / 3.0)));
+    q.fixed_view_mut::<3, 3>(0, 3).copy_from(&(density * (dt * dt / 2.0)));
+    q.fixed_view_mut::<3, 3>(3, 0).copy_from(&(density * (dt * dt / 2.0)));
+    q.fixed_view_mut::<3, 3>(3, 3).copy_from(&(density * dt));
+    q
+}
+
+fn update(x: &mut Vector6<f64>, p: &mut Matrix6<f64>, place: &Place) {
+    let innovation = place.position - x.fixed_rows::<3>(0);
+    let predicted: Matrix3<f64> = p.fixed_view::<3, 3>(0, 0).into_owned();
+    let Some(inverse) = (predicted + place.covariance).try_inverse() else { return };
+    // Beyond the 95 % quantile of χ²₃ a measurement loses weight.
+    let d2 = innovation.dot(&(inverse * innovation));
+    let weight = (7.8 / d2.max(1e-12)).min(1.0);
+    let Some(inverse) = (predicted + place.covariance / weight).try_inverse() else { return };
+    let gain = p.fixed_columns::<3>(0) * inverse;
+    *x += gain * innovation;
+    *p -= gain * p.fixed_rows::<3>(0);
+    *p = (*p + p.transpose()) * 0.5;
+}
+
+/// Information-weighted mean of the places of a standing vehicle, and its covariance. Frames of one track share their
+/// errors (size, plane): the covariance is that of a handful of independent views, not of all.
+pub fn standing_place(places: &[Place]) -> Option<(Vector3<f64>, Matrix3<f64>)> {
+    const INDEPENDENT: f64 = 4.0;
+    let (mut information, mut sum, mut best) = (Matrix3::zeros(), Vector3::zeros(), f64::MAX);
+    for place in places {
+        let inverse = place.covariance.try_inverse()?;
+        information += inverse;
+        sum += inverse * place.position;
+        best = best.min(place.covariance.trace());
+    }
+    let covariance = information.try_inverse()?;
+    let share = (places.len() as f64 / INDEPENDENT).max(1.0);
+    Some((covariance * sum, covariance * share))
+}
+
+/// Probability that a vehicle moves: its mean velocity against what errors of depth can feign.
+pub fn probability_moving(places: &[Place]) -> f64 {
+    let (Some(first), Some(last)) = (places.first(), places.last()) else { return 0.5 };
+    let duration = last.time_s - first.time_s;
+    if duration < 0.25 {
+        return 0.5;
+    }
+    // Weighted straight line through the places.
+    let (mut w_sum, mut t_sum, mut p_sum) = (0.0, 0.0, Vector3::zeros());
+    let weight = |p: &Place| 1.0 / p.covariance.trace().max(1e-6);
+    for p in places {
+        w_sum += weight(p);
+        t_sum += weight(p) * p.time_s;
+        p_sum += p.position * weight(p);
+    }
+    let (t_mean, p_mean) = (t_sum / w_sum, p_sum / w_sum);
+    let (mut tt, mut tp) = (0.0, Vector3::zeros());
+    for p in places {
+        tt += weight(p) * (p.time_s - t_mean).powi(2);
+        tp += (p.position - p_mean) * (weight(p) * (p.time_s - t_mean));
+    }
+    let velocity = tp / tt.max(1e-9);
+    // Depth errs by a common 5 % (size, slope): while the range changes, this looks like motion.
+    let feigned = 0.05 * (last.range_m - first.range_m).abs() / duration;
+    // Noise of the line itself; neighbouring frames share most of theirs, so a handful of views count.
+    let noise = (1.0 / w_sum * places.len() as f64 / 4.0).sqrt() * 3.0 / duration;
+    let sigma = 0.3_f64.hypot(feigned).hypot(noise);
+    // Even odds at three sigma of feigned motion.
+    let excess = velocity.norm() / sigma - 3.0;
+    1.0 / (1.0 + (-2.0 * excess).exp())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn places(speed: f64) -> Vec<Place> {
+        (0..30)
+            .map(|k| {
+                let t = f64::from(k) * 0.1;
+                let position = Vector3::new(2.0, 1.6, 20.0 + speed * t);
+                Place { frame: k as usize, time_s: t, position, covariance: Matrix3::identity() * 0.09, range_m: 20.0 }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn moving_and_standing_are_told_apart() {
+        assert!(probability_moving(&places(8.0)) > 0.95);
+        assert!(probability_moving(&places(0.05)) < 0.1);
+    }
+
+    #[test]
+    fn smoothing_finds_the_velocity_across_a_gap() {
+        let mut seen = places(8.0);
+        let times: Vec<f64> = seen.iter().map(|p| p.time_s).collect();
+        seen.drain(10..18);
+        let states = smooth_motion(&seen, &times, &-Vector3::y());
+        assert_eq!(states.len(), 30);
+        for (state, t) in states.iter().zip(&times) {
+            assert!((state.position.z - 20.0 - 8.0 * t).abs() < 0.05);
+            assert!((state.velocity.z - 8.0).abs() < 0.2);
+        }
+        assert!(states[14].covariance[(2, 2)] > states[5].covariance[(2, 2)]);
+        assert!(standing_place(&seen).is_some());
+    }
+}

@@ -1,0 +1,91 @@
+//! The image box of a vehicle: the extent of a few points on its outline.
+//!
+//! A cuboid's box is larger than what a detector draws: tyres touch the road an overhang behind the bumper, the bumper
+//! floats above the road, the roof is narrower than the body. At 20 m the overhang alone is 4 % of depth.
+
+use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
+use motorcade_perception::{BoundingBox, VehicleClass};
+use nalgebra::{Point3, Vector3};
+
+use crate::size::Dimensions;
+
+/// Outline points as fractions of (length, half width, height); every point stands for both sides.
+const CAR: [[f64; 3]; 12] = [
+    // tyres where they touch the road, front and rear
+    [0.31, 0.92, 0.0], [-0.29, 0.92, 0.0],
+    // bumper corners, rounded in plan: low and high
+    [0.5, 0.70, 0.17], [0.5, 0.70, 0.40], [0.45, 0.95, 0.30], [-0.5, 0.75, 0.20], [-0.5, 0.75, 0.55], [-0.46, 0.95, 0.40],
+    // widest at the doors
+    [0.15, 1.0, 0.45], [-0.25, 1.0, 0.45],
+    // roof, front and rear
+    [0.02, 0.70, 1.0], [-0.30, 0.68, 0.98],
+];
+const BOX: [[f64; 3]; 8] = [
+    [0.33, 0.95, 0.0], [-0.30, 0.95, 0.0],
+    [0.5, 0.9, 0.12], [-0.5, 0.95, 0.15], [0.48, 0.9, 0.85], [-0.5, 0.95, 0.97], [0.40, 0.95, 1.0], [0.0, 1.0, 0.5],
+];
+const MOTORCYCLE: [[f64; 3]; 5] =
+    [[0.35, 0.2, 0.0], [-0.35, 0.2, 0.0], [0.48, 0.2, 0.25], [-0.48, 0.3, 0.35], [0.0, 0.8, 1.0]];
+
+fn outline(class: VehicleClass) -> &'static [[f64; 3]] {
+    match class {
+        VehicleClass::Car => &CAR,
+        VehicleClass::Van | VehicleClass::Truck | VehicleClass::Bus => &BOX,
+        VehicleClass::Motorcycle => &MOTORCYCLE,
+    }
+}
+
+/// The unclipped image box of a vehicle; `None` when part of it is behind or beside the camera.
+pub fn image_box(
+    camera: &PinholeCamera,
+    camera_from_vehicle: &Pose<Camera, Vehicle>,
+    class: VehicleClass,
+    size: &Dimensions,
+) -> Option<BoundingBox> {
+    const NEAREST_M: f64 = 0.5;
+    let (mut low, mut high) = ([f64::MAX; 2], [f64::MIN; 2]);
+    for [x, y, z] in outline(class) {
+        for side in [-0.5, 0.5] {
+            let point = Point3::new(x * size.length_m, side * y * size.width_m, z * size.height_m);
+            let seen = camera_from_vehicle.transform_point(&point);
+            if seen.z < NEAREST_M {
+                return None;
+            }
+            let pixel = camera.project(&seen)?;
+            low = [low[0].min(pixel.x), low[1].min(pixel.y)];
+            high = [high[0].max(pixel.x), high[1].max(pixel.y)];
+        }
+    }
+    Some(BoundingBox { x1: low[0], y1: low[1], x2: high[0], y2: high[1] })
+}
+
+/// Pose of a vehicle from where it stands, where its nose points and what is up (all in the camera frame, unit vectors).
+pub fn standing_pose(position: &Point3<f64>, forward: &Vector3<f64>, up: &Vector3<f64>) -> Pose<Camera, Vehicle> {
+    let left = up.cross(forward).normalize();
+    let forward = left.cross(up);
+    Pose::from_matrix(&nalgebra::Matrix3::from_columns(&[forward, left, *up]), &position.coords)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CAMERA: PinholeCamera = PinholeCamera { fx: 720.0, fy: 720.0, cx: 600.0, cy: 180.0, width: 1242, height: 375 };
+
+    #[test]
+    fn a_car_ahead_touches_the_road_with_its_rear_tyres() {
+        let size = Dimensions { length_m: 4.2, width_m: 1.7, height_m: 1.5 };
+        let pose = standing_pose(&Point3::new(0.0, 1.65, 20.0), &Vector3::z(), &-Vector3::y());
+        let b = image_box(&CAMERA, &pose, VehicleClass::Car, &size).unwrap();
+        let rear_axle_z = 20.0 - 0.29 * 4.2;
+        assert!((b.y2 - (180.0 + 720.0 * 1.65 / rear_axle_z)).abs() < 1e-9);
+        assert!((b.x1 + b.x2 - 1200.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn behind_the_camera_there_is_no_box() {
+        let size = Dimensions { length_m: 4.2, width_m: 1.7, height_m: 1.5 };
+        let pose = standing_pose(&Point3::new(0.0, 1.65, 1.0), &Vector3::z(), &-Vector3::y());
+        assert!(image_box(&CAMERA, &pose, VehicleClass::Car, &size).is_none());
+    }
+}

@@ -1,0 +1,229 @@
+//! Where a vehicle stands, from one box: the paper's equation (1) done with the vehicle's size, heading and the plane of
+//! the frame, and with a covariance.
+//!
+//! Unknown: place on the road (ahead, left), height of the road there over the plane, size. Known: up to four edges of
+//! the box. Priors: size of the class (or track), road height. Solved by Gauss–Newton; edges that are cut off by the
+//! image or hidden behind another vehicle are left out.
+
+use motorcade_geometry::PinholeCamera;
+use motorcade_perception::{BoundingBox, VehicleClass};
+use nalgebra::{Matrix3, Matrix6, Point3, RowVector6, Vector3, Vector6};
+
+use crate::ground::GroundFrame;
+use crate::silhouette::{image_box, standing_pose};
+use crate::size::{Dimensions, SizePrior};
+
+/// A box and which of its edges are the vehicle's own: left, top, right, bottom.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SeenBox {
+    /// The box \[px\].
+    pub bbox: BoundingBox,
+    /// Kind of vehicle.
+    pub class: VehicleClass,
+    /// Trustworthy edges.
+    pub edges: [bool; 4],
+}
+
+impl SeenBox {
+    /// Judges the edges: cut off where the box meets the image border, hidden where a nearer box (with a lower bottom edge)
+    /// covers most of the edge.
+    pub fn new(bbox: BoundingBox, class: VehicleClass, camera: &PinholeCamera, others: &[BoundingBox]) -> Self {
+        const BORDER_PX: f64 = 3.0;
+        const COVERED: f64 = 0.4;
+        let (right, bottom) = (f64::from(camera.width) - 1.0, f64::from(camera.height) - 1.0);
+        let mut edges = [
+            bbox.x1 > BORDER_PX,
+            bbox.y1 > BORDER_PX,
+            bbox.x2 < right - BORDER_PX,
+            bbox.y2 < bottom - BORDER_PX,
+        ];
+        for other in others.iter().filter(|o| **o != bbox && o.y2 > bbox.y2 + 1.0) {
+            let (w, h) = (bbox.width().max(1.0), bbox.height().max(1.0));
+            let across = (bbox.x2.min(other.x2) - bbox.x1.max(other.x1)) / w;
+            let down = (bbox.y2.min(other.y2) - bbox.y1.max(other.y1)) / h;
+            let holds = |v: f64, low: f64, high: f64| v > low && v < high;
+            edges[0] &= !(down > COVERED && holds(bbox.x1, other.x1 - 1.0, other.x2));
+            edges[2] &= !(down > COVERED && holds(bbox.x2, other.x1, other.x2 + 1.0));
+            edges[3] &= !(across > COVERED && holds(bbox.y2, other.y1, other.y2));
+        }
+        Self { bbox, class, edges }
+    }
+}
+
+/// A vehicle's place and size from one box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SingleView {
+    /// Bottom centre, camera frame \[m\].
+    pub position_in_camera: Point3<f64>,
+    /// Covariance of the position (3×3, camera frame) \[m²\].
+    pub covariance: Matrix3<f64>,
+    /// Size.
+    pub size: Dimensions,
+    /// Weighted squared residual of the edges.
+    pub chi2: f64,
+    /// Normal equations in (ahead, left, above | l, w, h) without the size prior, for joining the frames of a track.
+    pub(crate) information: Matrix6<f64>,
+    pub(crate) gradient: Vector6<f64>,
+    pub(crate) state: Vector6<f64>,
+}
+
+/// Standard deviation of a detector's edge \[px\]: a floor, and a share of the box for its habits (mirrors, shadows).
+fn edge_sigma_px(bbox: &BoundingBox, edge: usize) -> f64 {
+    let side = if edge % 2 == 0 { bbox.width() } else { bbox.height() };
+    (1.2_f64.powi(2) + (0.025 * side).powi(2)).sqrt()
+}
+
+/// Standard deviation of the road's height at a distance over the plane below the camera \[m\]: the plane's own pitch, and
+/// the road's change of slope (vertical curves of streets: about 0.2° over 20 m).
+fn road_height_sigma_m(ground: &GroundFrame, ahead_m: f64) -> f64 {
+    let slope = 0.2_f64.to_radians() * (ahead_m / 20.0).min(3.0);
+    let pitch = ground.pitch_sigma_rad.hypot(slope);
+    0.02_f64.hypot(pitch * ahead_m)
+}
+
+/// Fits place and size for a heading (angle from straight ahead \[rad\]) and a size prior. `None` with fewer than two
+/// edges, or when no vehicle in front of the camera explains them.
+pub fn locate(
+    camera: &PinholeCamera,
+    ground: &GroundFrame,
+    seen: &SeenBox,
+    heading_rad: f64,
+    prior: &SizePrior,
+) -> Option<SingleView> {
+    if seen.edges.iter().filter(|e| **e).count() < 2 || !(seen.edges[1] || seen.edges[3]) {
+        return None;
+    }
+    let (forward, measured) = (ground.direction_of(heading_rad), seen.bbox.to_array());
+    let predict = |x: &Vector6<f64>| -> Option<[f64; 4]> {
+        let pose = standing_pose(&ground.point(x[0], x[1], x[2]), &forward, &ground.up);
+        let size = Dimensions { length_m: x[3], width_m: x[4], height_m: x[5] };
+        image_box(camera, &pose, seen.class, &size).map(BoundingBox::to_array)
+    };
+    let mut x = start(camera, ground, seen, prior)?;
+    let (mean, sigma) = (prior.mean.to_vector(), prior.sigma.to_vector());
+    let mut out = None;
+    for _ in 0..12 {
+        let at = predict(&x)?;
+        let (mut h, mut g, mut chi2) = (Matrix6::zeros(), Vector6::zeros(), 0.0);
+        let jacobian = differences(&predict, &x, &at)?;
+        for edge in (0..4).filter(|e| seen.edges[*e]) {
+            let s = edge_sigma_px(&seen.bbox, edge);
+            let r = (at[edge] - measured[edge]) / s;
+            // Cauchy with three sigma: a box jumps now and then.
+            let w = 1.0 / (1.0 + r * r / 9.0);
+            let j: RowVector6<f64> = jacobian[edge] / s;
+            h += j.transpose() * j * w;
+            g += j.transpose() * (r * w);
+            chi2 += r * r;
+        }
+        let height_weight = 1.0 / road_height_sigma_m(ground, x[0]).powi(2);
+        h[(2, 2)] += height_weight;
+        g[2] += height_weight * x[2];
+        let (information, gradient) = (h, g);
+        for k in 0..3 {
+            let w = 1.0 / (sigma[k] * sigma[k]);
+            h[(3 + k, 3 + k)] += w;
+            g[3 + k] += w * (x[3 + k] - mean[k]);
+        }
+        let factor = h.cholesky()?;
+        let covariance = axes(ground) * factor.inverse().fixed_view::<3, 3>(0, 0) * axes(ground).transpose();
+        out = Some(SingleView {
+            position_in_camera: ground.point(x[0], x[1], x[2]),
+            covariance,
+            size: Dimensions { length_m: x[3], width_m: x[4], height_m: x[5] },
+            chi2,
+            information,
+            gradient,
+            state: x,
+        });
+        let mut step = factor.solve(&-g);
+        // Far away the image is almost flat in depth: no more than a third of the distance at once.
+        let limit = 0.33 * x[0];
+        if step[0].abs() > limit {
+            step *= limit / step[0].abs();
+        }
+        if step.norm() < 1e-5 {
+            break;
+        }
+        x += step;
+        if x[0] < 1.0 || x.iter().any(|v| !v.is_finite()) {
+            return None;
+        }
+    }
+    out
+}
+
+/// Camera-frame directions of (ahead, left, above).
+fn axes(ground: &GroundFrame) -> Matrix3<f64> {
+    Matrix3::from_columns(&[ground.ahead(), ground.left(), ground.up])
+}
+
+fn start(camera: &PinholeCamera, ground: &GroundFrame, seen: &SeenBox, prior: &SizePrior) -> Option<Vector6<f64>> {
+    let b = &seen.bbox;
+    let centre = camera.ray(&nalgebra::Point2::new(0.5 * (b.x1 + b.x2), b.y2));
+    // Equation (1): where the ray through the bottom edge meets the road; else depth from the vehicle's height.
+    let on_road = -ground.up.dot(&centre) / ground.height_m;
+    let by_height = b.height() / (camera.fy * prior.mean.height_m);
+    let inverse_depth = if seen.edges[3] && on_road > 0.005 { on_road } else { by_height };
+    let depth = 1.0 / inverse_depth.clamp(0.004, 0.5);
+    let point: Vector3<f64> = centre * depth - ground.foot();
+    let size = prior.mean.to_vector();
+    let ahead = point.dot(&ground.ahead()) + 0.25 * size.x;
+    (ahead > 1.0).then(|| Vector6::new(ahead.max(3.0), point.dot(&ground.left()), 0.0, size.x, size.y, size.z))
+}
+
+fn differences(
+    predict: &impl Fn(&Vector6<f64>) -> Option<[f64; 4]>,
+    x: &Vector6<f64>,
+    at: &[f64; 4],
+) -> Option<[RowVector6<f64>; 4]> {
+    const STEP: f64 = 1e-4;
+    let mut rows = [RowVector6::zeros(); 4];
+    for k in 0..6 {
+        let mut moved = *x;
+        moved[k] += STEP;
+        let there = predict(&moved)?;
+        for edge in 0..4 {
+            rows[edge][k] = (there[edge] - at[edge]) / STEP;
+        }
+    }
+    Some(rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use motorcade_geometry::Pose;
+
+    const CAMERA: PinholeCamera = PinholeCamera { fx: 720.0, fy: 720.0, cx: 600.0, cy: 180.0, width: 1242, height: 375 };
+
+    fn ground() -> GroundFrame {
+        let up = Vector3::new(0.01, -1.0, 0.01).normalize();
+        GroundFrame { world_from_camera: Pose::identity(), up, height_m: 1.65, pitch_sigma_rad: 1e-3, time_s: 0.0 }
+    }
+
+    #[test]
+    fn exact_boxes_give_exact_places() {
+        let prior = SizePrior::of(VehicleClass::Car);
+        for (ahead, left, heading) in [(12.0, -3.0, 0.0), (25.0, 4.0, 3.0), (8.0, -4.5, 0.2), (40.0, 1.0, 0.0)] {
+            let truth = ground().point(ahead, left, 0.0);
+            let pose = standing_pose(&truth, &ground().direction_of(heading), &ground().up);
+            let bbox = image_box(&CAMERA, &pose, VehicleClass::Car, &prior.mean).unwrap();
+            let seen = SeenBox::new(bbox, VehicleClass::Car, &CAMERA, &[]);
+            let found = locate(&CAMERA, &ground(), &seen, heading, &prior).unwrap();
+            let error = (found.position_in_camera - truth).norm();
+            assert!(error < 0.02 * ahead, "{ahead} {left}: {error}");
+            assert!(found.covariance.symmetric_eigenvalues().min() > 0.0);
+        }
+    }
+
+    #[test]
+    fn cut_off_and_hidden_edges_are_recognised() {
+        let cut = BoundingBox { x1: 0.0, y1: 150.0, x2: 200.0, y2: 374.0 };
+        assert_eq!(SeenBox::new(cut, VehicleClass::Car, &CAMERA, &[]).edges, [false, true, true, false]);
+        let far = BoundingBox { x1: 500.0, y1: 170.0, x2: 600.0, y2: 230.0 };
+        let near = BoundingBox { x1: 540.0, y1: 150.0, x2: 700.0, y2: 300.0 };
+        let seen = SeenBox::new(far, VehicleClass::Car, &CAMERA, &[far, near]);
+        assert_eq!(seen.edges, [true, true, false, false]);
+    }
+}

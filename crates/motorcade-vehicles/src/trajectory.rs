@@ -1,0 +1,331 @@
+//! One vehicle's way through the world, from the boxes of its track.
+
+use motorcade_geometry::{PinholeCamera, Pose, Vehicle, World};
+use motorcade_perception::{BoundingBox, VehicleClass};
+use nalgebra::{Matrix3, Matrix6, Point3, Vector3};
+
+use crate::ground::GroundFrame;
+use crate::motion::{Moving, Place, probability_moving, smooth_motion, standing_place};
+use crate::silhouette::{image_box, standing_pose};
+use crate::single_view::{SingleView, locate};
+use crate::size::{Dimensions, SizePrior};
+use crate::tracker::Track;
+
+/// Which side of the road traffic keeps to; decides only which way a parked vehicle is taken to face, which its box
+/// cannot tell.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum TrafficSide {
+    /// Most of the world.
+    #[default]
+    Right,
+    /// Britain, Japan, India, Australia, southern Africa.
+    Left,
+}
+
+/// Where a state comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Source {
+    /// A box of this frame.
+    Box,
+    /// The motion model, between boxes.
+    Predicted,
+}
+
+/// A vehicle in one frame.
+#[derive(Clone, Debug)]
+pub struct VehicleState {
+    /// Frame (row of the run).
+    pub frame: usize,
+    /// Pose \[m\].
+    pub world_from_vehicle: Pose<World, Vehicle>,
+    /// Covariance (6×6 `[ω, ν]`, vehicle frame).
+    pub covariance: Matrix6<f64>,
+    /// Image box: the detection's, else the projected one \[px\].
+    pub bbox: Option<BoundingBox>,
+    /// Score of the detection; 0 when predicted.
+    pub score: f64,
+    /// Speed over the road, forward positive \[m/s\].
+    pub speed_mps: f64,
+    /// Standard deviation of the speed \[m/s\].
+    pub speed_sigma_mps: f64,
+    /// Yaw rate, left positive \[rad/s\].
+    pub yaw_rate_radps: f64,
+    /// Where the state comes from.
+    pub source: Source,
+}
+
+/// A vehicle and its way.
+#[derive(Clone, Debug)]
+pub struct VehicleTrajectory {
+    /// Identity.
+    pub id: usize,
+    /// Class.
+    pub class: VehicleClass,
+    /// Size, one for the whole track.
+    pub size: Dimensions,
+    /// Standard deviation of the size.
+    pub size_sigma: Dimensions,
+    /// Probability that it moves at some time of the track.
+    pub p_moving: f64,
+    /// States, one a frame from the first box to the last.
+    pub states: Vec<VehicleState>,
+}
+
+/// A vehicle that is slower holds its heading: direction of travel means nothing at a stand \[m/s\].
+const HOLD_HEADING_MPS: f64 = 1.5;
+
+struct Views {
+    /// Frame and view, in order.
+    views: Vec<(usize, SingleView)>,
+    size: Dimensions,
+    size_sigma: Dimensions,
+}
+
+/// Estimates a track. `None` when no box of it can be placed on the road.
+pub fn estimate_track(
+    camera: &PinholeCamera,
+    grounds: &[GroundFrame],
+    track: &Track,
+    side: TrafficSide,
+) -> Option<VehicleTrajectory> {
+    let first = track.boxes.first()?;
+    let (start, end) = (first.frame, track.boxes.last()?.frame);
+    let times: Vec<f64> = grounds.get(start..=end)?.iter().map(|g| g.time_s).collect();
+    let prior = SizePrior::of(track.class);
+    // The road's direction to begin with; then the vehicle's own.
+    let mut headings = vec![0.0; times.len()];
+    let mut estimate = None;
+    for _ in 0..3 {
+        let views = view_all(camera, grounds, track, start, &headings, &prior)?;
+        let places = places_of(&views.views, grounds);
+        let up = grounds[start].world_from_camera.transform_vector(&grounds[start].up);
+        let p_moving = probability_moving(&places);
+        let states = if p_moving > 0.5 {
+            smooth_motion(&places, &times, &up)
+        } else {
+            standing_states(&places, times.len())?
+        };
+        headings = if p_moving > 0.5 {
+            headings_of_travel(&states, &grounds[start..=end], &headings)
+        } else {
+            standing_headings(camera, grounds, track, &prior, &states, start, side)
+        };
+        estimate = Some((views, states, p_moving));
+    }
+    let (views, states, p_moving) = estimate?;
+    let states = assemble(camera, grounds, track, start, &views, &states, &headings);
+    Some(VehicleTrajectory {
+        id: track.id,
+        class: track.class,
+        size: views.size,
+        size_sigma: views.size_sigma,
+        p_moving,
+        states,
+    })
+}
+
+/// Places every box with the given headings, joins what all boxes say of the size, and places them again with it.
+fn view_all(
+    camera: &PinholeCamera,
+    grounds: &[GroundFrame],
+    track: &Track,
+    start: usize,
+    headings: &[f64],
+    prior: &SizePrior,
+) -> Option<Views> {
+    let place_all = |prior: &SizePrior| -> Vec<(usize, SingleView)> {
+        let one = |b: &crate::tracker::TrackBox| {
+            let heading = headings.get(b.frame - start)?;
+            Some((b.frame, locate(camera, grounds.get(b.frame)?, &b.seen, *heading, prior)?))
+        };
+        track.boxes.iter().filter_map(one).collect()
+    };
+    let alone = place_all(prior);
+    let (size, covariance) = joint_size(&alone, prior)?;
+    let sigma = Vector3::from_fn(|k, _| covariance[(k, k)].max(0.0).sqrt().max(0.02));
+    let (size, size_sigma) = (Dimensions::from_vector(&size), Dimensions::from_vector(&sigma));
+    let views = place_all(&SizePrior { mean: size, sigma: size_sigma });
+    (!views.is_empty()).then_some(Views { views, size, size_sigma })
+}
+
+/// The size all views agree on: each view's normal equations with its place eliminated (Schur complement), summed.
+fn joint_size(views: &[(usize, SingleView)], prior: &SizePrior) -> Option<(Vector3<f64>, Matrix3<f64>)> {
+    /// Views count as at most this many independent ones: a detector draws the same car with the same habit every time.
+    const INDEPENDENT: f64 = 12.0;
+    let weight = (INDEPENDENT / views.len().max(1) as f64).min(1.0);
+    let sigma = prior.sigma.to_vector();
+    let mut h = Matrix3::from_diagonal(&sigma.map(|s| 1.0 / (s * s)));
+    let mut rhs = h * prior.mean.to_vector();
+    for (_, view) in views {
+        let block = |r: usize, c: usize| view.information.fixed_view::<3, 3>(r, c).into_owned();
+        let Some(inverse) = block(0, 0).try_inverse() else { continue };
+        let eliminate = block(3, 0) * inverse;
+        let reduced = block(3, 3) - eliminate * block(0, 3);
+        let g = view.gradient.fixed_rows::<3>(3) - eliminate * view.gradient.fixed_rows::<3>(0);
+        h += reduced * weight;
+        rhs += (reduced * view.state.fixed_rows::<3>(3) - g) * weight;
+    }
+    let covariance = h.try_inverse()?;
+    // Two and a half sigma of the class at most: a box cut by shadows does not make a two-metre car.
+    let size = (covariance * rhs).zip_zip_map(&prior.mean.to_vector(), &sigma, |v, m, s| v.clamp(m - 2.5 * s, m + 2.5 * s));
+    Some((size, covariance))
+}
+
+fn places_of(views: &[(usize, SingleView)], grounds: &[GroundFrame]) -> Vec<Place> {
+    let one = |(frame, view): &(usize, SingleView)| {
+        let ground = &grounds[*frame];
+        let r = ground.world_from_camera.rotation_matrix();
+        Place {
+            frame: *frame,
+            time_s: ground.time_s,
+            position: ground.world_from_camera.transform_point(&view.position_in_camera).coords,
+            covariance: r * view.covariance * r.transpose(),
+            range_m: view.position_in_camera.coords.norm(),
+        }
+    };
+    views.iter().map(one).collect()
+}
+
+fn standing_states(places: &[Place], count: usize) -> Option<Vec<Moving>> {
+    let (position, covariance) = standing_place(places)?;
+    let mut full = Matrix6::zeros();
+    full.fixed_view_mut::<3, 3>(0, 0).copy_from(&covariance);
+    full.fixed_view_mut::<3, 3>(3, 3).copy_from(&(Matrix3::identity() * 0.05));
+    Some(vec![Moving { position, velocity: Vector3::zeros(), covariance: full }; count])
+}
+
+/// Headings (relative to each frame's camera) from the direction of travel; held where the vehicle is slow.
+fn headings_of_travel(states: &[Moving], grounds: &[GroundFrame], fallback: &[f64]) -> Vec<f64> {
+    let directions: Vec<Option<Vector3<f64>>> =
+        states.iter().map(|s| (s.velocity.norm() > HOLD_HEADING_MPS).then(|| s.velocity.normalize())).collect();
+    let nearest = |k: usize| {
+        let order = (0..directions.len()).filter(|i| directions[*i].is_some()).min_by_key(|i| i.abs_diff(k))?;
+        directions[order]
+    };
+    let heading = |k: usize| match nearest(k) {
+        Some(d) => grounds[k].heading_of(&grounds[k].world_from_camera.inverse().transform_vector(&d)),
+        None => fallback[k],
+    };
+    (0..states.len()).map(heading).collect()
+}
+
+/// Heading of a standing vehicle: the one whose boxes fit best from all sides it was seen from.
+fn standing_headings(
+    camera: &PinholeCamera,
+    grounds: &[GroundFrame],
+    track: &Track,
+    prior: &SizePrior,
+    states: &[Moving],
+    start: usize,
+    side: TrafficSide,
+) -> Vec<f64> {
+    const STEPS: usize = 12;
+    const VIEWS: usize = 12;
+    let every = track.boxes.len().div_ceil(VIEWS).max(1);
+    let some: Vec<_> = track.boxes.iter().step_by(every).collect();
+    let middle = &grounds[some[some.len() / 2].frame];
+    let road = middle.world_from_camera.transform_vector(&middle.ahead());
+    let local = |frame: usize, angle: f64| {
+        // The same direction in the world, as this frame's camera sees it.
+        let ground = &grounds[frame];
+        let along = ground.world_from_camera.inverse().transform_vector(&road);
+        ground.heading_of(&along) + angle
+    };
+    let misfit = |angle: f64| -> f64 {
+        let one = |b: &&crate::tracker::TrackBox| {
+            let view = locate(camera, &grounds[b.frame], &b.seen, local(b.frame, angle), prior)?;
+            let size = view.size.to_vector() - prior.mean.to_vector();
+            Some(view.chi2 + size.component_div(&prior.sigma.to_vector()).norm_squared())
+        };
+        // Most vehicles stand along the road.
+        some.iter().map(|b| one(b).unwrap_or(30.0)).sum::<f64>() + 4.0 * angle.sin().powi(2)
+    };
+    let angles = (0..STEPS).map(|k| std::f64::consts::PI * k as f64 / STEPS as f64);
+    let best = angles.map(|a| (misfit(a), a)).min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |b| b.1);
+    let fold = if best > std::f64::consts::FRAC_PI_2 { best - std::f64::consts::PI } else { best };
+    // Which end is the front the box does not tell: as traffic on its side of the road drives.
+    let position = states.first().map_or(Vector3::zeros(), |s| s.position);
+    let seen = middle.world_from_camera.inverse().transform_point(&Point3::from(position));
+    let to_the_left = seen.coords.dot(&middle.left()) > 2.0;
+    let to_the_right = seen.coords.dot(&middle.left()) < -2.0;
+    let oncoming = match side {
+        TrafficSide::Right => to_the_left,
+        TrafficSide::Left => to_the_right,
+    };
+    let front = if oncoming { fold + std::f64::consts::PI } else { fold };
+    (0..states.len()).map(|k| local(start + k, front)).collect()
+}
+
+fn assemble(
+    camera: &PinholeCamera,
+    grounds: &[GroundFrame],
+    track: &Track,
+    start: usize,
+    views: &Views,
+    states: &[Moving],
+    headings: &[f64],
+) -> Vec<VehicleState> {
+    let mut out: Vec<VehicleState> = Vec::with_capacity(states.len());
+    for (k, (state, heading)) in states.iter().zip(headings).enumerate() {
+        let ground = &grounds[start + k];
+        let camera_from_world = ground.world_from_camera.inverse();
+        let position = camera_from_world.transform_point(&Point3::from(state.position));
+        let forward = ground.direction_of(*heading);
+        let camera_from_vehicle = standing_pose(&position, &forward, &ground.up);
+        let world_from_vehicle = ground.world_from_camera * camera_from_vehicle;
+        let found = track.boxes.iter().find(|b| b.frame == start + k);
+        let direction = ground.world_from_camera.transform_vector(&forward);
+        let speed_mps = state.velocity.dot(&direction);
+        let velocity_covariance: Matrix3<f64> = state.covariance.fixed_view::<3, 3>(3, 3).into_owned();
+        let speed_sigma_mps = direction.dot(&(velocity_covariance * direction)).max(0.0).sqrt();
+        let (yaw_rate_radps, dt) = match out.last() {
+            Some(before) => {
+                let turn = before.world_from_vehicle.rotation().inverse() * world_from_vehicle.rotation();
+                let dt = (ground.time_s - grounds[start + k - 1].time_s).max(1e-3);
+                (turn.scaled_axis().z / dt, dt)
+            }
+            None => (0.0, 0.1),
+        };
+        out.push(VehicleState {
+            frame: start + k,
+            world_from_vehicle,
+            covariance: pose_covariance(state, &world_from_vehicle, speed_mps, dt),
+            bbox: match found {
+                Some(b) => Some(b.seen.bbox),
+                None => projected(camera, &camera_from_vehicle, track.class, &views.size),
+            },
+            score: found.map_or(0.0, |b| b.score),
+            speed_mps,
+            speed_sigma_mps,
+            yaw_rate_radps,
+            source: if found.is_some() { Source::Box } else { Source::Predicted },
+        });
+    }
+    out
+}
+
+fn projected(
+    camera: &PinholeCamera,
+    pose: &Pose<motorcade_geometry::Camera, Vehicle>,
+    class: VehicleClass,
+    size: &Dimensions,
+) -> Option<BoundingBox> {
+    let bbox = image_box(camera, pose, class, size)?.clipped(camera.width, camera.height);
+    (bbox.width() > 1.0 && bbox.height() > 1.0).then_some(bbox)
+}
+
+fn pose_covariance(state: &Moving, world_from_vehicle: &Pose<World, Vehicle>, speed_mps: f64, dt: f64) -> Matrix6<f64> {
+    let r = world_from_vehicle.rotation_matrix();
+    let position: Matrix3<f64> = state.covariance.fixed_view::<3, 3>(0, 0).into_owned();
+    let velocity: Matrix3<f64> = r.transpose() * state.covariance.fixed_view::<3, 3>(3, 3) * r;
+    let mut out = Matrix6::zeros();
+    // Upright within a degree or two; heading as sure as the direction of travel, at best 2°.
+    let heading = (velocity[(1, 1)].max(0.0).sqrt() / speed_mps.abs().max(HOLD_HEADING_MPS)).max(2.0_f64.to_radians());
+    out[(0, 0)] = 2.0_f64.to_radians().powi(2);
+    out[(1, 1)] = 2.0_f64.to_radians().powi(2);
+    out[(2, 2)] = heading.min(1.0).powi(2) + (0.01 * dt).powi(2);
+    out.fixed_view_mut::<3, 3>(3, 3).copy_from(&(r.transpose() * position * r));
+    out
+}
