@@ -246,3 +246,35 @@ fn video_through_ffmpeg() {
     let (message, code) = refusal(&path, &SequenceOptions::default());
     assert!(message.contains("not a readable video") && code == 3, "{message}");
 }
+
+#[test]
+fn kitti_raw_drives_bring_their_clock() {
+    let day = tempfile::tempdir().unwrap();
+    let drive = day.path().join("drive_0001_sync");
+    std::fs::create_dir_all(drive.join("image_02/data")).unwrap();
+    for n in 0..3 {
+        gray(n).save(drive.join(format!("image_02/data/{n:010}.png"))).unwrap();
+    }
+    let clock =
+        "2011-09-26 23:59:59.900000000\n2011-09-27 00:00:00.003500000\n2011-09-27 00:00:00.100000000\n";
+    std::fs::write(drive.join("image_02/timestamps.txt"), clock).unwrap();
+    let calibration = "calib_time: 09-Jan-2012 13:57:47\nK_02: 1 0 0 0 1 0 0 0 1\nS_rect_02: 6.4e+01 4.8e+01\n\
+                       P_rect_02: 700 0 31 44.9 0 700 23 0.2 0 0 1 0.003\n";
+    std::fs::write(day.path().join("calib_cam_to_cam.txt"), calibration).unwrap();
+    let drive = open(&drive);
+    assert_eq!((drive.format(), drive.summary().camera), (Format::KittiRaw, Some(2)));
+    assert_eq!(drive.timestamps_ns().collect::<Vec<_>>(), [0, 103_500_000, 200_000_000]);
+    assert_eq!((drive.camera().unwrap().fx, drive.calibration().unwrap().size), (700.0, Some((64, 48))));
+}
+
+#[test]
+fn names_that_are_times_are_times() {
+    let folder = folder(&[]);
+    let times = [1_403_636_579_763_555_584_i64, 1_403_636_579_813_555_456, 1_403_636_579_963_555_584];
+    for time in times {
+        gray(0).save(folder.path().join(format!("{time}.png"))).unwrap();
+    }
+    let drive = open(folder.path());
+    assert_eq!(drive.timestamps_ns().collect::<Vec<_>>(), times);
+    assert!(drive.summary().gaps.is_empty());
+}

@@ -15,6 +15,7 @@
 //! assert_eq!(world_from_vehicle.translation().norm(), 0.0);
 //! ```
 
+pub mod alignment;
 mod camera;
 pub mod five_point;
 pub mod lie;

@@ -1,0 +1,58 @@
+//! Which estimate answers which label.
+
+use std::collections::BTreeMap;
+
+use motorcade_dataset::Label;
+
+/// Boxes that overlap less than this are different vehicles.
+const MIN_IOU: f64 = 0.5;
+
+/// Objects by frame and identity, in the order of the file.
+pub(crate) type ByFrame = BTreeMap<u64, Vec<Label>>;
+
+/// Groups labels by frame; of two with one identity in one frame the later line counts.
+pub(crate) fn by_frame(labels: impl IntoIterator<Item = Label>) -> ByFrame {
+    let mut frames = ByFrame::new();
+    for label in labels {
+        let frame = frames.entry(label.frame).or_default();
+        match frame.iter_mut().find(|known| known.track == label.track) {
+            Some(known) => *known = label,
+            None => frame.push(label),
+        }
+    }
+    frames
+}
+
+/// Intersection over union of x1, y1, x2, y2 boxes.
+fn iou(a: &[f64; 4], b: &[f64; 4]) -> f64 {
+    let (width, height) = (a[2].min(b[2]) - a[0].max(b[0]), a[3].min(b[3]) - a[1].max(b[1]));
+    if width <= 0.0 || height <= 0.0 {
+        return 0.0;
+    }
+    let area = |c: &[f64; 4]| (c[2] - c[0]) * (c[3] - c[1]);
+    width * height / (area(a) + area(b) - width * height)
+}
+
+/// One to one, best overlap first: index into `estimates` for each of `labels`.
+pub(crate) fn assign(labels: &[Label], estimates: &[Label]) -> Vec<Option<usize>> {
+    let mut pairs = Vec::new();
+    for (i, label) in labels.iter().enumerate() {
+        for (j, estimate) in estimates.iter().enumerate() {
+            let overlap = iou(&label.bbox_px, &estimate.bbox_px);
+            if overlap >= MIN_IOU {
+                pairs.push((overlap, i, j));
+            }
+        }
+    }
+    // Stable: equal overlaps keep the order of the files.
+    pairs.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut matched = vec![None; labels.len()];
+    let mut used = vec![false; estimates.len()];
+    for (_, i, j) in pairs {
+        if matched[i].is_none() && !used[j] {
+            matched[i] = Some(j);
+            used[j] = true;
+        }
+    }
+    matched
+}

@@ -1,0 +1,97 @@
+//! Reports for people.
+
+use std::fmt::{self, Display};
+
+use crate::ego::EgoReport;
+use crate::run::Report;
+use crate::vehicles::VehicleReport;
+
+/// A number with its digits, or a dash.
+fn cell(value: Option<f64>, digits: usize) -> String {
+    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"))
+}
+
+impl Display for EgoReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut line = |name: &str, value: Option<f64>, digits: usize, unit: &str, note: &str| {
+            let text = format!("  {name:<24}{:>10} {unit:<10} {note}", cell(value, digits));
+            writeln!(f, "{}", text.trim_end())
+        };
+        line("ATE, first pose", Some(self.ate_origin_m), 3, "m", "first poses identified")?;
+        line("ATE, SE(3)", Some(self.ate_se3_m), 3, "m", "best rotation and translation")?;
+        line("ATE, Sim(3)", self.ate_sim3_m, 3, "m", "and best scale")?;
+        line("best scale", self.best_scale, 4, "", "true / estimated")?;
+        line("scale error", self.scale_error_pct_median, 2, "%", "median over frames")?;
+        line("RPE, translation", self.rpe_m, 4, "m", "RMS frame to frame")?;
+        line("RPE, rotation", self.rpe_deg, 4, "deg", "RMS frame to frame")?;
+        line("rotation at the end", Some(self.rotation_end_deg), 3, "deg", "")?;
+        line("rotation drift", self.rotation_deg_per_100m, 3, "deg/100 m", "")
+    }
+}
+
+impl Display for VehicleReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let depth = self.depth_m.map_or_else(|| "-".to_owned(), |[near, far]| format!("{near:.1}-{far:.1}"));
+        write!(
+            f,
+            "  {:>5} {:>7} {:>9.1} {:>9} {:>11} {:>10} {:>10} {:>10} {:>10}",
+            self.label,
+            self.frames,
+            100.0 * self.coverage,
+            self.id_switches,
+            depth,
+            cell(self.ate_origin_m, 2),
+            cell(self.ate_ego_se3_m, 2),
+            cell(self.error_in_camera_m, 2),
+            cell(self.heading_error_deg, 1)
+        )
+    }
+}
+
+impl Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ego = &self.ego;
+        writeln!(
+            f,
+            "KITTI tracking {} camera {}: {} frames from {}, {:.1} m\n\ncamera",
+            self.sequence, self.camera, ego.frames, self.first, ego.length_m
+        )?;
+        write!(f, "{ego}")?;
+        let Some(vehicles) = &self.vehicles else {
+            return writeln!(f, "\nvehicles: the run gives no tracks");
+        };
+        writeln!(f, "\nvehicles (labels unoccluded, untruncated, 40 px high, within 50 m; IoU 0.5)")?;
+        writeln!(
+            f,
+            "  {:>5} {:>7} {:>9} {:>9} {:>11} {:>10} {:>10} {:>10} {:>10}",
+            "label",
+            "frames",
+            "covered %",
+            "switches",
+            "depth m",
+            "ATE 1st m",
+            "ATE SE3 m",
+            "in cam m",
+            "head. deg"
+        )?;
+        for vehicle in vehicles {
+            writeln!(f, "{vehicle}")?;
+        }
+        let Some(mean) = &self.vehicles_mean else {
+            return writeln!(f, "  no labelled vehicle has an estimate");
+        };
+        writeln!(
+            f,
+            "  {:>5} {:>7} {:>9.1} {:>9} {:>11} {:>10.2} {:>10.2} {:>10.2} {:>10.1}",
+            "mean",
+            mean.vehicles,
+            100.0 * mean.coverage,
+            mean.id_switches,
+            "",
+            mean.ate_origin_m,
+            mean.ate_ego_se3_m,
+            mean.error_in_camera_m,
+            mean.heading_error_deg
+        )
+    }
+}
