@@ -1,0 +1,326 @@
+//! Cholesky of one supernode: a tall panel `[L11; L21]` and its Schur complement `−L21 L21ᵀ`.
+//!
+//! The panel is factorised left-looking in strips of six columns (one SE(3) variable): every strip tile is loaded
+//! once, updated by all finished columns in registers, solved against the strip's triangle and stored once.
+
+use super::padded;
+
+/// Columns of a strip; also the columns of the register tile.
+const STRIP: usize = 6;
+
+/// Shape of a panel: `pivots` columns; rows are the pivots, padding, then `below` rows, padding.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Shape {
+    /// Scalar columns eliminated here.
+    pub pivots: usize,
+    /// Scalar rows under the triangle.
+    pub below: usize,
+}
+
+impl Shape {
+    /// First row under the triangle.
+    pub(crate) const fn below_start(self) -> usize {
+        padded(self.pivots)
+    }
+    /// Leading dimension.
+    pub(crate) const fn ld(self) -> usize {
+        padded(self.pivots) + padded(self.below)
+    }
+    /// Scalars of the panel.
+    pub(crate) const fn len(self) -> usize {
+        self.ld() * self.pivots
+    }
+    /// Leading dimension of the Schur complement.
+    pub(crate) const fn schur_ld(self) -> usize {
+        padded(self.below)
+    }
+    /// Scalars of the Schur complement.
+    pub(crate) const fn schur_len(self) -> usize {
+        padded(self.below) * self.below
+    }
+}
+
+/// Smallest and largest diagonal entry of a factor.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pivots {
+    pub smallest: f64,
+    pub largest: f64,
+}
+
+#[inline(always)]
+fn fma<const FMA: bool>(a: f64, b: f64, c: f64) -> f64 {
+    // Without the instruction `mul_add` is a library call, a hundred times slower.
+    if FMA { a.mul_add(b, c) } else { a * b + c }
+}
+
+/// The tail of `a`, empty where there is none (the first strip has no finished columns).
+#[inline(always)]
+fn from(a: &[f64], start: usize) -> &[f64] {
+    a.get(start..).unwrap_or(&[])
+}
+
+/// `Σ_p a[i, p] · b[j, p]` of an R×N tile, `k` columns of leading dimension `ld`.
+#[inline(always)]
+fn product<const R: usize, const N: usize, const FMA: bool>(
+    a: &[f64],
+    b: &[f64],
+    ld: usize,
+    k: usize,
+) -> [[f64; R]; N] {
+    let mut sum = [[0.0; R]; N];
+    for p in 0..k {
+        let (Some(x), Some(y)) = (
+            a.get(p * ld..).and_then(|s| s.first_chunk::<R>()),
+            b.get(p * ld..).and_then(|s| s.first_chunk::<N>()),
+        ) else {
+            break;
+        };
+        for j in 0..N {
+            for i in 0..R {
+                sum[j][i] = fma::<FMA>(x[i], y[j], sum[j][i]);
+            }
+        }
+    }
+    sum
+}
+
+/// The factorised triangle of one strip: rows below the diagonal and reciprocal diagonal.
+struct Triangle<const N: usize> {
+    lower: [[f64; N]; N],
+    inverse: [f64; N],
+}
+
+/// Updates and factorises the N×N diagonal block at `j0`.
+#[inline(always)]
+fn diagonal<const N: usize, const FMA: bool>(
+    done: &[f64],
+    strip: &mut [f64],
+    ld: usize,
+    j0: usize,
+    pivots: &mut Pivots,
+) -> Option<Triangle<N>> {
+    let sum = product::<N, N, FMA>(from(done, j0), from(done, j0), ld, j0);
+    let mut l = [[0.0; N]; N]; // l[column][row]
+    for j in 0..N {
+        let column = strip.get(j * ld + j0..)?.first_chunk::<N>()?;
+        for i in j..N {
+            l[j][i] = column[i] - sum[j][i];
+        }
+    }
+    let mut inverse = [0.0; N];
+    for j in 0..N {
+        let d = l[j][j];
+        if !(d > 0.0 && d.is_finite()) {
+            return None;
+        }
+        let root = d.sqrt();
+        pivots.smallest = pivots.smallest.min(root);
+        pivots.largest = pivots.largest.max(root);
+        inverse[j] = 1.0 / root;
+        l[j][j] = root;
+        for i in j + 1..N {
+            l[j][i] *= inverse[j];
+        }
+        for c in j + 1..N {
+            for i in c..N {
+                l[c][i] = fma::<FMA>(-l[j][i], l[j][c], l[c][i]);
+            }
+        }
+    }
+    for j in 0..N {
+        let column = strip.get_mut(j * ld + j0..)?.first_chunk_mut::<N>()?;
+        column[j..].copy_from_slice(&l[j][j..]);
+    }
+    Some(Triangle { lower: l, inverse })
+}
+
+/// Updates R rows from row `i` by the finished columns and solves them against the strip's triangle.
+#[inline(always)]
+fn rows<const R: usize, const N: usize, const FMA: bool>(
+    done: &[f64],
+    strip: &mut [f64],
+    ld: usize,
+    j0: usize,
+    i: usize,
+    triangle: &Triangle<N>,
+) -> Option<()> {
+    let mut x = product::<R, N, FMA>(from(done, i), from(done, j0), ld, j0);
+    for j in 0..N {
+        let column = strip.get(j * ld + i..)?.first_chunk::<R>()?;
+        for r in 0..R {
+            x[j][r] = column[r] - x[j][r];
+        }
+    }
+    for j in 0..N {
+        for p in 0..j {
+            let l = triangle.lower[p][j];
+            for r in 0..R {
+                x[j][r] = fma::<FMA>(-x[p][r], l, x[j][r]);
+            }
+        }
+        for r in 0..R {
+            x[j][r] *= triangle.inverse[j];
+        }
+    }
+    for j in 0..N {
+        *strip.get_mut(j * ld + i..)?.first_chunk_mut::<R>()? = x[j];
+    }
+    Some(())
+}
+
+#[inline(always)]
+fn strip<const N: usize, const FMA: bool>(
+    panel: &mut [f64],
+    shape: Shape,
+    j0: usize,
+    pivots: &mut Pivots,
+) -> Option<()> {
+    let ld = shape.ld();
+    let (done, rest) = panel.split_at_mut_checked(j0 * ld)?;
+    let triangle = diagonal::<N, FMA>(done, rest, ld, j0, pivots)?;
+    let mut i = j0 + N;
+    while i % super::LANES != 0 && i < ld {
+        if i % 2 == 0 {
+            rows::<2, N, FMA>(done, rest, ld, j0, i, &triangle)?;
+            i += 2;
+        } else {
+            rows::<1, N, FMA>(done, rest, ld, j0, i, &triangle)?;
+            i += 1;
+        }
+    }
+    while i + 8 <= ld {
+        rows::<8, N, FMA>(done, rest, ld, j0, i, &triangle)?;
+        i += 8;
+    }
+    if i < ld {
+        rows::<4, N, FMA>(done, rest, ld, j0, i, &triangle)?;
+    }
+    Some(())
+}
+
+/// Factorises the pivots of a panel in place; the strictly upper triangle is scratch. `None` when the matrix is not
+/// positive definite.
+#[inline(always)]
+pub(crate) fn factor<const FMA: bool>(panel: &mut [f64], shape: Shape) -> Option<Pivots> {
+    let mut pivots = Pivots { smallest: f64::INFINITY, largest: 0.0 };
+    let mut j = 0;
+    while j + STRIP <= shape.pivots {
+        strip::<STRIP, FMA>(panel, shape, j, &mut pivots)?;
+        j += STRIP;
+    }
+    while j + 3 <= shape.pivots {
+        strip::<3, FMA>(panel, shape, j, &mut pivots)?;
+        j += 3;
+    }
+    while j < shape.pivots {
+        strip::<1, FMA>(panel, shape, j, &mut pivots)?;
+        j += 1;
+    }
+    Some(pivots)
+}
+
+#[inline(always)]
+fn schur_columns<const N: usize, const FMA: bool>(
+    below: &[f64],
+    shape: Shape,
+    j: usize,
+    out: &mut [f64],
+) -> Option<()> {
+    let (ld, ldc) = (shape.ld(), shape.schur_ld());
+    let b = below.get(j..)?;
+    // Starting at the tile above the diagonal writes scratch into the upper triangle, which nobody reads.
+    let mut i = j / super::LANES * super::LANES;
+    while i + 8 <= ldc {
+        let sum = product::<8, N, FMA>(below.get(i..)?, b, ld, shape.pivots);
+        for c in 0..N {
+            *out.get_mut((j + c) * ldc + i..)?.first_chunk_mut::<8>()? = sum[c].map(|x| -x);
+        }
+        i += 8;
+    }
+    if i < ldc {
+        let sum = product::<4, N, FMA>(below.get(i..)?, b, ld, shape.pivots);
+        for c in 0..N {
+            *out.get_mut((j + c) * ldc + i..)?.first_chunk_mut::<4>()? = sum[c].map(|x| -x);
+        }
+    }
+    Some(())
+}
+
+/// Writes the lower triangle of `−L21 L21ᵀ`; the upper triangle of `out` is scratch.
+#[inline(always)]
+pub(crate) fn schur<const FMA: bool>(panel: &[f64], shape: Shape, out: &mut [f64]) {
+    let Some(below) = panel.get(shape.below_start()..) else { return };
+    let mut j = 0;
+    while j + STRIP <= shape.below {
+        let _complete = schur_columns::<STRIP, FMA>(below, shape, j, out);
+        j += STRIP;
+    }
+    while j + 3 <= shape.below {
+        let _complete = schur_columns::<3, FMA>(below, shape, j, out);
+        j += 3;
+    }
+    while j < shape.below {
+        let _complete = schur_columns::<1, FMA>(below, shape, j, out);
+        j += 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::simd;
+    use super::*;
+    use nalgebra::DMatrix;
+
+    fn check(pivots: usize, below: usize) {
+        let n = pivots + below;
+        let shape = Shape { pivots, below };
+        let g = DMatrix::from_fn(n, n, |i, j| ((i * 37 + j * 101 + 13) % 29) as f64 / 29.0 - 0.5);
+        let a = &g * g.transpose() + DMatrix::identity(n, n);
+        let row = |i: usize| if i < pivots { i } else { i - pivots + shape.below_start() };
+        let mut panel = vec![0.0; shape.len()];
+        for j in 0..pivots {
+            for i in j..n {
+                panel[j * shape.ld() + row(i)] = a[(i, j)];
+            }
+        }
+        let mut plain = panel.clone();
+        let expected = a.clone().cholesky().unwrap().l();
+        assert!(simd::factor_panel(&mut panel, shape).is_some());
+        assert!(factor::<false>(&mut plain, shape).is_some());
+        let mut out = vec![0.0; shape.schur_len()];
+        simd::schur_complement(&panel, shape, &mut out);
+        let l21 = expected.view((pivots, 0), (below, pivots)).into_owned();
+        let schur = &l21 * l21.transpose();
+        for j in 0..pivots {
+            for i in j..n {
+                let at = j * shape.ld() + row(i);
+                assert!((panel[at] - expected[(i, j)]).abs() < 1e-10, "{pivots} {below} {i} {j}");
+                assert!((plain[at] - expected[(i, j)]).abs() < 1e-10);
+            }
+        }
+        for j in 0..below {
+            for i in j..below {
+                assert!((out[j * shape.schur_ld() + i] + schur[(i, j)]).abs() < 1e-10);
+            }
+        }
+    }
+
+    #[test]
+    fn panels_of_all_shapes_match_dense_cholesky() {
+        for pivots in [1, 2, 3, 4, 6, 7, 9, 12, 18, 25, 30] {
+            for below in [0, 1, 3, 5, 6, 12, 19, 30, 42] {
+                check(pivots, below);
+            }
+        }
+    }
+
+    #[test]
+    fn indefinite_panel_is_refused() {
+        let shape = Shape { pivots: 6, below: 0 };
+        let mut panel = vec![0.0; shape.len()];
+        for j in 0..6 {
+            panel[j * shape.ld() + j] = if j == 4 { -1.0 } else { 1.0 };
+        }
+        assert!(simd::factor_panel(&mut panel, shape).is_none());
+    }
+}
