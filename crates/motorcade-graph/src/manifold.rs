@@ -13,7 +13,8 @@
 use motorcade_geometry::lie::sim3::Similarity;
 use motorcade_geometry::lie::{se3, so3};
 use nalgebra::{
-    DVector, Isometry2, Isometry3, Translation2, UnitComplex, UnitQuaternion, Vector2, Vector3, Vector6,
+    DMatrix, DVector, Isometry2, Isometry3, Translation2, UnitComplex, UnitQuaternion, Vector2, Vector3,
+    Vector6,
 };
 
 /// A smooth space with a local chart.
@@ -25,6 +26,8 @@ pub trait Manifold: Sized {
     fn retract(&self, delta: &[f64]) -> Self;
     /// The tangent that leads from `self` to `other`, written to `out` (`dof` numbers).
     fn local(&self, other: &Self, out: &mut [f64]);
+    /// Derivative (dof × dof) of `self.local(other ⊞ δ)` by δ at 0.
+    fn local_jacobian(&self, other: &Self) -> DMatrix<f64>;
 }
 
 /// Unit length again: products of unit quaternions drift by rounding.
@@ -44,6 +47,10 @@ impl Manifold for Isometry3<f64> {
     fn local(&self, other: &Self, out: &mut [f64]) {
         out.copy_from_slice(se3::log(&(self.inverse() * other)).as_slice());
     }
+    fn local_jacobian(&self, other: &Self) -> DMatrix<f64> {
+        let jacobian = se3::right_jacobian_inverse(&se3::log(&self.inv_mul(other)));
+        DMatrix::from_column_slice(6, 6, jacobian.as_slice())
+    }
 }
 
 impl Manifold for Isometry2<f64> {
@@ -59,6 +66,12 @@ impl Manifold for Isometry2<f64> {
     fn local(&self, other: &Self, out: &mut [f64]) {
         let d = self.inverse() * other;
         out.copy_from_slice(&[d.rotation.angle(), d.translation.x, d.translation.y]);
+    }
+    fn local_jacobian(&self, other: &Self) -> DMatrix<f64> {
+        let mut out = DMatrix::identity(3, 3);
+        let r = self.rotation.rotation_to(&other.rotation).to_rotation_matrix();
+        out.view_mut((1, 1), (2, 2)).copy_from(r.matrix());
+        out
     }
 }
 
@@ -81,6 +94,14 @@ impl Manifold for Similarity {
         out[3..6].copy_from_slice(d.translation.as_slice());
         out[6] = d.scale.ln();
     }
+    fn local_jacobian(&self, other: &Self) -> DMatrix<f64> {
+        let d = self.inverse().compose(other);
+        let mut out = DMatrix::identity(7, 7);
+        out.view_mut((0, 0), (3, 3)).copy_from(&so3::right_jacobian_inverse(&so3::log(&d.rotation)));
+        let r = d.rotation.to_rotation_matrix().into_inner() * d.scale;
+        out.view_mut((3, 3), (3, 3)).copy_from(&r);
+        out
+    }
 }
 
 impl Manifold for DVector<f64> {
@@ -94,6 +115,9 @@ impl Manifold for DVector<f64> {
         for (o, (x, y)) in out.iter_mut().zip(self.iter().zip(other.iter())) {
             *o = y - x;
         }
+    }
+    fn local_jacobian(&self, _other: &Self) -> DMatrix<f64> {
+        DMatrix::identity(self.len(), self.len())
     }
 }
 
@@ -169,6 +193,15 @@ impl Manifold for Value {
             (Self::Sim3(x), Self::Sim3(y)) => x.local(y, out),
             (Self::Vector(x), Self::Vector(y)) => x.local(y, out),
             _ => out.fill(f64::NAN),
+        }
+    }
+    fn local_jacobian(&self, other: &Self) -> DMatrix<f64> {
+        match (self, other) {
+            (Self::Se3(x), Self::Se3(y)) => x.local_jacobian(y),
+            (Self::Se2(x), Self::Se2(y)) => x.local_jacobian(y),
+            (Self::Sim3(x), Self::Sim3(y)) => x.local_jacobian(y),
+            (Self::Vector(x), Self::Vector(y)) => x.local_jacobian(y),
+            _ => DMatrix::from_element(self.dof(), self.dof(), f64::NAN),
         }
     }
 }

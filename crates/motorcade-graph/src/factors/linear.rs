@@ -3,14 +3,14 @@
 use nalgebra::{DMatrix, DMatrixView, DMatrixViewMut, DVector, DVectorView, DVectorViewMut};
 
 use crate::GraphError;
-use crate::factor::{Factor, Normal};
+use crate::factor::Factor;
 use crate::manifold::{Manifold, Value};
 use crate::values::{Values, VariableId};
 
 /// A dense quadratic over several variables, fixed at the values `x̄` it was computed at.
 ///
-/// With `d = x ⊟ x̄` the stacked tangents, `cost = (d + m)ᵀ Λ (d + m)` and the Jacobian is taken as I: the
-/// linearisation stays where it was made (first-estimate Jacobians), so repeated marginalisation stays consistent.
+/// With `d = x̄.local(x)` the stacked tangents, `r = d + m` and `cost = rᵀ Λ r`; the Jacobian is block diagonal with
+/// [`Manifold::local_jacobian`]. Λ stays as it was where it was made.
 #[derive(Clone, Debug)]
 pub struct LinearPrior {
     variables: Vec<VariableId>,
@@ -77,16 +77,14 @@ impl Factor for LinearPrior {
         self.write_residual(values, &mut r)?;
         residual.copy_from(&DVectorView::from_slice(&r, r.len()));
         if let Some(jacobian) = jacobian {
-            jacobian.fill_with_identity();
+            let mut start = 0;
+            for (&id, at) in self.variables.iter().zip(&self.at) {
+                let n = at.dof();
+                let block = at.local_jacobian(values.value(id)?);
+                jacobian.view_mut((start, start), (n, n)).copy_from(&block);
+                start += n;
+            }
         }
         Ok(())
-    }
-    fn normal_equations(&self, values: &Values, out: &mut Normal) -> Result<f64, GraphError> {
-        let mut r = DVector::zeros(self.dim());
-        self.write_residual(values, r.as_mut_slice())?;
-        let g = &self.information * &r;
-        out.h_mut().copy_from_slice(self.information.as_slice());
-        out.g_mut().copy_from_slice(g.as_slice());
-        Ok(r.dot(&g))
     }
 }

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::{
     DMatrixView, Isometry2, Isometry3, Matrix3, Matrix6, Quaternion, Translation3, UnitQuaternion, Vector2,
-    Vector3,
 };
 use serde::Serialize;
 
@@ -308,14 +307,5 @@ fn wrap(factor: impl Factor + 'static, options: &ReadOptions<'_>) -> Box<dyn Fac
     match options.kernel {
         Some(source) => Box::new(Robust::new(factor, source.kernel())),
         None => Box::new(factor),
-    }
-}
-
-/// Position of a vertex in space, for summaries.
-pub(crate) fn position(value: &crate::Value) -> Option<Vector3<f64>> {
-    match value {
-        crate::Value::Se3(x) => Some(x.translation.vector),
-        crate::Value::Se2(x) => Some(Vector3::new(x.translation.x, x.translation.y, 0.0)),
-        _ => None,
     }
 }

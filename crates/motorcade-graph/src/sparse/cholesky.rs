@@ -18,7 +18,6 @@ pub(crate) struct Cholesky {
     /// All panels.
     pub values: Vec<f64>,
     stacks: [Vec<f64>; 2],
-    tops: Vec<Vec<f64>>,
     plan: Plan,
     /// Smallest and largest diagonal entry of L.
     pub pivots: (f64, f64),

@@ -197,11 +197,6 @@ impl BlockMatrix {
             }
         }
     }
-
-    /// Stored scalars.
-    pub(crate) fn len(&self) -> usize {
-        self.values.len()
-    }
 }
 
 /// Neighbour lists without self loops or repetition, increasing.
