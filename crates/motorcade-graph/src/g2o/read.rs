@@ -62,7 +62,7 @@ pub struct ReadSummary {
     pub edges_se2: usize,
     /// Vertices fixed by `FIX`.
     pub fixed: usize,
-    /// Slightly indefinite information matrices that were clamped.
+    /// Indefinite information matrices, reduced to their positive part.
     pub clamped_information: usize,
     /// Smallest eigenvalue met, as a fraction of the largest of its matrix.
     pub worst_eigenvalue_ratio: f64,
@@ -283,15 +283,15 @@ impl Document {
         Ok(())
     }
 
-    /// Clamps an indefinite n×n matrix. More than a hundredth below zero is not noise of writing it.
+    /// Clamps an indefinite n×n matrix to its positive part and counts it. Refuses one without a positive part.
     fn repair(&mut self, m: &mut [f64], n: usize) -> Result<(), GraphError> {
         let view = DMatrixView::from_slice(m, n, n);
         let Some(repaired) = information::clamp(view) else { return Ok(()) };
         let eigenvalues = view.clone_owned().symmetric_eigenvalues();
         let ratio = eigenvalues.min() / eigenvalues.max();
-        if eigenvalues.max() <= 0.0 || ratio < -0.01 {
+        if eigenvalues.max() <= 0.0 {
             return Err(GraphError::Information(format!(
-                "the information matrix is indefinite (eigenvalues {:e} to {:e})",
+                "no eigenvalue is positive ({:e} to {:e})",
                 eigenvalues.min(),
                 eigenvalues.max()
             )));
