@@ -26,7 +26,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 report.initial_cost,
                 report.final_cost
             );
-            println!("  {:?} factor {} cond {:.1e}", report.timings, report.factor_scalars, report.condition);
+            println!(
+                "  {:?} factor {} cond {:.1e}",
+                report.timings, report.factor_multiplications, report.condition
+            );
             for i in &report.iterations {
                 println!(
                     "   {} cost {:.8} l {:.2e} gain {:.4} step {:.2e} trials {}",

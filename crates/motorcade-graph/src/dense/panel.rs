@@ -134,24 +134,36 @@ fn diagonal<const N: usize, const FMA: bool>(
     Some(Triangle { lower: l, inverse })
 }
 
-/// Updates R rows from row `i` by the finished columns and solves them against the strip's triangle.
+/// Updates R rows of the strip from row `i` by the finished columns.
 #[inline(always)]
-fn rows<const R: usize, const N: usize, const FMA: bool>(
+fn update<const R: usize, const N: usize, const FMA: bool>(
     done: &[f64],
     strip: &mut [f64],
     ld: usize,
     j0: usize,
     i: usize,
-    triangle: &Triangle<N>,
 ) -> Option<()> {
-    let mut x = product::<R, N, FMA>(from(done, i), from(done, j0), ld, j0);
+    let sum = product::<R, N, FMA>(from(done, i), from(done, j0), ld, j0);
     for j in 0..N {
-        let column = strip.get(j * ld + i..)?.first_chunk::<R>()?;
+        let column = strip.get_mut(j * ld + i..)?.first_chunk_mut::<R>()?;
         for r in 0..R {
-            x[j][r] = column[r] - x[j][r];
+            column[r] -= sum[j][r];
         }
     }
+    Some(())
+}
+
+/// Solves R rows of the strip against its triangle.
+#[inline(always)]
+fn solve<const R: usize, const N: usize, const FMA: bool>(
+    strip: &mut [f64],
+    ld: usize,
+    i: usize,
+    triangle: &Triangle<N>,
+) -> Option<()> {
+    let mut x = [[0.0; R]; N];
     for j in 0..N {
+        x[j] = *strip.get(j * ld + i..)?.first_chunk::<R>()?;
         for p in 0..j {
             let l = triangle.lower[p][j];
             for r in 0..R {
@@ -168,6 +180,36 @@ fn rows<const R: usize, const N: usize, const FMA: bool>(
     Some(())
 }
 
+/// Runs `$tile::<R, ..>(.., row, ..)` over all rows from `$start`, in tiles of 8 with short ones up to the first
+/// multiple of the lanes and at the end.
+macro_rules! for_rows {
+    ($start:expr, $end:expr, |$i:ident, $r:ident| $call:expr) => {{
+        let mut $i = $start;
+        while $i % super::LANES != 0 && $i < $end {
+            if $i % 2 == 0 {
+                const $r: usize = 2;
+                $call;
+                $i += 2;
+            } else {
+                const $r: usize = 1;
+                $call;
+                $i += 1;
+            }
+        }
+        while $i + 8 <= $end {
+            const $r: usize = 8;
+            $call;
+            $i += 8;
+        }
+        if $i < $end {
+            const $r: usize = 4;
+            $call;
+        }
+    }};
+}
+
+/// Two passes over the rows below the diagonal, update and solve: fused in one loop they would be vectorised
+/// worse, and the strip stays in the cache between them.
 #[inline(always)]
 fn strip<const N: usize, const FMA: bool>(
     panel: &mut [f64],
@@ -178,23 +220,10 @@ fn strip<const N: usize, const FMA: bool>(
     let ld = shape.ld();
     let (done, rest) = panel.split_at_mut_checked(j0 * ld)?;
     let triangle = diagonal::<N, FMA>(done, rest, ld, j0, pivots)?;
-    let mut i = j0 + N;
-    while i % super::LANES != 0 && i < ld {
-        if i % 2 == 0 {
-            rows::<2, N, FMA>(done, rest, ld, j0, i, &triangle)?;
-            i += 2;
-        } else {
-            rows::<1, N, FMA>(done, rest, ld, j0, i, &triangle)?;
-            i += 1;
-        }
+    if j0 > 0 {
+        for_rows!(j0 + N, ld, |i, R| update::<R, N, FMA>(done, rest, ld, j0, i)?);
     }
-    while i + 8 <= ld {
-        rows::<8, N, FMA>(done, rest, ld, j0, i, &triangle)?;
-        i += 8;
-    }
-    if i < ld {
-        rows::<4, N, FMA>(done, rest, ld, j0, i, &triangle)?;
-    }
+    for_rows!(j0 + N, ld, |i, R| solve::<R, N, FMA>(rest, ld, i, &triangle)?);
     Some(())
 }
 
@@ -262,6 +291,70 @@ pub(crate) fn schur<const FMA: bool>(panel: &[f64], shape: Shape, out: &mut [f64
     while j < shape.below {
         let _complete = schur_columns::<1, FMA>(below, shape, j, out);
         j += 1;
+    }
+}
+
+/// Columns of the triangular solves handled in one pass over the rows.
+const GROUP: usize = 4;
+
+/// Forward substitution: solves `L11 y = x` in place and writes `L21 y` to `below`.
+#[inline(always)]
+pub(crate) fn forward<const FMA: bool>(panel: &[f64], shape: Shape, x: &mut [f64], below: &mut [f64]) {
+    let (ld, start) = (shape.ld(), shape.below_start());
+    below.fill(0.0);
+    for j in 0..shape.pivots {
+        let column = &panel[j * ld..(j + 1) * ld];
+        let (head, tail) = x.split_at_mut(j + 1);
+        head[j] /= column[j];
+        for (v, l) in tail.iter_mut().zip(&column[j + 1..]) {
+            *v = fma::<FMA>(-l, head[j], *v);
+        }
+    }
+    let mut j = 0;
+    while j + GROUP <= shape.pivots {
+        let column = |k: usize| &panel[(j + k) * ld + start..(j + k + 1) * ld][..below.len()];
+        let (a, b, c, d) = (column(0), column(1), column(2), column(3));
+        for (i, v) in below.iter_mut().enumerate() {
+            let first = fma::<FMA>(a[i], x[j], b[i] * x[j + 1]);
+            *v += first + fma::<FMA>(c[i], x[j + 2], d[i] * x[j + 3]);
+        }
+        j += GROUP;
+    }
+    while j < shape.pivots {
+        for (v, l) in below.iter_mut().zip(&panel[j * ld + start..(j + 1) * ld]) {
+            *v = fma::<FMA>(*l, x[j], *v);
+        }
+        j += 1;
+    }
+}
+
+/// Dot product in eight running sums: a fixed order that vectorises.
+#[inline(always)]
+fn dot<const FMA: bool>(a: &[f64], b: &[f64]) -> f64 {
+    let n = a.len().min(b.len());
+    let (a, b) = (a[..n].chunks_exact(8), b[..n].chunks_exact(8));
+    let mut sums = [0.0; 8];
+    let mut tail = 0.0;
+    for (x, y) in a.remainder().iter().zip(b.remainder()) {
+        tail = fma::<FMA>(*x, *y, tail);
+    }
+    for (x, y) in a.zip(b) {
+        for k in 0..8 {
+            sums[k] = fma::<FMA>(x[k], y[k], sums[k]);
+        }
+    }
+    let [s0, s1, s2, s3, s4, s5, s6, s7] = sums;
+    ((s0 + s4) + (s1 + s5)) + ((s2 + s6) + (s3 + s7)) + tail
+}
+
+/// Backward substitution: solves `L11ᵀ y = x − L21ᵀ below` in place.
+#[inline(always)]
+pub(crate) fn backward<const FMA: bool>(panel: &[f64], shape: Shape, x: &mut [f64], below: &[f64]) {
+    let (ld, start) = (shape.ld(), shape.below_start());
+    for j in (0..shape.pivots).rev() {
+        let column = &panel[j * ld..(j + 1) * ld];
+        let inside = dot::<FMA>(&x[j + 1..shape.pivots], &column[j + 1..]);
+        x[j] = (x[j] - dot::<FMA>(below, &column[start..]) - inside) / column[j];
     }
 }
 

@@ -49,3 +49,13 @@ dispatch!(
     schur_complement = panel::schur,
     (panel: &[f64], shape: panel::Shape, out: &mut [f64])
 );
+dispatch!(
+    /// See [`panel::forward`].
+    solve_forward = panel::forward,
+    (panel: &[f64], shape: panel::Shape, x: &mut [f64], below: &mut [f64])
+);
+dispatch!(
+    /// See [`panel::backward`].
+    solve_backward = panel::backward,
+    (panel: &[f64], shape: panel::Shape, x: &mut [f64], below: &[f64])
+);

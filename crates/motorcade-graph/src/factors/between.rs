@@ -1,6 +1,6 @@
 //! The relative pose of two SE(3) variables.
 
-use motorcade_geometry::lie::{se3, so3};
+use motorcade_geometry::lie::so3;
 use nalgebra::{DMatrixView, DMatrixViewMut, DVectorViewMut, Isometry3, Matrix3, Matrix6, Vector3, Vector6};
 
 use super::blocks::{LowerBlocks, Symmetric, join, put};
@@ -126,12 +126,41 @@ fn so3_inverse_coefficient(t2: f64) -> f64 {
     (1.0 - half * half.cos() / half.sin()) / t2
 }
 
-/// `Jr⁻¹` of SE(3) at `[ω, ν]`, as blocks.
+/// `Jr⁻¹` of SE(3) at `[ω, ν]` as blocks: `[[J, 0], [−J Q J, J]]` with `J = I + ½ω^ + c ω^ω^` and Barfoot's Q at
+/// (−ω, −ν). With `P = ω^`, `N = ν^`, `s = ω·ν`: `PNP = −s P`, so Q is a sum of P, N, PN + NP and PPN + NPP alone.
 #[inline]
 fn log_jacobian(w: &Vector3<f64>, v: &Vector3<f64>) -> LowerBlocks {
-    let full = se3::right_jacobian_inverse(&join(w, v));
-    let a = full.fixed_view::<3, 3>(0, 0).into_owned();
-    LowerBlocks { a, b: full.fixed_view::<3, 3>(3, 0).into_owned(), c: a }
+    let t2 = w.norm_squared();
+    let outer = |x: &Vector3<f64>, y: &Vector3<f64>| x * y.transpose();
+    let p = so3::hat(w);
+    // ω^ω^ = ωωᵀ − |ω|² I
+    let j = Matrix3::identity() * (1.0 - t2 * so3_inverse_coefficient(t2))
+        + p * 0.5
+        + outer(w, w) * so3_inverse_coefficient(t2);
+    let (a, b, c) = q_coefficients(t2);
+    let s = w.dot(v);
+    // PN + NP = ωνᵀ + νωᵀ − 2s I,  PPN + NPP = −|ω|² N − s P,  PNPP + PPNP = −2s PP
+    let mixed = outer(w, v) + outer(v, w) - Matrix3::identity() * (2.0 * s);
+    let pp = outer(w, w) - Matrix3::identity() * t2;
+    let odd = so3::hat(v) * (0.5 - b * t2) + p * (s * (2.0 * b - a));
+    let q = mixed * a - odd - pp * (2.0 * c * s);
+    LowerBlocks { a: j, b: -(j * q * j), c: j }
+}
+
+/// Coefficients of Barfoot eq. 8.91 as in `motorcade_geometry::lie::se3`.
+#[inline]
+fn q_coefficients(t2: f64) -> (f64, f64, f64) {
+    let t4 = t2 * t2;
+    if t2 < 0.0009 {
+        return (
+            1.0 / 6.0 - t2 / 120.0 + t4 / 5040.0,
+            1.0 / 24.0 - t2 / 720.0 + t4 / 40320.0,
+            1.0 / 120.0 - t2 / 2520.0 + t4 / 120_960.0,
+        );
+    }
+    let t = t2.sqrt();
+    let (s, k) = t.sin_cos();
+    ((t - s) / (t2 * t), (t2 + 2.0 * k - 2.0) / (2.0 * t4), (2.0 * t - 3.0 * s + t * k) / (2.0 * t4 * t))
 }
 
 #[inline]
@@ -215,5 +244,22 @@ impl Factor for Between {
 
     fn relative_pose(&self) -> Option<RelativePose<'_>> {
         Some(RelativePose { measurement: &self.measurement, information: &self.information })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use motorcade_geometry::lie::se3;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn block_jacobian_is_the_one_of_the_group(a in proptest::array::uniform6(-1.8..1.8), small in 1e-4..1.0) {
+            let w = Vector3::new(a[0], a[1], a[2]) * small;
+            let v = Vector3::new(a[3], a[4], a[5]);
+            let expected = se3::right_jacobian_inverse(&join(&w, &v));
+            prop_assert!((log_jacobian(&w, &v).to_matrix() - expected).norm() < 1e-11);
+        }
     }
 }

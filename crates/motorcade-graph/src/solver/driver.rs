@@ -151,6 +151,7 @@ impl Run<'_> {
             iterations,
             unknowns: self.problem.matrix.symbolic.len(),
             factor_scalars: self.problem.matrix.symbolic.factor_len,
+            factor_multiplications: self.problem.matrix.symbolic.flops,
             condition: self.linear.factor.condition(),
             timings: self.timings,
         })
@@ -265,14 +266,22 @@ impl Run<'_> {
 
     /// Lowers the damping after a good step and decides whether to stop. A small decrease under damping says little:
     /// the damping may be what keeps the step short, so it takes several of them, with ever less damping.
-    fn relax(&mut self, before: f64, predicted: f64, gain: f64, step: f64, floor: f64) -> Option<Termination> {
+    fn relax(
+        &mut self,
+        before: f64,
+        predicted: f64,
+        gain: f64,
+        step: f64,
+        floor: f64,
+    ) -> Option<Termination> {
         let stop = self.stop(before, predicted, step);
         let damped = self.lambda > 0.0;
         self.growth = 2.0;
         if damped {
             self.worked = self.lambda;
             // Nielsen: shrink by how well the model held; much faster than his third where it held throughout.
-            let shrink = if gain > 0.9 { 0.1 } else { (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(1.0 / 3.0, 2.0) };
+            let shrink =
+                if gain > 0.9 { 0.1 } else { (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(1.0 / 3.0, 2.0) };
             self.lambda *= if stop.is_some() { 0.01 } else { shrink };
             if self.lambda < 1e-4 * floor {
                 self.lambda = 0.0;

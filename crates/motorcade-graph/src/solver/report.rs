@@ -73,6 +73,8 @@ pub struct Report {
     pub unknowns: usize,
     /// Scalars in the factor.
     pub factor_scalars: usize,
+    /// Multiplications of one factorisation.
+    pub factor_multiplications: f64,
     /// Lower bound of the condition number of the last matrix factorised: squared ratio of its extreme pivots.
     pub condition: f64,
     /// Where the time went.

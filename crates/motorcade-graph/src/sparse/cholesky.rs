@@ -17,7 +17,7 @@ use crate::dense::simd;
 pub(crate) struct Cholesky {
     /// All panels.
     pub values: Vec<f64>,
-    stacks: [Vec<f64>; 2],
+    stacks: [Stack; 2],
     plan: Plan,
     /// Smallest and largest diagonal entry of L.
     pub pivots: (f64, f64),
@@ -54,8 +54,8 @@ impl Cholesky {
         }
         if !parallel || self.plan.roots.len() < 2 {
             let [even, odd] = &mut self.stacks;
-            even.clear();
-            odd.clear();
+            even.top = 0;
+            odd.top = 0;
             let mut work = Work { matrix, lambda, base: 0, values: &mut self.values, stacks: [even, odd] };
             for s in 0..symbolic.nodes.len() {
                 merge(&mut self.pivots, work.eliminate(s, &mut [])?);
@@ -83,13 +83,14 @@ impl Cholesky {
             .into_par_iter()
             .map(|(root, values)| {
                 let first = symbolic.nodes[root as usize].first_descendant as usize;
-                let (mut even, mut odd, mut pivots) = (Vec::new(), Vec::new(), (f64::INFINITY, 0.0));
+                let (mut even, mut odd, mut pivots) =
+                    (Stack::default(), Stack::default(), (f64::INFINITY, 0.0));
                 let base = symbolic.nodes[first].panel;
                 let mut work = Work { matrix, lambda, base, values, stacks: [&mut even, &mut odd] };
                 for s in first..=root as usize {
                     merge(&mut pivots, work.eliminate(s, &mut [])?);
                 }
-                let top = if symbolic.nodes[root as usize].depth % 2 == 0 { even } else { odd };
+                let top = if symbolic.nodes[root as usize].depth % 2 == 0 { even.values } else { odd.values };
                 Ok((pivots, top))
             })
             .collect();
@@ -100,8 +101,8 @@ impl Cholesky {
             tops[root as usize] = top;
         }
         let [even, odd] = &mut self.stacks;
-        even.clear();
-        odd.clear();
+        even.top = 0;
+        odd.top = 0;
         let mut work = Work { matrix, lambda, base: 0, values: &mut self.values, stacks: [even, odd] };
         let mut roots = self.plan.roots.iter().peekable();
         let mut s = 0;
@@ -137,22 +138,10 @@ impl Cholesky {
 
     fn forward(&mut self, symbolic: &Symbolic, node: &Node, x: &mut [f64]) {
         let shape = node.shape;
-        let (ld, below) = (shape.ld(), shape.below_start());
         let start = symbolic.offsets[node.first as usize];
         let panel = &self.values[node.panel..node.panel + shape.len()];
-        self.scratch.clear();
         self.scratch.resize(shape.below, 0.0);
-        for j in 0..shape.pivots {
-            let column = &panel[j * ld..(j + 1) * ld];
-            let xj = x[start + j] / column[j];
-            x[start + j] = xj;
-            for (v, l) in x[start + j + 1..start + shape.pivots].iter_mut().zip(&column[j + 1..]) {
-                *v -= l * xj;
-            }
-            for (v, l) in self.scratch.iter_mut().zip(&column[below..]) {
-                *v += l * xj;
-            }
-        }
+        simd::solve_forward(panel, shape, &mut x[start..start + shape.pivots], &mut self.scratch);
         let mut k = 0;
         for &row in &node.rows {
             for i in symbolic.offsets[row as usize]..symbolic.offsets[row as usize + 1] {
@@ -164,7 +153,6 @@ impl Cholesky {
 
     fn backward(&mut self, symbolic: &Symbolic, node: &Node, x: &mut [f64]) {
         let shape = node.shape;
-        let (ld, below) = (shape.ld(), shape.below_start());
         let start = symbolic.offsets[node.first as usize];
         let panel = &self.values[node.panel..node.panel + shape.len()];
         self.scratch.clear();
@@ -172,32 +160,30 @@ impl Cholesky {
             let range = symbolic.offsets[row as usize]..symbolic.offsets[row as usize + 1];
             self.scratch.extend_from_slice(&x[range]);
         }
-        for j in (0..shape.pivots).rev() {
-            let column = &panel[j * ld..(j + 1) * ld];
-            let mut sum = x[start + j] - dot(&self.scratch, &column[below..]);
-            sum -= dot(&x[start + j + 1..start + shape.pivots], &column[j + 1..]);
-            x[start + j] = sum / column[j];
-        }
+        simd::solve_backward(panel, shape, &mut x[start..start + shape.pivots], &self.scratch);
     }
-}
-
-/// Dot product over the shorter length, in four running sums (a fixed order that vectorises).
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let n = a.len().min(b.len());
-    let (a, b) = (&a[..n], &b[..n]);
-    let mut sums = [0.0; 4];
-    let (ca, cb) = (a.chunks_exact(4), b.chunks_exact(4));
-    let tail: f64 = ca.remainder().iter().zip(cb.remainder()).map(|(x, y)| x * y).sum();
-    for (x, y) in ca.zip(cb) {
-        for k in 0..4 {
-            sums[k] += x[k] * y[k];
-        }
-    }
-    (sums[0] + sums[1]) + (sums[2] + sums[3]) + tail
 }
 
 fn merge(pivots: &mut (f64, f64), new: (f64, f64)) {
     *pivots = (pivots.0.min(new.0), pivots.1.max(new.1));
+}
+
+/// A stack of Schur complements. What lies above the top is old and is overwritten, not cleared.
+#[derive(Clone, Debug, Default)]
+struct Stack {
+    values: Vec<f64>,
+    top: usize,
+}
+
+impl Stack {
+    fn push(&mut self, len: usize) -> &mut [f64] {
+        let from = self.top;
+        self.top += len;
+        if self.values.len() < self.top {
+            self.values.resize(self.top, 0.0);
+        }
+        &mut self.values[from..self.top]
+    }
 }
 
 /// State of one sequential pass over a range of supernodes.
@@ -207,7 +193,7 @@ struct Work<'a> {
     /// Place in the factor of the first scalar of `values`.
     base: usize,
     values: &'a mut [f64],
-    stacks: [&'a mut Vec<f64>; 2],
+    stacks: [&'a mut Stack; 2],
 }
 
 impl Work<'_> {
@@ -225,13 +211,13 @@ impl Work<'_> {
         let on_stack = |c: u32| tops.get(c as usize).is_none_or(Vec::is_empty);
         let size = |c: u32| symbolic.nodes[c as usize].shape.schur_len();
         let children_len: usize = node.children.iter().filter(|&&c| on_stack(c)).map(|&c| size(c)).sum();
-        let children_start = theirs.len() - children_len;
+        let children_start = theirs.top - children_len;
         let mut at = children_start;
         for &c in &node.children {
             let child = &symbolic.nodes[c as usize];
             let schur = if on_stack(c) {
                 at += size(c);
-                &theirs[at - size(c)..at]
+                &theirs.values[at - size(c)..at]
             } else {
                 &tops[c as usize][..size(c)]
             };
@@ -239,23 +225,21 @@ impl Work<'_> {
         }
         let Some(pivots) = simd::factor_panel(panel, node.shape) else { return Err(NotPositiveDefinite) };
         if node.parent != ROOT {
-            let from = own.len();
-            own.resize(from + node.shape.schur_len(), 0.0);
-            let out = &mut own[from..];
+            let out = own.push(node.shape.schur_len());
             simd::schur_complement(panel, node.shape, out);
             let mut at = children_start;
             for &c in &node.children {
                 let child = &symbolic.nodes[c as usize];
                 let schur = if on_stack(c) {
                     at += size(c);
-                    &theirs[at - size(c)..at]
+                    &theirs.values[at - size(c)..at]
                 } else {
                     &tops[c as usize][..size(c)]
                 };
                 add_to_schur(child, node, schur, out);
             }
         }
-        theirs.truncate(children_start);
+        theirs.top = children_start;
         Ok((pivots.smallest, pivots.largest))
     }
 }

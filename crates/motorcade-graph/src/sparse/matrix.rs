@@ -110,6 +110,19 @@ impl BlockMatrix {
         (rows, cols): (usize, usize),
     ) {
         let Some(block) = self.values.get_mut(slot.offset..slot.offset + rows * cols) else { return };
+        if (rows, cols) == (6, 6)
+            && let (Some(block), 12) = (block.first_chunk_mut::<36>(), ld)
+            && let Some(local) = local.first_chunk::<66>()
+        {
+            // The case of pose graphs, unrolled.
+            for j in 0..6 {
+                for i in 0..6 {
+                    let x = if slot.transposed { local[12 * i + j] } else { local[12 * j + i] };
+                    block[6 * j + i] += scale * x;
+                }
+            }
+            return;
+        }
         if slot.transposed {
             for (i, column) in block.chunks_exact_mut(cols).enumerate() {
                 for (j, x) in column.iter_mut().enumerate() {
