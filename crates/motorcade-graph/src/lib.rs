@@ -13,6 +13,7 @@ pub mod information;
 mod manifold;
 mod marginalise;
 mod marginals;
+pub mod numeric;
 mod robust;
 pub mod solver;
 mod sparse;

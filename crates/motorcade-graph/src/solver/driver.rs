@@ -13,6 +13,10 @@ use crate::values::Values;
 /// Steps tried from one linearisation before giving up.
 const MAX_TRIALS: usize = 30;
 
+/// Relative change of a cost that is noise of its summation. A last small step whose promise drowns in it is taken
+/// all the same: the model is then better known than the cost.
+const ROUNDING: f64 = 1e-12;
+
 /// Optimises graphs and keeps pattern, ordering and memory for the next solve of the same graph.
 #[derive(Debug, Default)]
 pub struct Solver {
@@ -240,9 +244,8 @@ impl Run<'_> {
                 predicted = damped_decrease(&self.problem.matrix.rhs, &self.linear.delta, self.lambda);
                 let trial = self.try_step()?;
                 let gain = (before - trial) / predicted;
-                // At the floor of rounding a step may neither help nor harm.
                 let negligible = predicted <= self.options.relative_decrease * before;
-                if gain > 1e-4 || (negligible && trial <= before) {
+                if gain > 1e-4 || (negligible && trial <= before * (1.0 + ROUNDING)) {
                     self.accept(trial);
                     let row = self.row(predicted, before, trial, trials);
                     return Ok(Outcome { stop: self.relax(before, predicted, gain, row.step, floor), row });
@@ -316,7 +319,7 @@ impl Run<'_> {
             let gain = (before - trial) / predicted;
             let norm = dot(&self.linear.delta, &self.linear.delta).sqrt();
             let negligible = predicted <= self.options.relative_decrease * before;
-            if gain > 1e-4 || (negligible && trial <= before) {
+            if gain > 1e-4 || (negligible && trial <= before * (1.0 + ROUNDING)) {
                 self.accept(trial);
                 self.lambda = self.radius.min(newton_norm);
                 let row = self.row(predicted, before, trial, trials);
