@@ -1,5 +1,5 @@
 //! `optimise FILE.g2o [--out FILE] [--method lm|gn|dogleg] [--cost log|mqt] [--robust cauchy:1.0]
-//! [--init file|spanning-tree|chordal] [--threads N] [--repeat N]`: prints the report as JSON.
+//! [--init file|spanning-tree|chordal] [--threads N] [--iterations N] [--tolerance X] [--repeat N]`: prints the report as JSON.
 
 use motorcade_graph::command::{OptimiseRequest, optimise};
 
@@ -18,6 +18,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             "--init" => request.init = value.parse()?,
             "--threads" => request.options.threads = value.parse()?,
             "--tolerance" => request.options.relative_decrease = value.parse()?,
+            "--iterations" => request.options.max_iterations = value.parse()?,
             "--repeat" => repeat = value.parse()?,
             _ => return Err(format!("unknown option {flag}").into()),
         }

@@ -63,7 +63,7 @@ pub trait Factor: fmt::Debug + Send + Sync {
     /// Writes `H = Jᵀ Ω J` and `g = Jᵀ Ω r` into `out` and returns `rᵀ Ω r`. Only worth overriding where the
     /// Jacobians have structure to exploit.
     fn normal_equations(&self, values: &Values, out: &mut Normal) -> Result<f64, GraphError> {
-        out.from_jacobian(self, values)
+        out.fill_from_jacobian(self, values)
     }
 
     /// The SE(3) measurement behind a factor that compares two poses; lets initialisation and files use it.
@@ -127,7 +127,11 @@ impl Normal {
         &mut self.g
     }
 
-    fn from_jacobian<F: Factor + ?Sized>(&mut self, factor: &F, values: &Values) -> Result<f64, GraphError> {
+    fn fill_from_jacobian<F: Factor + ?Sized>(
+        &mut self,
+        factor: &F,
+        values: &Values,
+    ) -> Result<f64, GraphError> {
         let (m, n) = (factor.dim(), self.size);
         self.residual.resize(m, 0.0);
         self.jacobian.clear();

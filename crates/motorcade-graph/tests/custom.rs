@@ -1,4 +1,5 @@
 //! A factor of one's own: three poses and a scale, mixed sizes.
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)] // helpers of tests are tests
 
 mod common;
 

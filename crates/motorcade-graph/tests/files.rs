@@ -1,4 +1,5 @@
 //! Reading `.g2o`: what is understood, what is refused and with which words.
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)] // helpers of tests are tests
 
 use std::path::Path;
 

@@ -1,4 +1,5 @@
 //! Every factor's derivatives against central differences.
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)] // helpers of tests are tests
 
 mod common;
 

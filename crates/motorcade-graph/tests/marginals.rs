@@ -1,4 +1,5 @@
 //! Covariances and marginalisation against dense algebra.
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)] // helpers of tests are tests
 
 mod common;
 

@@ -87,7 +87,7 @@ pub fn read(path: &Path, options: &ReadOptions<'_>) -> Result<Document, GraphErr
 
 #[derive(Debug)]
 enum Edge {
-    Space(Isometry3<f64>, Matrix6<f64>),
+    Space(Box<(Isometry3<f64>, Matrix6<f64>)>),
     Plane(Isometry2<f64>, Matrix3<f64>),
 }
 
@@ -192,7 +192,7 @@ impl Raw {
                 let m = upper::<6>(&line.numbers::<21>(words)?);
                 let m = swap_halves(&Matrix6::from_fn(|i, j| m[i][j]));
                 self.summary.edges_se3 += 1;
-                self.edges.push((line.number, ids, Edge::Space(pose, m)));
+                self.edges.push((line.number, ids, Edge::Space(Box::new((pose, m)))));
             }
             Some("EDGE_SE2") => {
                 let ids = line.ids(words)?;
@@ -269,7 +269,8 @@ impl Document {
         }
         let explain = |e: GraphError| line.error(e.to_string());
         let factor: Box<dyn Factor> = match edge {
-            Edge::Space(motion, mut m) => {
+            Edge::Space(parts) => {
+                let (motion, mut m) = *parts;
                 self.repair(m.as_mut_slice(), 6).map_err(explain)?;
                 let factor = Between::new(first, second, motion, m).map_err(explain)?;
                 wrap(factor.with_residual(options.residual), options)

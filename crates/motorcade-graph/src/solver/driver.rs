@@ -126,8 +126,13 @@ impl Run<'_> {
         let termination = loop {
             if self.problem.variables.is_empty() {
                 self.cost = cost(self.graph, &self.values, self.parallel)?;
-                initial_cost = Some(self.cost);
                 break Termination::NothingToDo;
+            }
+            if iterations.len() >= self.options.max_iterations {
+                if iterations.is_empty() {
+                    self.cost = cost(self.graph, &self.values, self.parallel)?;
+                }
+                break Termination::Iterations;
             }
             let outcome = self.iterate(iterations.len() + 1, &mut initial_cost)?;
             if let Some(progress) = &control.progress {
@@ -142,9 +147,6 @@ impl Run<'_> {
             }
             if self.options.time_limit().is_some_and(|limit| self.start.elapsed() >= limit) {
                 break Termination::Time;
-            }
-            if iterations.len() >= self.options.max_iterations {
-                break Termination::Iterations;
             }
         };
         self.timings.total_s = self.start.elapsed().as_secs_f64();

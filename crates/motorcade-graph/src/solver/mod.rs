@@ -9,6 +9,6 @@ mod step;
 
 pub use driver::{Solver, optimise};
 pub use graduate::{GraduateOptions, graduate};
-pub use options::{Control, Method, Options};
+pub use options::{Control, Method, Options, Progress};
 pub(crate) use problem::Problem;
 pub use report::{Iteration, Report, Termination, Timings};

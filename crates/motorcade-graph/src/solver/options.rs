@@ -94,13 +94,16 @@ impl Options {
     }
 }
 
+/// Called with every finished iteration.
+pub type Progress = Arc<dyn Fn(&Iteration) + Send + Sync>;
+
 /// A hold on a running solver: cancellation and progress.
 #[derive(Clone, Default)]
 pub struct Control {
     /// Set to stop after the current iteration; the best solution so far is kept.
     pub cancel: Option<Arc<AtomicBool>>,
     /// Called after every iteration.
-    pub progress: Option<Arc<dyn Fn(&Iteration) + Send + Sync>>,
+    pub progress: Option<Progress>,
 }
 
 impl Control {

@@ -90,7 +90,11 @@ impl Cholesky {
                 for s in first..=root as usize {
                     merge(&mut pivots, work.eliminate(s, &mut [])?);
                 }
-                let top = if symbolic.nodes[root as usize].depth % 2 == 0 { even.values } else { odd.values };
+                let top = if symbolic.nodes[root as usize].depth.is_multiple_of(2) {
+                    even.values
+                } else {
+                    odd.values
+                };
                 Ok((pivots, top))
             })
             .collect();

@@ -1,5 +1,5 @@
 //! Graphs for the tests.
-#![allow(dead_code)]
+#![allow(dead_code, clippy::unwrap_used, clippy::print_stdout)] // every test uses a part
 
 use motorcade_geometry::lie::se3;
 use motorcade_graph::generate::{DriveOptions, drive};
