@@ -58,11 +58,12 @@ def main():
                 own = ours(path, repeats)
                 if theirs and theirs[2] <= own["final_cost"] * (1 + 1e-6) and (best is None or theirs < best[0]):
                     best = (theirs, method, own)
+            own = best[2] if best else own
             row = f"| {name} | {start} | {own['final_cost']:.7g} | {own['optimise_s'] * 1e3:.1f} ({own['iterations']}) "
             if best is None:
                 print(row + "| does not reach the cost | – |")
                 continue
-            (seconds, iterations, _), method, own = best
+            (seconds, iterations, _), method, _ = best
             ratios.append(seconds / own["optimise_s"])
             print(f"{row}| {seconds * 1e3:.1f} ({method}, {iterations}) | {ratios[-1]:.1f} |")
     ratios.sort()

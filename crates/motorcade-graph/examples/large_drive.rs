@@ -5,6 +5,7 @@ use cpu_time::ProcessTime;
 use motorcade_graph::generate::{DriveOptions, drive};
 use motorcade_graph::{Options, Solver};
 
+#[allow(clippy::print_stdout)] // the report is what this program is for
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut frames: Vec<usize> = std::env::args().skip(1).map(|a| a.parse()).collect::<Result<_, _>>()?;
     if frames.is_empty() {

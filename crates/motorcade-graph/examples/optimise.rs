@@ -3,6 +3,7 @@
 
 use motorcade_graph::command::{OptimiseRequest, optimise};
 
+#[allow(clippy::print_stdout)] // the report is what this program is for
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut args = std::env::args().skip(1);
     let mut request =

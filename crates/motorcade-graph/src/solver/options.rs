@@ -61,8 +61,8 @@ impl Default for Options {
         Self {
             method: Method::LevenbergMarquardt,
             max_iterations: 100,
-            relative_decrease: 1e-7,
-            step_size: 1e-7,
+            relative_decrease: 1e-6,
+            step_size: 1e-6,
             initial_lambda: 1e-7,
             time_limit_s: None,
             threads: 1,
