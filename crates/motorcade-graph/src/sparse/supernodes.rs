@@ -37,15 +37,26 @@ pub(crate) fn amalgamate(parent: &[u32], counts: &[u32], dims: &[usize]) -> Vec<
     }
     let mut children: Vec<Vec<u32>> = vec![Vec::new(); groups.len()];
     for g in 0..groups.len() {
-        // Children were finished before: try them largest first, which leaves the fewest zeros.
-        let mut candidates = std::mem::take(&mut children[g]);
-        candidates.sort_by_key(|&c| {
-            let c = &groups[c as usize];
-            (std::cmp::Reverse(c.pivots + c.below), c.columns.first().copied())
-        });
-        for c in candidates {
-            try_merge(&mut groups, c as usize, g);
+        // Children were finished before: try them largest first, which leaves the fewest zeros. The children of a
+        // merged child become children here and get their turn.
+        let mut queue = std::mem::take(&mut children[g]);
+        let mut stay = Vec::new();
+        while !queue.is_empty() {
+            queue.sort_by_key(|&c| {
+                let c = &groups[c as usize];
+                (c.pivots + c.below, std::cmp::Reverse(c.columns.first().copied()))
+            });
+            let mut next = Vec::new();
+            while let Some(c) = queue.pop() {
+                if try_merge(&mut groups, c as usize, g) {
+                    next.append(&mut children[c as usize]);
+                } else {
+                    stay.push(c);
+                }
+            }
+            queue = next;
         }
+        children[g] = stay;
         let p = groups[g].parent;
         if p != ROOT {
             children[p as usize].push(g as u32);
@@ -73,7 +84,7 @@ fn fundamental(parent: &[u32], counts: &[u32], dims: &[usize]) -> (Vec<Group>, V
 }
 
 /// Merges a child into its parent where the zeros stored cost less than a separate front would.
-fn try_merge(groups: &mut [Group], c: usize, p: usize) {
+fn try_merge(groups: &mut [Group], c: usize, p: usize) -> bool {
     let (child, top) = (&groups[c], &groups[p]);
     let front = top.pivots + top.below;
     let zeros = child.zeros + top.zeros + child.pivots * front.saturating_sub(child.below);
@@ -86,15 +97,16 @@ fn try_merge(groups: &mut [Group], c: usize, p: usize) {
     };
     let share = zeros as f64 / merged.entries() as f64;
     let limit = match merged.pivots {
-        0..=18 => 0.4,
-        19..=48 => 0.2,
-        49..=96 => 0.1,
-        _ => 0.05,
+        0..=18 => 0.2,
+        19..=48 => 0.1,
+        49..=96 => 0.05,
+        _ => 0.02,
     };
     if share > limit {
-        return;
+        return false;
     }
     let mut columns = std::mem::take(&mut groups[c].columns);
     columns.append(&mut groups[p].columns);
     groups[p] = Group { columns, ..merged };
+    true
 }
