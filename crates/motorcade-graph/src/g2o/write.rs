@@ -18,7 +18,7 @@ pub fn write(path: &Path, graph: &Graph, ids: &[(u64, VariableId)]) -> Result<()
     std::fs::write(path, text).map_err(|source| GraphError::Io { path: path.into(), source })
 }
 
-/// The text [`write`] writes.
+/// The text [`write()`] writes.
 pub fn to_string(graph: &Graph, ids: &[(u64, VariableId)]) -> String {
     let mut by_variable: Vec<(VariableId, u64)> = ids.iter().map(|&(id, v)| (v, id)).collect();
     by_variable.sort_unstable();
