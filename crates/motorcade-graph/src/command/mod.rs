@@ -1,0 +1,13 @@
+//! What the commands `graph optimise`, `graph info` and `graph compare` do, without a command line.
+//!
+//! Requests are plain structs, answers can be serialised; nothing is printed here.
+
+mod compare;
+mod info;
+mod optimise;
+mod robust;
+
+pub use compare::{CompareReport, Differences, compare};
+pub use info::{ComponentInfo, InfoReport, info};
+pub use optimise::{OptimiseReport, OptimiseRequest, Start, optimise};
+pub use robust::RobustKernel;

@@ -1,0 +1,174 @@
+//! `graph optimise`.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use cpu_time::ProcessTime;
+use serde::Serialize;
+
+use super::robust::RobustKernel;
+use crate::GraphError;
+use crate::factors::PoseResidual;
+use crate::g2o::{self, KernelSource, ReadOptions, ReadSummary};
+use crate::solver::{Control, GraduateOptions, Iteration, Options, Solver, Termination, Timings, graduate};
+use crate::start;
+
+/// Where the optimisation starts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Start {
+    /// At the file's vertices.
+    #[default]
+    File,
+    /// At poses chained along the surest edges.
+    SpanningTree,
+    /// At the chordal solution.
+    Chordal,
+}
+
+impl FromStr for Start {
+    type Err = GraphError;
+    fn from_str(s: &str) -> Result<Self, GraphError> {
+        match s {
+            "file" => Ok(Self::File),
+            "spanning-tree" => Ok(Self::SpanningTree),
+            "chordal" => Ok(Self::Chordal),
+            _ => {
+                let reason = format!("{s:?} is none of file, spanning-tree, chordal");
+                Err(GraphError::Option { name: "init", reason })
+            }
+        }
+    }
+}
+
+impl FromStr for PoseResidual {
+    type Err = GraphError;
+    fn from_str(s: &str) -> Result<Self, GraphError> {
+        match s {
+            "log" => Ok(Self::Log),
+            "mqt" => Ok(Self::Mqt),
+            _ => Err(GraphError::Option { name: "cost", reason: format!("{s:?} is none of log, mqt") }),
+        }
+    }
+}
+
+/// What to do.
+#[derive(Clone, Debug, Default)]
+pub struct OptimiseRequest {
+    /// The graph.
+    pub input: PathBuf,
+    /// Where the optimised graph goes.
+    pub output: Option<PathBuf>,
+    /// Method, limits, threads.
+    pub options: Options,
+    /// Residual of SE(3) edges.
+    pub cost: PoseResidual,
+    /// Kernel of every edge.
+    pub robust: Option<RobustKernel>,
+    /// Starting values.
+    pub init: Start,
+    /// Cancellation and progress.
+    pub control: Control,
+}
+
+/// What was done.
+#[derive(Clone, Debug, Serialize)]
+pub struct OptimiseReport {
+    /// The input file.
+    pub input: PathBuf,
+    /// What reading it met.
+    pub read: ReadSummary,
+    /// Residual definition of all costs here.
+    pub cost: PoseResidual,
+    /// Kernel of every edge.
+    pub robust: Option<RobustKernel>,
+    /// Starting values.
+    pub init: Start,
+    /// The options.
+    pub options: Options,
+    /// Connected components.
+    pub components: usize,
+    /// File ids of vertices held to fix components that nothing else held.
+    pub anchors: Vec<u64>,
+    /// Why it stopped.
+    pub termination: Termination,
+    /// CPU seconds of the optimisation alone, ordering included, reading, starting values and writing excluded.
+    pub optimise_s: f64,
+    /// CPU seconds of the starting values.
+    pub init_s: f64,
+    /// Linearisations (with graduated non-convexity those of the last round).
+    pub iterations: usize,
+    /// Cost at the file's vertices.
+    pub file_cost: f64,
+    /// Cost where the optimisation started.
+    pub initial_cost: f64,
+    /// Cost at the end.
+    pub final_cost: f64,
+    /// Lower bound of the condition number.
+    pub condition: f64,
+    /// Wall-clock seconds by kind of work.
+    pub timings: Timings,
+    /// One row for each linearisation.
+    pub rows: Vec<Iteration>,
+}
+
+/// Reads, optimises and writes a graph.
+pub fn optimise(request: &OptimiseRequest) -> Result<OptimiseReport, GraphError> {
+    request.options.validate()?;
+    let kernel = request.robust.as_ref().map(|k| k as &dyn KernelSource);
+    let mut document = g2o::read(&request.input, &ReadOptions { residual: request.cost, kernel })?;
+    let graph = &mut document.graph;
+    let components = graph.components().len();
+    let anchors = graph.anchor_components()?;
+    let file_cost = graph.cost()?;
+    let clock = ProcessTime::now();
+    match request.init {
+        Start::File => {}
+        Start::SpanningTree => start::spanning_tree(graph)?,
+        Start::Chordal => start::chordal(graph)?,
+    }
+    let init_s = clock.elapsed().as_secs_f64();
+    let clock = ProcessTime::now();
+    let report = match &request.robust {
+        Some(RobustKernel::Gnc(kernel)) => {
+            graduate(graph, kernel, &request.options, &GraduateOptions::default())?
+        }
+        _ => Solver::new(request.options.clone())?.with_control(request.control.clone()).optimise(graph)?,
+    };
+    let optimise_s = clock.elapsed().as_secs_f64();
+    let anchors: Vec<u64> = document
+        .vertices
+        .iter()
+        .filter(|(_, variable)| anchors.binary_search(variable).is_ok())
+        .map(|(id, _)| *id)
+        .collect();
+    if let Some(output) = &request.output {
+        // The file's own FIX lines are kept, the anchors chosen here are not part of the graph.
+        for &id in &anchors {
+            if let Some(variable) = document.variable(id) {
+                document.graph.release(variable);
+            }
+        }
+        g2o::write(output, &document.graph, &document.vertices)?;
+    }
+    Ok(OptimiseReport {
+        input: request.input.clone(),
+        read: document.summary,
+        cost: request.cost,
+        robust: request.robust.clone(),
+        init: request.init,
+        options: request.options.clone(),
+        components,
+        anchors,
+        termination: report.termination,
+        optimise_s,
+        init_s,
+        iterations: report.iterations.len(),
+        file_cost,
+        initial_cost: report.initial_cost,
+        final_cost: report.final_cost,
+        condition: report.condition,
+        timings: report.timings,
+        rows: report.iterations,
+    })
+}

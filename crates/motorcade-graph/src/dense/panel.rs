@@ -1,0 +1,419 @@
+//! Cholesky of one supernode: a tall panel `[L11; L21]` and its Schur complement `−L21 L21ᵀ`.
+//!
+//! The panel is factorised left-looking in strips of six columns (one SE(3) variable): every strip tile is loaded
+//! once, updated by all finished columns in registers, solved against the strip's triangle and stored once.
+
+use super::padded;
+
+/// Columns of a strip; also the columns of the register tile.
+const STRIP: usize = 6;
+
+/// Shape of a panel: `pivots` columns; rows are the pivots, padding, then `below` rows, padding.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Shape {
+    /// Scalar columns eliminated here.
+    pub pivots: usize,
+    /// Scalar rows under the triangle.
+    pub below: usize,
+}
+
+impl Shape {
+    /// First row under the triangle.
+    pub(crate) const fn below_start(self) -> usize {
+        padded(self.pivots)
+    }
+    /// Leading dimension.
+    pub(crate) const fn ld(self) -> usize {
+        padded(self.pivots) + padded(self.below)
+    }
+    /// Scalars of the panel.
+    pub(crate) const fn len(self) -> usize {
+        self.ld() * self.pivots
+    }
+    /// Leading dimension of the Schur complement.
+    pub(crate) const fn schur_ld(self) -> usize {
+        padded(self.below)
+    }
+    /// Scalars of the Schur complement.
+    pub(crate) const fn schur_len(self) -> usize {
+        padded(self.below) * self.below
+    }
+}
+
+/// Smallest and largest diagonal entry of a factor.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pivots {
+    pub smallest: f64,
+    pub largest: f64,
+}
+
+#[inline(always)]
+fn fma<const FMA: bool>(a: f64, b: f64, c: f64) -> f64 {
+    // Without the instruction `mul_add` is a library call, a hundred times slower.
+    if FMA { a.mul_add(b, c) } else { a * b + c }
+}
+
+/// The tail of `a`, empty where there is none (the first strip has no finished columns).
+#[inline(always)]
+fn from(a: &[f64], start: usize) -> &[f64] {
+    a.get(start..).unwrap_or(&[])
+}
+
+/// `Σ_p a[i, p] · b[j, p]` of an R×N tile, `k` columns of leading dimension `ld`.
+#[inline(always)]
+fn product<const R: usize, const N: usize, const FMA: bool>(
+    a: &[f64],
+    b: &[f64],
+    ld: usize,
+    k: usize,
+) -> [[f64; R]; N] {
+    let mut sum = [[0.0; R]; N];
+    for p in 0..k {
+        let (Some(x), Some(y)) = (
+            a.get(p * ld..).and_then(|s| s.first_chunk::<R>()),
+            b.get(p * ld..).and_then(|s| s.first_chunk::<N>()),
+        ) else {
+            break;
+        };
+        for j in 0..N {
+            for i in 0..R {
+                sum[j][i] = fma::<FMA>(x[i], y[j], sum[j][i]);
+            }
+        }
+    }
+    sum
+}
+
+/// The factorised triangle of one strip: rows below the diagonal and reciprocal diagonal.
+struct Triangle<const N: usize> {
+    lower: [[f64; N]; N],
+    inverse: [f64; N],
+}
+
+/// Updates and factorises the N×N diagonal block at `j0`.
+#[inline(always)]
+fn diagonal<const N: usize, const FMA: bool>(
+    done: &[f64],
+    strip: &mut [f64],
+    ld: usize,
+    j0: usize,
+    pivots: &mut Pivots,
+) -> Option<Triangle<N>> {
+    let sum = product::<N, N, FMA>(from(done, j0), from(done, j0), ld, j0);
+    let mut l = [[0.0; N]; N]; // l[column][row]
+    for j in 0..N {
+        let column = strip.get(j * ld + j0..)?.first_chunk::<N>()?;
+        for i in j..N {
+            l[j][i] = column[i] - sum[j][i];
+        }
+    }
+    let mut inverse = [0.0; N];
+    for j in 0..N {
+        let d = l[j][j];
+        if !(d > 0.0 && d.is_finite()) {
+            return None;
+        }
+        let root = d.sqrt();
+        pivots.smallest = pivots.smallest.min(root);
+        pivots.largest = pivots.largest.max(root);
+        inverse[j] = 1.0 / root;
+        l[j][j] = root;
+        for i in j + 1..N {
+            l[j][i] *= inverse[j];
+        }
+        for c in j + 1..N {
+            for i in c..N {
+                l[c][i] = fma::<FMA>(-l[j][i], l[j][c], l[c][i]);
+            }
+        }
+    }
+    for j in 0..N {
+        let column = strip.get_mut(j * ld + j0..)?.first_chunk_mut::<N>()?;
+        column[j..].copy_from_slice(&l[j][j..]);
+    }
+    Some(Triangle { lower: l, inverse })
+}
+
+/// Updates R rows of the strip from row `i` by the finished columns.
+#[inline(always)]
+fn update<const R: usize, const N: usize, const FMA: bool>(
+    done: &[f64],
+    strip: &mut [f64],
+    ld: usize,
+    j0: usize,
+    i: usize,
+) -> Option<()> {
+    let sum = product::<R, N, FMA>(from(done, i), from(done, j0), ld, j0);
+    for j in 0..N {
+        let column = strip.get_mut(j * ld + i..)?.first_chunk_mut::<R>()?;
+        for r in 0..R {
+            column[r] -= sum[j][r];
+        }
+    }
+    Some(())
+}
+
+/// Solves R rows of the strip against its triangle.
+#[inline(always)]
+fn solve<const R: usize, const N: usize, const FMA: bool>(
+    strip: &mut [f64],
+    ld: usize,
+    i: usize,
+    triangle: &Triangle<N>,
+) -> Option<()> {
+    let mut x = [[0.0; R]; N];
+    for j in 0..N {
+        x[j] = *strip.get(j * ld + i..)?.first_chunk::<R>()?;
+        for p in 0..j {
+            let l = triangle.lower[p][j];
+            for r in 0..R {
+                x[j][r] = fma::<FMA>(-x[p][r], l, x[j][r]);
+            }
+        }
+        for r in 0..R {
+            x[j][r] *= triangle.inverse[j];
+        }
+    }
+    for j in 0..N {
+        *strip.get_mut(j * ld + i..)?.first_chunk_mut::<R>()? = x[j];
+    }
+    Some(())
+}
+
+/// Runs `$tile::<R, ..>(.., row, ..)` over all rows from `$start`, in tiles of 8 with short ones up to the first
+/// multiple of the lanes and at the end.
+macro_rules! for_rows {
+    ($start:expr, $end:expr, |$i:ident, $r:ident| $call:expr) => {{
+        let mut $i = $start;
+        while $i % super::LANES != 0 && $i < $end {
+            if $i % 2 == 0 {
+                const $r: usize = 2;
+                $call;
+                $i += 2;
+            } else {
+                const $r: usize = 1;
+                $call;
+                $i += 1;
+            }
+        }
+        while $i + 8 <= $end {
+            const $r: usize = 8;
+            $call;
+            $i += 8;
+        }
+        if $i < $end {
+            const $r: usize = 4;
+            $call;
+        }
+    }};
+}
+
+/// Two passes over the rows below the diagonal, update and solve: fused in one loop they would be vectorised
+/// worse, and the strip stays in the cache between them.
+#[inline(always)]
+fn strip<const N: usize, const FMA: bool>(
+    panel: &mut [f64],
+    shape: Shape,
+    j0: usize,
+    pivots: &mut Pivots,
+) -> Option<()> {
+    let ld = shape.ld();
+    let (done, rest) = panel.split_at_mut_checked(j0 * ld)?;
+    let triangle = diagonal::<N, FMA>(done, rest, ld, j0, pivots)?;
+    if j0 > 0 {
+        for_rows!(j0 + N, ld, |i, R| update::<R, N, FMA>(done, rest, ld, j0, i)?);
+    }
+    for_rows!(j0 + N, ld, |i, R| solve::<R, N, FMA>(rest, ld, i, &triangle)?);
+    Some(())
+}
+
+/// Factorises the pivots of a panel in place; the strictly upper triangle is scratch. `None` when the matrix is not
+/// positive definite.
+#[inline(always)]
+pub(crate) fn factor<const FMA: bool>(panel: &mut [f64], shape: Shape) -> Option<Pivots> {
+    let mut pivots = Pivots { smallest: f64::INFINITY, largest: 0.0 };
+    let mut j = 0;
+    while j + STRIP <= shape.pivots {
+        strip::<STRIP, FMA>(panel, shape, j, &mut pivots)?;
+        j += STRIP;
+    }
+    while j + 3 <= shape.pivots {
+        strip::<3, FMA>(panel, shape, j, &mut pivots)?;
+        j += 3;
+    }
+    while j < shape.pivots {
+        strip::<1, FMA>(panel, shape, j, &mut pivots)?;
+        j += 1;
+    }
+    Some(pivots)
+}
+
+#[inline(always)]
+fn schur_columns<const N: usize, const FMA: bool>(
+    below: &[f64],
+    shape: Shape,
+    j: usize,
+    out: &mut [f64],
+) -> Option<()> {
+    let (ld, ldc) = (shape.ld(), shape.schur_ld());
+    let b = below.get(j..)?;
+    // Starting at the tile above the diagonal writes scratch into the upper triangle, which nobody reads.
+    let mut i = j / super::LANES * super::LANES;
+    while i + 8 <= ldc {
+        let sum = product::<8, N, FMA>(below.get(i..)?, b, ld, shape.pivots);
+        for c in 0..N {
+            *out.get_mut((j + c) * ldc + i..)?.first_chunk_mut::<8>()? = sum[c].map(|x| -x);
+        }
+        i += 8;
+    }
+    if i < ldc {
+        let sum = product::<4, N, FMA>(below.get(i..)?, b, ld, shape.pivots);
+        for c in 0..N {
+            *out.get_mut((j + c) * ldc + i..)?.first_chunk_mut::<4>()? = sum[c].map(|x| -x);
+        }
+    }
+    Some(())
+}
+
+/// Writes the lower triangle of `−L21 L21ᵀ`; the upper triangle of `out` is scratch.
+#[inline(always)]
+pub(crate) fn schur<const FMA: bool>(panel: &[f64], shape: Shape, out: &mut [f64]) {
+    let Some(below) = panel.get(shape.below_start()..) else { return };
+    let mut j = 0;
+    while j + STRIP <= shape.below {
+        let _complete = schur_columns::<STRIP, FMA>(below, shape, j, out);
+        j += STRIP;
+    }
+    while j + 3 <= shape.below {
+        let _complete = schur_columns::<3, FMA>(below, shape, j, out);
+        j += 3;
+    }
+    while j < shape.below {
+        let _complete = schur_columns::<1, FMA>(below, shape, j, out);
+        j += 1;
+    }
+}
+
+/// Columns of the triangular solves handled in one pass over the rows.
+const GROUP: usize = 4;
+
+/// Forward substitution: solves `L11 y = x` in place and writes `L21 y` to `below`.
+#[inline(always)]
+pub(crate) fn forward<const FMA: bool>(panel: &[f64], shape: Shape, x: &mut [f64], below: &mut [f64]) {
+    let (ld, start) = (shape.ld(), shape.below_start());
+    below.fill(0.0);
+    for j in 0..shape.pivots {
+        let column = &panel[j * ld..(j + 1) * ld];
+        let (head, tail) = x.split_at_mut(j + 1);
+        head[j] /= column[j];
+        for (v, l) in tail.iter_mut().zip(&column[j + 1..]) {
+            *v = fma::<FMA>(-l, head[j], *v);
+        }
+    }
+    let mut j = 0;
+    while j + GROUP <= shape.pivots {
+        let column = |k: usize| &panel[(j + k) * ld + start..(j + k + 1) * ld][..below.len()];
+        let (a, b, c, d) = (column(0), column(1), column(2), column(3));
+        for (i, v) in below.iter_mut().enumerate() {
+            let first = fma::<FMA>(a[i], x[j], b[i] * x[j + 1]);
+            *v += first + fma::<FMA>(c[i], x[j + 2], d[i] * x[j + 3]);
+        }
+        j += GROUP;
+    }
+    while j < shape.pivots {
+        for (v, l) in below.iter_mut().zip(&panel[j * ld + start..(j + 1) * ld]) {
+            *v = fma::<FMA>(*l, x[j], *v);
+        }
+        j += 1;
+    }
+}
+
+/// Dot product in eight running sums: a fixed order that vectorises.
+#[inline(always)]
+fn dot<const FMA: bool>(a: &[f64], b: &[f64]) -> f64 {
+    let n = a.len().min(b.len());
+    let (a, b) = (a[..n].chunks_exact(8), b[..n].chunks_exact(8));
+    let mut sums = [0.0; 8];
+    let mut tail = 0.0;
+    for (x, y) in a.remainder().iter().zip(b.remainder()) {
+        tail = fma::<FMA>(*x, *y, tail);
+    }
+    for (x, y) in a.zip(b) {
+        for k in 0..8 {
+            sums[k] = fma::<FMA>(x[k], y[k], sums[k]);
+        }
+    }
+    let [s0, s1, s2, s3, s4, s5, s6, s7] = sums;
+    ((s0 + s4) + (s1 + s5)) + ((s2 + s6) + (s3 + s7)) + tail
+}
+
+/// Backward substitution: solves `L11ᵀ y = x − L21ᵀ below` in place.
+#[inline(always)]
+pub(crate) fn backward<const FMA: bool>(panel: &[f64], shape: Shape, x: &mut [f64], below: &[f64]) {
+    let (ld, start) = (shape.ld(), shape.below_start());
+    for j in (0..shape.pivots).rev() {
+        let column = &panel[j * ld..(j + 1) * ld];
+        let inside = dot::<FMA>(&x[j + 1..shape.pivots], &column[j + 1..]);
+        x[j] = (x[j] - dot::<FMA>(below, &column[start..]) - inside) / column[j];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::simd;
+    use super::*;
+    use nalgebra::DMatrix;
+
+    fn check(pivots: usize, below: usize) {
+        let n = pivots + below;
+        let shape = Shape { pivots, below };
+        let g = DMatrix::from_fn(n, n, |i, j| ((i * 37 + j * 101 + 13) % 29) as f64 / 29.0 - 0.5);
+        let a = &g * g.transpose() + DMatrix::identity(n, n);
+        let row = |i: usize| if i < pivots { i } else { i - pivots + shape.below_start() };
+        let mut panel = vec![0.0; shape.len()];
+        for j in 0..pivots {
+            for i in j..n {
+                panel[j * shape.ld() + row(i)] = a[(i, j)];
+            }
+        }
+        let mut plain = panel.clone();
+        let expected = a.clone().cholesky().unwrap().l();
+        assert!(simd::factor_panel(&mut panel, shape).is_some());
+        assert!(factor::<false>(&mut plain, shape).is_some());
+        let mut out = vec![0.0; shape.schur_len()];
+        simd::schur_complement(&panel, shape, &mut out);
+        let l21 = expected.view((pivots, 0), (below, pivots)).into_owned();
+        let schur = &l21 * l21.transpose();
+        for j in 0..pivots {
+            for i in j..n {
+                let at = j * shape.ld() + row(i);
+                assert!((panel[at] - expected[(i, j)]).abs() < 1e-10, "{pivots} {below} {i} {j}");
+                assert!((plain[at] - expected[(i, j)]).abs() < 1e-10);
+            }
+        }
+        for j in 0..below {
+            for i in j..below {
+                assert!((out[j * shape.schur_ld() + i] + schur[(i, j)]).abs() < 1e-10);
+            }
+        }
+    }
+
+    #[test]
+    fn panels_of_all_shapes_match_dense_cholesky() {
+        for pivots in [1, 2, 3, 4, 6, 7, 9, 12, 18, 25, 30, 120] {
+            for below in [0, 1, 3, 5, 6, 12, 19, 30, 42, 137] {
+                check(pivots, below);
+            }
+        }
+    }
+
+    #[test]
+    fn indefinite_panel_is_refused() {
+        let shape = Shape { pivots: 6, below: 0 };
+        let mut panel = vec![0.0; shape.len()];
+        for j in 0..6 {
+            panel[j * shape.ld() + j] = if j == 4 { -1.0 } else { 1.0 };
+        }
+        assert!(simd::factor_panel(&mut panel, shape).is_none());
+    }
+}

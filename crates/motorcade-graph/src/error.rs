@@ -1,0 +1,72 @@
+//! What can go wrong.
+
+use std::path::PathBuf;
+
+use crate::VariableId;
+
+/// Errors of building, solving, reading and writing graphs.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum GraphError {
+    /// A factor or query names a variable the graph does not have (any more).
+    #[error("variable {0} is not in the graph")]
+    UnknownVariable(VariableId),
+    /// A factor asked for another type than the variable has.
+    #[error("variable {variable} is not a {expected}")]
+    WrongType {
+        /// The variable.
+        variable: VariableId,
+        /// What was asked for.
+        expected: &'static str,
+    },
+    /// The information matrix of a factor cannot be used.
+    #[error("information matrix: {0}")]
+    Information(String),
+    /// Sizes that do not fit together.
+    #[error("{what}: expected {expected}, found {found}")]
+    Size {
+        /// Of what.
+        what: &'static str,
+        /// What was needed.
+        expected: usize,
+        /// What came.
+        found: usize,
+    },
+    /// A residual or Jacobian is NaN or infinite at the start.
+    #[error(
+        "the cost is not finite at the start; a measurement, value or information matrix holds NaN or infinity"
+    )]
+    NotFinite,
+    /// The normal equations cannot be solved even undamped variables are held: the graph floats or is degenerate.
+    #[error("the normal equations are singular: fix one variable of every component or add a prior")]
+    Singular,
+    /// An option out of its range.
+    #[error("option {name}: {reason}")]
+    Option {
+        /// Which.
+        name: &'static str,
+        /// Why.
+        reason: String,
+    },
+    /// A line of a file cannot be used.
+    #[error("{}:{line}: {message}", path.display())]
+    Parse {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// What is wrong and what to do.
+        message: String,
+    },
+    /// Reading or writing failed.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// The cause.
+        source: std::io::Error,
+    },
+    /// Threads could not be started.
+    #[error("cannot start threads: {0}")]
+    Threads(String),
+}

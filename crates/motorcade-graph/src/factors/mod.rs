@@ -1,0 +1,16 @@
+//! Built-in factors.
+
+mod between;
+mod between_plane;
+mod between_similarity;
+mod blocks;
+mod linear;
+mod point;
+mod prior;
+
+pub use between::{Between, PoseResidual};
+pub use between_plane::BetweenPlane;
+pub use between_similarity::BetweenSimilarity;
+pub use linear::LinearPrior;
+pub use point::PoseToPoint;
+pub use prior::{PosePrior, VectorPrior};

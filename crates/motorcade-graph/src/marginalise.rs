@@ -1,0 +1,111 @@
+//! Removing variables while keeping what they said about the others.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::GraphError;
+use crate::factor::Normal;
+use crate::factors::LinearPrior;
+use crate::graph::{FactorId, Graph};
+use crate::manifold::{Manifold, Value};
+use crate::values::VariableId;
+
+/// Removes `variables` and replaces all factors on them by one dense [`LinearPrior`] on their neighbours: the Schur
+/// complement of the linearised factors at the current values. Returns that prior's id, `None` when nothing is left
+/// to say. The cost depends on the neighbourhood alone.
+pub fn marginalise(graph: &mut Graph, variables: &[VariableId]) -> Result<Option<FactorId>, GraphError> {
+    let mut gone = variables.to_vec();
+    gone.sort_unstable();
+    gone.dedup();
+    for &id in &gone {
+        graph.values().value(id)?;
+    }
+    let factors = graph.take_factors_of(&gone);
+    let mut kept: Vec<VariableId> = factors.iter().flat_map(|f| f.variables()).copied().collect();
+    kept.sort_unstable();
+    kept.dedup();
+    kept.retain(|id| gone.binary_search(id).is_err() && !graph.is_fixed(*id));
+    // Free variables to go first, then those that stay.
+    let order: Vec<VariableId> =
+        gone.iter().filter(|&&id| !graph.is_fixed(id)).chain(&kept).copied().collect();
+    let mut places = Vec::with_capacity(order.len());
+    let mut n = 0;
+    for &id in &order {
+        places.push((id, n));
+        n += graph.values().value(id)?.dof();
+    }
+    let split = places.get(order.len() - kept.len()).map_or(n, |p| p.1);
+    places.sort_unstable();
+    let place = |id: VariableId| places.binary_search_by_key(&id, |p| p.0).ok().map(|k| places[k].1);
+
+    let (mut h, mut g) = (DMatrix::zeros(n, n), DVector::zeros(n));
+    let mut normal = Normal::default();
+    for factor in &factors {
+        let mut blocks = Vec::new();
+        let mut size = 0;
+        for &id in factor.variables() {
+            let dof = graph.values().value(id)?.dof();
+            blocks.push((place(id), size, dof));
+            size += dof;
+        }
+        normal.resize(size);
+        let weight = factor.loss(factor.normal_equations(graph.values(), &mut normal)?).weight;
+        for (k, &(row, from_row, rows)) in blocks.iter().enumerate() {
+            let Some(row) = row else { continue };
+            for i in 0..rows {
+                g[row + i] += weight * normal.g()[from_row + i];
+            }
+            for &(column, from_column, columns) in &blocks[..=k] {
+                let Some(column) = column else { continue };
+                for j in 0..columns {
+                    for i in 0..rows {
+                        let x = weight * normal.h()[(from_column + j) * size + from_row + i];
+                        if column != row {
+                            h[(row + i, column + j)] += x;
+                            h[(column + j, row + i)] += x;
+                        } else if i >= j {
+                            h[(row + i, column + j)] += x;
+                            h[(column + j, row + i)] = h[(row + i, column + j)];
+                        }
+                    }
+                }
+            }
+        }
+    }
+    let values: Vec<Value> =
+        kept.iter().map(|&id| graph.values().value(id).cloned()).collect::<Result<_, GraphError>>()?;
+    for &id in &gone {
+        graph.discard(id)?;
+    }
+    if n == split || factors.is_empty() {
+        return Ok(None);
+    }
+    let (information, gradient) = schur(&h, &g, split);
+    // Λ m = g turns the quadratic into a complete square; where Λ is singular the gradient vanishes too.
+    let offset = pseudo_inverse(&information) * gradient;
+    graph.add_factor(LinearPrior::new(kept, values, offset, information)?).map(Some)
+}
+
+/// Schur complement of the first `split` unknowns, for matrix and gradient.
+fn schur(h: &DMatrix<f64>, g: &DVector<f64>, split: usize) -> (DMatrix<f64>, DVector<f64>) {
+    let keep = h.nrows() - split;
+    let hmm = h.view((0, 0), (split, split)).into_owned();
+    let hkm = h.view((split, 0), (keep, split)).into_owned();
+    let mut right = DMatrix::zeros(split, keep + 1);
+    right.view_mut((0, 0), (split, keep)).copy_from(&hkm.transpose());
+    right.column_mut(keep).copy_from(&g.rows(0, split));
+    let solved = match hmm.clone().cholesky() {
+        Some(factor) => factor.solve(&right),
+        None => pseudo_inverse(&hmm) * right,
+    };
+    let lambda = h.view((split, split), (keep, keep)) - &hkm * solved.columns(0, keep);
+    let gradient = g.rows(split, keep) - &hkm * solved.column(keep);
+    ((&lambda + lambda.transpose()) * 0.5, gradient)
+}
+
+/// Inverse on the range of a symmetric positive semidefinite matrix.
+fn pseudo_inverse(m: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut eigen = m.clone().symmetric_eigen();
+    let limit = 1e-12 * eigen.eigenvalues.amax();
+    eigen.eigenvalues.apply(|x| *x = if *x > limit { 1.0 / *x } else { 0.0 });
+    eigen.recompose()
+}

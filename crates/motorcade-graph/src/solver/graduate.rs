@@ -1,0 +1,62 @@
+//! Graduated non-convexity: a robust solve that starts convex.
+
+use super::driver::Solver;
+use super::options::Options;
+use super::report::Report;
+use crate::GraphError;
+use crate::graph::Graph;
+use crate::robust::Gnc;
+
+/// Options of [`graduate`].
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct GraduateOptions {
+    /// μ is divided by this from round to round.
+    pub factor: f64,
+    /// Linearisations in each round.
+    pub iterations_per_round: usize,
+    /// Rounds at most.
+    pub max_rounds: usize,
+}
+
+impl Default for GraduateOptions {
+    fn default() -> Self {
+        Self { factor: 1.4, iterations_per_round: 2, max_rounds: 60 }
+    }
+}
+
+/// Solves a graph whose doubtful factors are wrapped in clones of `kernel`: first as plain least squares, then with
+/// falling μ down to Geman–McClure, then to convergence. Returns the report of the last solve.
+///
+/// μ starts where the worst residual of the *solved* least-squares graph is still in the convex part; a start from
+/// unsolved values, where doubtful factors may be met exactly, would say nothing.
+pub fn graduate(
+    graph: &mut Graph,
+    kernel: &Gnc,
+    options: &Options,
+    schedule: &GraduateOptions,
+) -> Result<Report, GraphError> {
+    if schedule.factor.is_nan() || schedule.factor <= 1.0 {
+        let reason = format!("{} must be above 1", schedule.factor);
+        return Err(GraphError::Option { name: "factor", reason });
+    }
+    kernel.set_mu(f64::INFINITY);
+    let mut solver = Solver::new(options.clone())?;
+    solver.optimise(graph)?;
+    let mut worst = 0.0_f64;
+    for (_, factor) in graph.factors() {
+        worst = worst.max(factor.squared_norm(graph.values())?);
+    }
+    let mut mu = (2.0 * worst / (kernel.c * kernel.c)).max(1.0);
+    let short = Options { max_iterations: schedule.iterations_per_round, ..options.clone() };
+    let mut round_solver = Solver::new(short)?;
+    for _ in 0..schedule.max_rounds {
+        kernel.set_mu(mu);
+        round_solver.optimise(graph)?;
+        if mu <= 1.0 {
+            break;
+        }
+        mu = (mu / schedule.factor).max(1.0);
+    }
+    kernel.set_mu(1.0);
+    solver.optimise(graph)
+}

@@ -1,0 +1,213 @@
+//! The normal equations of a graph: a pattern made once, filled at every linearisation.
+
+use rayon::prelude::*;
+
+use crate::GraphError;
+use crate::factor::{Factor, Normal};
+use crate::graph::Graph;
+use crate::manifold::{Manifold, Value};
+use crate::sparse::{BlockMatrix, Slot};
+use crate::values::{Values, VariableId};
+
+const FIXED: u32 = u32::MAX;
+/// Factors linearised in parallel before their results are added up in order.
+const BATCH: usize = 4096;
+
+/// One variable of a factor.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    /// Block in the matrix, `FIXED` for none.
+    block: u32,
+    dof: u32,
+}
+
+/// Pattern and storage of `H δ = −g`.
+#[derive(Clone, Debug)]
+pub(crate) struct Problem {
+    /// Variable of each block (original numbering).
+    pub variables: Vec<VariableId>,
+    pub matrix: BlockMatrix,
+    places: Vec<Place>,
+    /// Start of each factor in `places`.
+    starts: Vec<u32>,
+    /// Slots of all block pairs (k ≥ l) of each factor, one after the other; unused for fixed variables.
+    slots: Vec<Slot>,
+    slot_starts: Vec<u32>,
+}
+
+impl Problem {
+    pub(crate) fn new(graph: &Graph) -> Result<Self, GraphError> {
+        let values = graph.values();
+        let mut block_of = vec![FIXED; values.slots()];
+        let (mut variables, mut dims) = (Vec::new(), Vec::new());
+        for (id, value) in values.iter() {
+            if !graph.is_fixed(id)
+                && value.dof() > 0
+                && let Some(slot) = values.slot(id)
+            {
+                block_of[slot] = variables.len() as u32;
+                variables.push(id);
+                dims.push(value.dof());
+            }
+        }
+        let (mut places, mut starts, mut pairs) = (Vec::new(), vec![0], Vec::new());
+        for (_, factor) in graph.boxed_factors() {
+            let first = places.len();
+            for &id in factor.variables() {
+                let dof = values.value(id)?.dof() as u32;
+                let block = values.slot(id).map_or(FIXED, |k| block_of[k]);
+                places.push(Place { block, dof });
+            }
+            starts.push(places.len() as u32);
+            for (k, a) in places[first..].iter().enumerate() {
+                for b in &places[first..first + k] {
+                    if a.block != FIXED && b.block != FIXED {
+                        pairs.push((a.block, b.block));
+                    }
+                }
+            }
+        }
+        let matrix = BlockMatrix::new(&dims, &pairs);
+        let (mut slots, mut slot_starts) = (Vec::new(), Vec::new());
+        let unused = Slot { offset: usize::MAX, transposed: false };
+        for range in starts.windows(2) {
+            slot_starts.push(slots.len() as u32);
+            let own = &places[range[0] as usize..range[1] as usize];
+            for (k, a) in own.iter().enumerate() {
+                for b in &own[..=k] {
+                    slots.push(matrix.slot(a.block, b.block).unwrap_or(unused));
+                }
+            }
+        }
+        Ok(Self { variables, matrix, places, starts, slots, slot_starts })
+    }
+
+    fn places(&self, f: usize) -> &[Place] {
+        &self.places[self.starts[f] as usize..self.starts[f + 1] as usize]
+    }
+
+    fn size(&self, f: usize) -> usize {
+        self.places(f).iter().map(|p| p.dof as usize).sum()
+    }
+
+    /// Fills matrix and right-hand side at `values`; returns the cost. The sums are formed in the order of the
+    /// factors whether or not the terms are computed in parallel.
+    pub(crate) fn linearise(
+        &mut self,
+        graph: &Graph,
+        values: &Values,
+        parallel: bool,
+    ) -> Result<f64, GraphError> {
+        self.matrix.clear();
+        let mut total = Sum::default();
+        let factors = graph.boxed_factors();
+        if !parallel {
+            let mut normal = Normal::default();
+            for (f, (_, factor)) in factors.iter().enumerate() {
+                normal.resize(self.size(f));
+                let loss = factor.loss(factor.normal_equations(values, &mut normal)?);
+                total.add(loss.cost);
+                self.scatter(f, loss.weight, &normal);
+            }
+            return Ok(total.value());
+        }
+        let mut batch: Vec<(f64, f64, Normal)> =
+            vec![(0.0, 0.0, Normal::default()); BATCH.min(factors.len())];
+        for (b, chunk) in factors.chunks(BATCH).enumerate() {
+            let first = b * BATCH;
+            let this = &*self;
+            batch.par_iter_mut().with_min_len(64).zip(chunk.par_iter()).enumerate().try_for_each(
+                |(k, ((cost, weight, normal), (_, factor)))| {
+                    normal.resize(this.size(first + k));
+                    let loss = factor.loss(factor.normal_equations(values, normal)?);
+                    (*cost, *weight) = (loss.cost, loss.weight);
+                    Ok::<(), GraphError>(())
+                },
+            )?;
+            for (k, (cost, weight, normal)) in batch[..chunk.len()].iter().enumerate() {
+                total.add(*cost);
+                self.scatter(first + k, *weight, normal);
+            }
+        }
+        Ok(total.value())
+    }
+
+    /// Adds one factor's share.
+    #[inline]
+    fn scatter(&mut self, f: usize, weight: f64, normal: &Normal) {
+        let n = normal.size();
+        let (from, to) = (self.starts[f] as usize, self.starts[f + 1] as usize);
+        let mut slot = self.slot_starts[f] as usize;
+        let mut row = 0;
+        for k in from..to {
+            let a = self.places[k];
+            let mut column = 0;
+            for l in from..=k {
+                let b = self.places[l];
+                if a.block != FIXED && b.block != FIXED {
+                    let local = &normal.h()[column * n + row..];
+                    let size = (a.dof as usize, b.dof as usize);
+                    self.matrix.add(self.slots[slot], weight, local, n, size);
+                }
+                slot += 1;
+                column += b.dof as usize;
+            }
+            if a.block != FIXED {
+                self.matrix.add_rhs(a.block, -weight, &normal.g()[row..row + a.dof as usize]);
+            }
+            row += a.dof as usize;
+        }
+    }
+
+    /// Writes `x ⊞ δ` of all free variables into `out`, δ in elimination order.
+    pub(crate) fn retract(&self, values: &Values, delta: &[f64], out: &mut Values) -> Result<(), GraphError> {
+        for (block, &id) in self.variables.iter().enumerate() {
+            let moved: Value = values.value(id)?.retract(&delta[self.matrix.range(block as u32)]);
+            out.put(id, moved);
+        }
+        Ok(())
+    }
+}
+
+/// A sum in chunks of fixed length, the same however the terms were computed.
+#[derive(Default)]
+struct Sum {
+    chunk: f64,
+    count: usize,
+    total: f64,
+}
+
+const CHUNK: usize = 256;
+
+impl Sum {
+    #[inline]
+    fn add(&mut self, x: f64) {
+        self.chunk += x;
+        self.count += 1;
+        if self.count == CHUNK {
+            self.total += self.chunk;
+            (self.chunk, self.count) = (0.0, 0);
+        }
+    }
+    fn value(self) -> f64 {
+        self.total + self.chunk
+    }
+}
+
+/// `Σ ρ(rᵀ Ω r)` at `values`, the same bits as from [`Problem::linearise`]'s order of summation.
+pub(crate) fn cost(graph: &Graph, values: &Values, parallel: bool) -> Result<f64, GraphError> {
+    let factors = graph.boxed_factors();
+    let one = |factor: &dyn Factor| Ok(factor.loss(factor.squared_norm(values)?).cost);
+    let chunk_cost = |chunk: &[(crate::graph::FactorId, Box<dyn Factor>)]| {
+        chunk.iter().try_fold(0.0, |sum, (_, f)| Ok::<f64, GraphError>(sum + one(f.as_ref())?))
+    };
+    if !parallel {
+        let mut total = 0.0;
+        for chunk in factors.chunks(CHUNK) {
+            total += chunk_cost(chunk)?;
+        }
+        return Ok(total);
+    }
+    let chunks: Result<Vec<f64>, GraphError> = factors.par_chunks(CHUNK).map(chunk_cost).collect();
+    Ok(chunks?.iter().sum())
+}

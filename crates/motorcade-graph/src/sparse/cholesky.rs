@@ -1,0 +1,321 @@
+//! Multifrontal supernodal Cholesky `H + λI = L Lᵀ` in elimination order.
+//!
+//! Supernodes are visited in postorder. Each assembles its columns of `H` and the Schur complements of its children
+//! into its panel, factorises it and passes its own Schur complement up. Schur complements live on two stacks, one
+//! for even and one for odd depths: the complements of a node's children are then always the top of one stack while
+//! its own grows on the other, so nothing is moved and nothing is allocated after the first factorisation.
+
+use rayon::prelude::*;
+
+use super::matrix::BlockMatrix;
+use super::symbolic::{Node, Symbolic};
+use super::tree::ROOT;
+use crate::dense::simd;
+
+/// A factor; reused from one factorisation to the next.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Cholesky {
+    /// All panels.
+    pub values: Vec<f64>,
+    stacks: [Stack; 2],
+    plan: Plan,
+    /// Smallest and largest diagonal entry of L.
+    pub pivots: (f64, f64),
+    scratch: Vec<f64>,
+}
+
+/// Subtrees that are factorised independently of one another; what remains is done afterwards.
+#[derive(Clone, Debug, Default)]
+struct Plan {
+    /// Roots of the subtrees, increasing.
+    roots: Vec<u32>,
+    ready: bool,
+}
+
+/// The matrix was not positive definite.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct NotPositiveDefinite;
+
+impl Cholesky {
+    /// Factorises `matrix + lambda I`.
+    pub(crate) fn factorise(
+        &mut self,
+        matrix: &BlockMatrix,
+        lambda: f64,
+        parallel: bool,
+    ) -> Result<(), NotPositiveDefinite> {
+        let symbolic = &matrix.symbolic;
+        if self.values.len() != symbolic.factor_len {
+            self.values = vec![0.0; symbolic.factor_len];
+        }
+        self.pivots = (f64::INFINITY, 0.0);
+        if !self.plan.ready {
+            self.plan = Plan { roots: independent_subtrees(symbolic), ready: true };
+        }
+        if !parallel || self.plan.roots.len() < 2 {
+            let [even, odd] = &mut self.stacks;
+            even.top = 0;
+            odd.top = 0;
+            let mut work = Work { matrix, lambda, base: 0, values: &mut self.values, stacks: [even, odd] };
+            for s in 0..symbolic.nodes.len() {
+                merge(&mut self.pivots, work.eliminate(s, &mut [])?);
+            }
+            return Ok(());
+        }
+        self.factorise_parallel(matrix, lambda)
+    }
+
+    fn factorise_parallel(&mut self, matrix: &BlockMatrix, lambda: f64) -> Result<(), NotPositiveDefinite> {
+        let symbolic = &matrix.symbolic;
+        // Cut the factor into the subtrees' ranges and the gaps between them.
+        let mut pieces: Vec<(u32, &mut [f64])> = Vec::new();
+        let (mut rest, mut at) = (self.values.as_mut_slice(), 0);
+        for &root in &self.plan.roots {
+            let node = &symbolic.nodes[root as usize];
+            let start = symbolic.nodes[node.first_descendant as usize].panel;
+            let end = node.panel + node.shape.len();
+            let (_, tail) = rest.split_at_mut(start - at);
+            let (piece, tail) = tail.split_at_mut(end - start);
+            pieces.push((root, piece));
+            (rest, at) = (tail, end);
+        }
+        let done: Result<Vec<_>, _> = pieces
+            .into_par_iter()
+            .map(|(root, values)| {
+                let first = symbolic.nodes[root as usize].first_descendant as usize;
+                let (mut even, mut odd, mut pivots) =
+                    (Stack::default(), Stack::default(), (f64::INFINITY, 0.0));
+                let base = symbolic.nodes[first].panel;
+                let mut work = Work { matrix, lambda, base, values, stacks: [&mut even, &mut odd] };
+                for s in first..=root as usize {
+                    merge(&mut pivots, work.eliminate(s, &mut [])?);
+                }
+                let top = if symbolic.nodes[root as usize].depth.is_multiple_of(2) {
+                    even.values
+                } else {
+                    odd.values
+                };
+                Ok((pivots, top))
+            })
+            .collect();
+        let done = done?;
+        let mut tops: Vec<Vec<f64>> = vec![Vec::new(); symbolic.nodes.len()];
+        for (&root, (pivots, top)) in self.plan.roots.iter().zip(done) {
+            merge(&mut self.pivots, pivots);
+            tops[root as usize] = top;
+        }
+        let [even, odd] = &mut self.stacks;
+        even.top = 0;
+        odd.top = 0;
+        let mut work = Work { matrix, lambda, base: 0, values: &mut self.values, stacks: [even, odd] };
+        let mut roots = self.plan.roots.iter().peekable();
+        let mut s = 0;
+        while s < symbolic.nodes.len() {
+            // Skip finished subtrees.
+            if let Some(&&root) = roots.peek()
+                && s == symbolic.nodes[root as usize].first_descendant as usize
+            {
+                s = root as usize + 1;
+                roots.next();
+                continue;
+            }
+            merge(&mut self.pivots, work.eliminate(s, &mut tops)?);
+            s += 1;
+        }
+        Ok(())
+    }
+
+    /// Ratio of the extreme pivots squared: a lower bound of the condition number.
+    pub(crate) fn condition(&self) -> f64 {
+        (self.pivots.1 / self.pivots.0).powi(2)
+    }
+
+    /// Solves `L Lᵀ x = b` in place, elimination order.
+    pub(crate) fn solve(&mut self, symbolic: &Symbolic, x: &mut [f64]) {
+        for node in &symbolic.nodes {
+            self.forward(symbolic, node, x);
+        }
+        for node in symbolic.nodes.iter().rev() {
+            self.backward(symbolic, node, x);
+        }
+    }
+
+    fn forward(&mut self, symbolic: &Symbolic, node: &Node, x: &mut [f64]) {
+        let shape = node.shape;
+        let start = symbolic.offsets[node.first as usize];
+        let panel = &self.values[node.panel..node.panel + shape.len()];
+        self.scratch.resize(shape.below, 0.0);
+        simd::solve_forward(panel, shape, &mut x[start..start + shape.pivots], &mut self.scratch);
+        let mut k = 0;
+        for &row in &node.rows {
+            for i in symbolic.offsets[row as usize]..symbolic.offsets[row as usize + 1] {
+                x[i] -= self.scratch[k];
+                k += 1;
+            }
+        }
+    }
+
+    fn backward(&mut self, symbolic: &Symbolic, node: &Node, x: &mut [f64]) {
+        let shape = node.shape;
+        let start = symbolic.offsets[node.first as usize];
+        let panel = &self.values[node.panel..node.panel + shape.len()];
+        self.scratch.clear();
+        for &row in &node.rows {
+            let range = symbolic.offsets[row as usize]..symbolic.offsets[row as usize + 1];
+            self.scratch.extend_from_slice(&x[range]);
+        }
+        simd::solve_backward(panel, shape, &mut x[start..start + shape.pivots], &self.scratch);
+    }
+}
+
+fn merge(pivots: &mut (f64, f64), new: (f64, f64)) {
+    *pivots = (pivots.0.min(new.0), pivots.1.max(new.1));
+}
+
+/// A stack of Schur complements. What lies above the top is old and is overwritten, not cleared.
+#[derive(Clone, Debug, Default)]
+struct Stack {
+    values: Vec<f64>,
+    top: usize,
+}
+
+impl Stack {
+    fn push(&mut self, len: usize) -> &mut [f64] {
+        let from = self.top;
+        self.top += len;
+        if self.values.len() < self.top {
+            self.values.resize(self.top, 0.0);
+        }
+        &mut self.values[from..self.top]
+    }
+}
+
+/// State of one sequential pass over a range of supernodes.
+struct Work<'a> {
+    matrix: &'a BlockMatrix,
+    lambda: f64,
+    /// Place in the factor of the first scalar of `values`.
+    base: usize,
+    values: &'a mut [f64],
+    stacks: [&'a mut Stack; 2],
+}
+
+impl Work<'_> {
+    /// Eliminates supernode `s`; `tops` holds Schur complements of children finished elsewhere.
+    fn eliminate(&mut self, s: usize, tops: &mut [Vec<f64>]) -> Result<(f64, f64), NotPositiveDefinite> {
+        let symbolic = &self.matrix.symbolic;
+        let node = &symbolic.nodes[s];
+        let start = node.panel - self.base;
+        let panel = &mut self.values[start..start + node.shape.len()];
+        panel.fill(0.0);
+        self.matrix.fill_panel(s, self.lambda, panel);
+        let parity = node.depth as usize % 2;
+        let [even, odd] = &mut self.stacks;
+        let (own, theirs) = if parity == 0 { (even, odd) } else { (odd, even) };
+        let on_stack = |c: u32| tops.get(c as usize).is_none_or(Vec::is_empty);
+        let size = |c: u32| symbolic.nodes[c as usize].shape.schur_len();
+        let children_len: usize = node.children.iter().filter(|&&c| on_stack(c)).map(|&c| size(c)).sum();
+        let children_start = theirs.top - children_len;
+        let mut at = children_start;
+        for &c in &node.children {
+            let child = &symbolic.nodes[c as usize];
+            let schur = if on_stack(c) {
+                at += size(c);
+                &theirs.values[at - size(c)..at]
+            } else {
+                &tops[c as usize][..size(c)]
+            };
+            add_to_panel(child, node, schur, panel);
+        }
+        let Some(pivots) = simd::factor_panel(panel, node.shape) else { return Err(NotPositiveDefinite) };
+        if node.parent != ROOT {
+            let out = own.push(node.shape.schur_len());
+            simd::schur_complement(panel, node.shape, out);
+            let mut at = children_start;
+            for &c in &node.children {
+                let child = &symbolic.nodes[c as usize];
+                let schur = if on_stack(c) {
+                    at += size(c);
+                    &theirs.values[at - size(c)..at]
+                } else {
+                    &tops[c as usize][..size(c)]
+                };
+                add_to_schur(child, node, schur, out);
+            }
+        }
+        theirs.top = children_start;
+        Ok((pivots.smallest, pivots.largest))
+    }
+}
+
+/// Adds the columns of a child's Schur complement that are pivots of the parent.
+fn add_to_panel(child: &Node, parent: &Node, schur: &[f64], panel: &mut [f64]) {
+    let (ldc, ld) = (child.shape.schur_ld(), parent.shape.ld());
+    for (k, run) in child.runs.iter().enumerate() {
+        if run.parent as usize >= parent.shape.pivots {
+            break;
+        }
+        for j in 0..run.len as usize {
+            let source = &schur[(run.child as usize + j) * ldc..(run.child as usize + j + 1) * ldc];
+            let target = &mut panel[(run.parent as usize + j) * ld..(run.parent as usize + j + 1) * ld];
+            add_column(&child.runs[k..], j, 0, source, target);
+        }
+    }
+}
+
+/// Adds the columns of a child's Schur complement that lie below the parent's pivots.
+fn add_to_schur(child: &Node, parent: &Node, schur: &[f64], out: &mut [f64]) {
+    let (ldc, ld, below) = (child.shape.schur_ld(), parent.shape.schur_ld(), parent.shape.below_start());
+    for (k, run) in child.runs.iter().enumerate() {
+        let Some(column) = (run.parent as usize).checked_sub(below) else { continue };
+        for j in 0..run.len as usize {
+            let source = &schur[(run.child as usize + j) * ldc..(run.child as usize + j + 1) * ldc];
+            let target = &mut out[(column + j) * ld..(column + j + 1) * ld];
+            add_column(&child.runs[k..], j, below, source, target);
+        }
+    }
+}
+
+/// Adds one column below its diagonal: row `skip` of the first run on, then the other runs.
+#[inline]
+fn add_column(
+    runs: &[super::symbolic::Run],
+    mut skip: usize,
+    shift: usize,
+    source: &[f64],
+    target: &mut [f64],
+) {
+    for run in runs {
+        let (from, to) = (run.child as usize + skip, run.parent as usize + skip - shift);
+        let len = run.len as usize - skip;
+        for (t, s) in target[to..to + len].iter_mut().zip(&source[from..from + len]) {
+            *t += s;
+        }
+        skip = 0;
+    }
+}
+
+/// Roots of disjoint subtrees of at most a sixteenth of the work each.
+fn independent_subtrees(symbolic: &Symbolic) -> Vec<u32> {
+    let work = |n: &Node| {
+        let (p, m) = (n.shape.pivots as f64, n.shape.below as f64);
+        p * p * p / 3.0 + p * p * m + p * m * m + 50.0 * (p + m) * (p + m) + 1000.0
+    };
+    let mut total: Vec<f64> = symbolic.nodes.iter().map(work).collect();
+    for s in 0..total.len() {
+        let parent = symbolic.nodes[s].parent;
+        if parent != ROOT {
+            total[parent as usize] += total[s];
+        }
+    }
+    let all: f64 = symbolic.nodes.iter().map(work).sum();
+    let limit = all / 16.0;
+    let mut roots = Vec::new();
+    for (s, node) in symbolic.nodes.iter().enumerate() {
+        let top = node.parent == ROOT || total[node.parent as usize] > limit;
+        if total[s] <= limit && top {
+            roots.push(s as u32);
+        }
+    }
+    roots
+}

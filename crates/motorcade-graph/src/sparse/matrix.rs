@@ -1,0 +1,227 @@
+//! A symmetric block matrix with a fixed pattern, stored as the lower blocks in elimination order.
+
+use super::symbolic::Symbolic;
+
+/// Where the block of a pair of variables lives.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Slot {
+    /// First scalar of the block.
+    pub offset: usize,
+    /// True when the stored block is (second, first) of the pair asked for.
+    pub transposed: bool,
+}
+
+/// Symmetric block-sparse matrix and right-hand side. Blocks are column-major; of diagonal blocks only the lower
+/// triangle counts.
+#[derive(Clone, Debug)]
+pub(crate) struct BlockMatrix {
+    pub symbolic: Symbolic,
+    /// Start of every block column in `rows` and `starts`.
+    columns: Vec<u32>,
+    /// Row position of every block; the first of a column is its diagonal block.
+    rows: Vec<u32>,
+    /// First scalar of every block.
+    starts: Vec<usize>,
+    /// Place of every block in the factor's panels.
+    targets: Vec<usize>,
+    pub values: Vec<f64>,
+    /// In elimination order.
+    pub rhs: Vec<f64>,
+}
+
+impl BlockMatrix {
+    /// Matrix over blocks of `dims` with entries at `pairs` (any order, repetition allowed, self pairs ignored).
+    pub(crate) fn new(dims: &[usize], pairs: &[(u32, u32)]) -> Self {
+        let adjacency = adjacency(dims.len(), pairs);
+        let symbolic = Symbolic::new(dims, &adjacency);
+        let mut out = Self {
+            columns: vec![0],
+            rows: Vec::new(),
+            starts: Vec::new(),
+            targets: Vec::new(),
+            values: Vec::new(),
+            rhs: vec![0.0; symbolic.len()],
+            symbolic,
+        };
+        let mut start = 0;
+        for k in 0..dims.len() as u32 {
+            let symbolic = &out.symbolic;
+            let near = &adjacency[symbolic.order[k as usize] as usize];
+            let from = out.rows.len();
+            out.rows.push(k);
+            out.rows.extend(near.iter().map(|&j| symbolic.position[j as usize]).filter(|&r| r > k));
+            out.rows[from..].sort_unstable();
+            out.columns.push(out.rows.len() as u32);
+            for b in from..out.rows.len() {
+                out.starts.push(start);
+                start += symbolic.dims[k as usize] * symbolic.dims[out.rows[b] as usize];
+            }
+            out.find_targets(k, from);
+        }
+        out.values = vec![0.0; start];
+        out
+    }
+
+    fn find_targets(&mut self, k: u32, from: usize) {
+        let symbolic = &self.symbolic;
+        let node = &symbolic.nodes[symbolic.node_of[k as usize] as usize];
+        let first = symbolic.offsets[node.first as usize];
+        let column = node.panel + (symbolic.offsets[k as usize] - first) * node.shape.ld();
+        let end = node.first + node.columns;
+        let (mut at, mut row_start) = (0, node.shape.below_start());
+        for b in from..self.rows.len() {
+            let row = self.rows[b];
+            let place = if row < end {
+                symbolic.offsets[row as usize] - first
+            } else {
+                while node.rows[at] < row {
+                    row_start += symbolic.dims[node.rows[at] as usize];
+                    at += 1;
+                }
+                row_start
+            };
+            self.targets.push(column + place);
+        }
+    }
+
+    /// Zeroes matrix and right-hand side.
+    pub(crate) fn clear(&mut self) {
+        self.values.fill(0.0);
+        self.rhs.fill(0.0);
+    }
+
+    /// Slot of the block (i, j), original numbering. `None` when the pair is not in the pattern.
+    pub(crate) fn slot(&self, i: u32, j: u32) -> Option<Slot> {
+        let (p, q) = (*self.symbolic.position.get(i as usize)?, *self.symbolic.position.get(j as usize)?);
+        let (row, column, transposed) = if p >= q { (p, q, false) } else { (q, p, true) };
+        let (from, to) = (self.columns[column as usize] as usize, self.columns[column as usize + 1] as usize);
+        let k = self.rows[from..to].binary_search(&row).ok()?;
+        Some(Slot { offset: self.starts[from + k], transposed })
+    }
+
+    /// Adds `scale` times the rows×cols block of `local` (column-major, leading dimension `ld`) at `slot`.
+    #[inline]
+    pub(crate) fn add(
+        &mut self,
+        slot: Slot,
+        scale: f64,
+        local: &[f64],
+        ld: usize,
+        (rows, cols): (usize, usize),
+    ) {
+        let Some(block) = self.values.get_mut(slot.offset..slot.offset + rows * cols) else { return };
+        if (rows, cols) == (6, 6)
+            && let (Some(block), 12) = (block.first_chunk_mut::<36>(), ld)
+            && let Some(local) = local.first_chunk::<66>()
+        {
+            // The case of pose graphs, unrolled.
+            for j in 0..6 {
+                for i in 0..6 {
+                    let x = if slot.transposed { local[12 * i + j] } else { local[12 * j + i] };
+                    block[6 * j + i] += scale * x;
+                }
+            }
+            return;
+        }
+        if slot.transposed {
+            for (i, column) in block.chunks_exact_mut(cols).enumerate() {
+                for (j, x) in column.iter_mut().enumerate() {
+                    *x += scale * local[j * ld + i];
+                }
+            }
+        } else {
+            for (column, source) in block.chunks_exact_mut(rows).zip(local.chunks(ld)) {
+                for (x, y) in column.iter_mut().zip(source) {
+                    *x += scale * y;
+                }
+            }
+        }
+    }
+
+    /// Adds to the right-hand side of block `i` (original numbering).
+    #[inline]
+    pub(crate) fn add_rhs(&mut self, i: u32, scale: f64, local: &[f64]) {
+        let start = self.symbolic.offsets[self.symbolic.position[i as usize] as usize];
+        for (x, y) in self.rhs[start..].iter_mut().zip(local) {
+            *x += scale * y;
+        }
+    }
+
+    /// Scalar range of block `i` (original numbering) in vectors in elimination order.
+    pub(crate) fn range(&self, i: u32) -> std::ops::Range<usize> {
+        let p = self.symbolic.position[i as usize] as usize;
+        self.symbolic.offsets[p]..self.symbolic.offsets[p + 1]
+    }
+
+    /// Diagonal of the matrix.
+    pub(crate) fn diagonal(&self) -> impl Iterator<Item = f64> + '_ {
+        (0..self.symbolic.dims.len()).flat_map(move |k| {
+            let (start, d) = (self.starts[self.columns[k] as usize], self.symbolic.dims[k]);
+            (0..d).map(move |i| self.values[start + i * (d + 1)])
+        })
+    }
+
+    /// `xᵀ H x`.
+    pub(crate) fn quadratic_form(&self, x: &[f64]) -> f64 {
+        let symbolic = &self.symbolic;
+        let mut total = 0.0;
+        for k in 0..symbolic.dims.len() {
+            let (dk, xk) = (symbolic.dims[k], &x[symbolic.offsets[k]..symbolic.offsets[k + 1]]);
+            for b in self.columns[k] as usize..self.columns[k + 1] as usize {
+                let r = self.rows[b] as usize;
+                let (dr, xr) = (symbolic.dims[r], &x[symbolic.offsets[r]..symbolic.offsets[r + 1]]);
+                for j in 0..dk {
+                    for i in if r == k { j..dr } else { 0..dr } {
+                        let twice = if r == k && i == j { 1.0 } else { 2.0 };
+                        total += twice * self.values[self.starts[b] + j * dr + i] * xr[i] * xk[j];
+                    }
+                }
+            }
+        }
+        total
+    }
+
+    /// Writes the columns of supernode `s` and `lambda` on their diagonal into the cleared panel.
+    pub(crate) fn fill_panel(&self, s: usize, lambda: f64, panel: &mut [f64]) {
+        let symbolic = &self.symbolic;
+        let node = &symbolic.nodes[s];
+        let ld = node.shape.ld();
+        for k in node.first as usize..(node.first + node.columns) as usize {
+            let cols = symbolic.dims[k];
+            for b in self.columns[k] as usize..self.columns[k + 1] as usize {
+                let rows = symbolic.dims[self.rows[b] as usize];
+                let block = &self.values[self.starts[b]..self.starts[b] + rows * cols];
+                let target = self.targets[b] - node.panel;
+                if rows == 6 && cols == 6 {
+                    for j in 0..6 {
+                        panel[target + j * ld..target + j * ld + 6].copy_from_slice(&block[6 * j..6 * j + 6]);
+                    }
+                } else {
+                    for j in 0..cols {
+                        let column = &block[rows * j..rows * (j + 1)];
+                        panel[target + j * ld..target + j * ld + rows].copy_from_slice(column);
+                    }
+                }
+            }
+        }
+        if lambda != 0.0 {
+            for j in 0..node.shape.pivots {
+                panel[j * (ld + 1)] += lambda;
+            }
+        }
+    }
+}
+
+/// Neighbour lists without self loops or repetition, increasing.
+fn adjacency(n: usize, pairs: &[(u32, u32)]) -> Vec<Vec<u32>> {
+    let mut near: Vec<Vec<u32>> = vec![Vec::new(); n];
+    for &(i, j) in pairs.iter().filter(|(i, j)| i != j) {
+        near[i as usize].push(j);
+        near[j as usize].push(i);
+    }
+    for list in &mut near {
+        list.sort_unstable();
+        list.dedup();
+    }
+    near
+}

@@ -1,0 +1,12 @@
+//! Sparse block algebra: ordering, symbolic analysis, supernodal Cholesky, selected inverse.
+
+pub(crate) mod amd;
+pub(crate) mod cholesky;
+pub(crate) mod inverse;
+pub(crate) mod matrix;
+pub(crate) mod supernodes;
+pub(crate) mod symbolic;
+pub(crate) mod tree;
+
+pub(crate) use cholesky::Cholesky;
+pub(crate) use matrix::{BlockMatrix, Slot};

@@ -1,0 +1,157 @@
+//! Public benchmarks, where they are at hand: the known optima from the starts in the files or chordal ones.
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)] // helpers of tests are tests
+
+mod common;
+
+use motorcade_graph::command::{OptimiseReport, OptimiseRequest, Start, compare, info, optimise};
+use motorcade_graph::factors::{Between, PoseResidual};
+use motorcade_graph::{Cauchy, Factor, FactorId, Graph, Options, Robust, g2o};
+
+fn solve(name: &str, cost: PoseResidual, init: Start) -> Option<OptimiseReport> {
+    let input = common::shared(&format!("posegraphs/{name}.g2o"))?;
+    let options = Options { relative_decrease: 1e-9, ..Options::default() };
+    Some(optimise(&OptimiseRequest { input, options, cost, init, ..Default::default() }).unwrap())
+}
+
+/// Optima of the benchmark's own table, printed with seven digits or fewer.
+fn reaches(name: &str, init: Start, mqt: f64, log: f64, relative: f64) {
+    for (cost, expected) in [(PoseResidual::Mqt, mqt), (PoseResidual::Log, log)] {
+        let Some(report) = solve(name, cost, init) else { return };
+        let off = report.final_cost / expected - 1.0;
+        assert!(off.abs() < relative, "{name} {cost:?}: {} against {expected}", report.final_cost);
+    }
+}
+
+#[test]
+fn small_grid() {
+    reaches("smallGrid3D", Start::File, 458.1538, 1035.8507, 1e-6);
+    reaches("smallGrid3D", Start::Chordal, 458.1538, 1035.8507, 1e-6);
+}
+
+#[test]
+fn parking_garage() {
+    reaches("parking-garage", Start::File, 1.238691, 1.268380, 5e-6);
+    reaches("parking-garage", Start::Chordal, 1.238691, 1.268380, 5e-6);
+}
+
+#[test]
+fn sphere() {
+    reaches("sphere2500", Start::File, 727.1504, 1351.403, 1.1e-6);
+}
+
+#[test]
+fn torus() {
+    reaches("torus3D", Start::Chordal, 14575.0, 24235.0, 2e-5);
+}
+
+#[test]
+fn multi_body_drive() {
+    reaches("mb1000", Start::File, 13661.0, 23289.0, 3e-5);
+}
+
+#[test]
+fn cubicle_is_repaired_and_solved() {
+    let Some(chordal) = solve("cubicle", PoseResidual::Log, Start::Chordal) else { return };
+    assert_eq!(chordal.read.clamped_information, 5021);
+    assert!(
+        chordal.final_cost < 0.03 * chordal.initial_cost && chordal.initial_cost < 0.01 * chordal.file_cost
+    );
+}
+
+/// χ²₆ at 0.99.
+const GATE: f64 = 16.81;
+
+/// Root mean square difference of the second end of every edge as seen from the first \[m\].
+fn relative_difference(a: &Graph, b: &Graph) -> f64 {
+    let seen = |graph: &Graph, f: &dyn Factor| {
+        let pose = |k: usize| *graph.values().get::<nalgebra::Isometry3<f64>>(f.variables()[k]).unwrap();
+        pose(0).inv_mul(&pose(1)).translation.vector
+    };
+    let sum: f64 = a.factors().map(|(_, f)| (seen(a, f) - seen(b, f)).norm_squared()).sum();
+    (sum / a.factors().len() as f64).sqrt()
+}
+
+#[test]
+fn cauchy_recovers_the_clean_solution() {
+    let Some(path) = common::shared("posegraphs/mb1000_out10.g2o") else { return };
+    // The file numbers cameras from 0 and vehicles from 100000; only sightings of vehicles are ever wrong.
+    let sighting = |document: &g2o::Document, f: &dyn Factor| {
+        let id = |k: usize| document.vertices[f.variables()[k].index()].0;
+        id(0) < 100_000 && id(1) >= 100_000
+    };
+    let read = || {
+        let mut document = g2o::read(&path, &g2o::ReadOptions::default()).unwrap();
+        document.graph.anchor_components().unwrap();
+        let sightings: Vec<FactorId> =
+            document.graph.factors().filter(|(_, f)| sighting(&document, *f)).map(|(id, _)| id).collect();
+        (document.graph, sightings)
+    };
+    let solve = |kernel: Option<Cauchy>| {
+        let (mut graph, sightings) = read();
+        for &id in &sightings {
+            let factor = graph.remove_factor(id).unwrap();
+            let (v, z) = (factor.variables(), factor.relative_pose().unwrap());
+            let between = Between::new(v[0], v[1], *z.measurement, *z.information).unwrap();
+            match kernel {
+                Some(kernel) => graph.add_factor(Robust::new(between, kernel)).unwrap(),
+                None => graph.add_factor(between).unwrap(),
+            };
+        }
+        motorcade_graph::optimise(&mut graph, &Options::default()).unwrap();
+        graph
+    };
+    let robust = solve(Some(Cauchy { c: 3.55 }));
+    let plain = solve(None);
+    // Clean: least squares on the sightings within the gate, from the robust solution.
+    let (mut clean, sightings) = read();
+    *clean.values_mut() = robust.values().clone();
+    let far = |id: &FactorId| clean.factor(*id).unwrap().squared_norm(robust.values()).unwrap() > GATE;
+    let gated: Vec<FactorId> = sightings.iter().copied().filter(far).collect();
+    for &id in &gated {
+        clean.remove_factor(id);
+    }
+    let report = motorcade_graph::optimise(&mut clean, &Options::default()).unwrap();
+    let freedom = (6 * clean.factors().len() - report.unknowns) as f64;
+    let (near, far) = (relative_difference(&clean, &robust), relative_difference(&clean, &plain));
+    println!(
+        "gated {} (367 wrong), χ²/freedom {:.3}, from clean: cauchy {near:.3} m, least squares {far:.3} m",
+        gated.len(),
+        report.final_cost / freedom
+    );
+    // All 367 wrong edges and few others; what is left fits its own noise.
+    assert!((367..=460).contains(&gated.len()), "{}", gated.len());
+    assert!((0.8..1.1).contains(&(report.final_cost / freedom)));
+    assert!(near < 0.1 * far);
+}
+
+#[test]
+fn two_starts_end_in_the_same_place() {
+    let Some(input) = common::shared("posegraphs/sphere2500.g2o") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let outputs = [Start::File, Start::Chordal].map(|init| {
+        let output = folder.path().join(format!("{init:?}.g2o"));
+        let options = Options { relative_decrease: 1e-12, ..Options::default() };
+        let request = OptimiseRequest {
+            input: input.clone(),
+            output: Some(output.clone()),
+            init,
+            options,
+            ..Default::default()
+        };
+        optimise(&request).unwrap();
+        output
+    });
+    let report = compare(&outputs[0], &outputs[1]).unwrap();
+    assert_eq!((report.common, report.only_first, report.only_second), (2500, 0, 0));
+    assert!(report.raw.position_max_m < 1e-3 && report.aligned.rotation_max_rad < 1e-4, "{report:?}");
+    let moved = compare(&input, &outputs[0]).unwrap();
+    assert!(moved.raw.position_max_m > 1.0 && moved.cost_log.1.unwrap() < moved.cost_log.0);
+}
+
+#[test]
+fn info_agrees_with_the_report() {
+    let Some(report) = solve("smallGrid3D", PoseResidual::Mqt, Start::File) else { return };
+    let info = info(&report.input).unwrap();
+    assert_eq!((info.read.vertices_se3, info.read.edges_se3, info.components.len()), (125, 297, 1));
+    assert!((info.cost_mqt - report.file_cost).abs() < 1e-9 * info.cost_mqt);
+}
