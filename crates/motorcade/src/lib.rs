@@ -21,6 +21,7 @@
 
 mod config;
 mod error;
+pub mod multibody;
 pub mod output;
 mod pipeline;
 mod progress;
@@ -28,6 +29,7 @@ mod timing;
 
 pub use config::{Config, Preset, RunOptions, ScaleOptions, VehicleMask, VehicleOptions};
 pub use error::{Error, Result};
+pub use multibody::GraphOptions;
 pub use output::{RunContext, write_run};
 pub use pipeline::{FrameInfo, RunResult, run};
 pub use progress::{Progress, Silent};

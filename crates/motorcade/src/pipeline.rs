@@ -12,6 +12,7 @@ use motorcade_vehicles::{GroundFrame, Track, VehicleTrajectory, estimate_track, 
 
 use crate::config::{Config, VehicleMask};
 use crate::error::Result;
+use crate::multibody::Multibody;
 use crate::progress::Progress;
 use crate::timing::Stopwatch;
 
@@ -27,7 +28,6 @@ pub struct FrameInfo {
 }
 
 /// What a run found.
-#[derive(Debug)]
 pub struct RunResult {
     /// Intrinsics of the (undistorted) frames.
     pub camera: PinholeCamera,
@@ -39,6 +39,10 @@ pub struct RunResult {
     pub road_measurements: Vec<RoadMeasurement>,
     /// Vehicles.
     pub vehicles: Vec<VehicleTrajectory>,
+    /// The multi-object graph, solved.
+    pub graph: Option<Multibody>,
+    /// How its solution went.
+    pub graph_report: Option<motorcade_graph::Report>,
     /// Detections handed in by perception.
     pub detections: usize,
     /// False when nobody looked for vehicles.
@@ -110,7 +114,7 @@ pub fn run(
             Ok(())
         })?;
     }
-    Ok(drive.finish(perception, height_m, config, progress, interrupted))
+    Ok(drive.finish(perception, height_m, config, progress, interrupted, threads))
 }
 
 fn perceive(perception: &Perception, frame: std::result::Result<Frame, BadFrame>) -> Result<Perceived> {
@@ -194,6 +198,7 @@ impl Drive {
         config: &Config,
         progress: &dyn Progress,
         interrupted: bool,
+        threads: usize,
     ) -> RunResult {
         let road_measurements = self.road.measurements().to_vec();
         let up_to_scale = self.odometry.finish();
@@ -206,8 +211,21 @@ impl Drive {
             .time("tracking", || track_vehicles(&self.camera, &grounds, &self.detections, &config.tracker));
         let side = config.vehicles.traffic_side;
         let estimate = |track: &Track| estimate_track(&self.camera, &grounds, track, side);
-        let vehicles: Vec<VehicleTrajectory> =
+        let mut vehicles: Vec<VehicleTrajectory> =
             self.stopwatch.time("vehicles", || tracks.iter().filter_map(estimate).collect());
+        progress.begin("graph", None);
+        let mut ego = ego;
+        let solved = self.stopwatch.time("graph", || solve_graph(&mut ego, &mut vehicles, config, threads));
+        let (graph, graph_report) = match solved {
+            Ok(solved) => solved,
+            Err(error) => {
+                let warning =
+                    format!("the multi-object graph was not solved ({error}); front-end estimates stand");
+                progress.warn(&warning);
+                self.warnings.push(warning);
+                (None, None)
+            }
+        };
         let looked_for_vehicles = perception.looks_for_vehicles();
         let mut result = RunResult {
             camera: self.camera,
@@ -215,6 +233,8 @@ impl Drive {
             ego,
             road_measurements,
             vehicles,
+            graph,
+            graph_report,
             detections: self.detections.iter().map(Vec::len).sum(),
             looked_for_vehicles,
             stopwatch: self.stopwatch,
@@ -227,6 +247,22 @@ impl Drive {
         }
         result
     }
+}
+
+type Solved = (Option<Multibody>, Option<motorcade_graph::Report>);
+
+fn solve_graph(
+    ego: &mut EgoTrajectory,
+    vehicles: &mut [VehicleTrajectory],
+    config: &Config,
+    threads: usize,
+) -> std::result::Result<Solved, motorcade_graph::GraphError> {
+    if !config.graph.enabled || ego.frames.is_empty() {
+        return Ok((None, None));
+    }
+    let mut graph = Multibody::new(ego, vehicles, &config.graph)?;
+    let report = graph.solve(ego, vehicles, &config.graph, threads)?;
+    Ok((Some(graph), Some(report)))
 }
 
 /// A box less certain than this masks nothing: it is more often a shadow than a vehicle.
