@@ -25,6 +25,7 @@ pub mod multibody;
 pub mod output;
 mod pipeline;
 mod progress;
+mod scale_source;
 mod timing;
 
 pub use config::{Config, Preset, RunOptions, ScaleOptions, VehicleMask, VehicleOptions};

@@ -4,9 +4,7 @@ use std::sync::mpsc::sync_channel;
 
 use motorcade_dataset::{BadFrame, Frame, Sequence};
 use motorcade_geometry::PinholeCamera;
-use motorcade_odometry::{
-    EgoTrajectory, FrameStatus, Odometry, Rectangle, RoadMeasurement, RoadTracker, StaticMask,
-};
+use motorcade_odometry::{EgoTrajectory, FrameStatus, Odometry, Rectangle, RoadMeasurement, StaticMask};
 use motorcade_perception::{Detection, Perception, Percepts};
 use motorcade_vehicles::{GroundFrame, Track, VehicleTrajectory, estimate_track, track_vehicles};
 
@@ -14,6 +12,7 @@ use crate::config::{Config, VehicleMask};
 use crate::error::Result;
 use crate::multibody::Multibody;
 use crate::progress::Progress;
+use crate::scale_source::ScaleSource;
 use crate::timing::Stopwatch;
 
 /// A frame of the input as the run saw it.
@@ -43,8 +42,8 @@ pub struct RunResult {
     pub graph: Option<Multibody>,
     /// How its solution went.
     pub graph_report: Option<motorcade_graph::Report>,
-    /// Detections handed in by perception.
-    pub detections: usize,
+    /// Detections handed in by perception, frame by frame.
+    pub detections: Vec<Vec<Detection>>,
     /// False when nobody looked for vehicles.
     pub looked_for_vehicles: bool,
     /// Times.
@@ -130,7 +129,7 @@ fn perceive(perception: &Perception, frame: std::result::Result<Frame, BadFrame>
 struct Drive {
     camera: PinholeCamera,
     odometry: Odometry,
-    road: RoadTracker,
+    scale: ScaleSource,
     frames: Vec<FrameInfo>,
     detections: Vec<Vec<Detection>>,
     stopwatch: Stopwatch,
@@ -142,7 +141,7 @@ impl Drive {
         Self {
             camera,
             odometry: Odometry::new(camera, config.odometry),
-            road: RoadTracker::new(camera, config.road),
+            scale: ScaleSource::new(camera, config),
             frames: Vec::new(),
             detections: Vec::new(),
             stopwatch: Stopwatch::default(),
@@ -183,10 +182,8 @@ impl Drive {
         let hidden = StaticMask { boxes: &boxes, ignore: frame.ignore.as_ref() };
         let road = percepts.road.as_ref();
         let usable = |p: &nalgebra::Point2<f64>| hidden.allows(p) && road.is_none_or(|r| r.is_road(p.x, p.y));
-        let (tracker, segment) = (&mut self.road, so_far.frames[index].segment);
-        self.stopwatch.time("road", || {
-            tracker.process(index, segment, &pyramid, |k| so_far.camera_from_world(k), usable)
-        });
+        let (scale, segment) = (&mut self.scale, so_far.frames[index].segment);
+        self.stopwatch.time("road", || scale.process(index, segment, &pyramid, so_far, usable));
         self.frames.push(FrameInfo { number: frame.number, timestamp_ns: frame.timestamp_ns, problem: None });
         self.detections.push(percepts.detections);
     }
@@ -200,10 +197,10 @@ impl Drive {
         interrupted: bool,
         threads: usize,
     ) -> RunResult {
-        let road_measurements = self.road.measurements().to_vec();
+        let road_measurements = self.scale.measurements().to_vec();
         let up_to_scale = self.odometry.finish();
-        let ego =
-            self.stopwatch.time("scale", || EgoTrajectory::new(&up_to_scale, &road_measurements, height_m));
+        let scale = &self.scale;
+        let ego = self.stopwatch.time("scale", || scale.ego(&up_to_scale, height_m));
         let grounds = grounds(&ego, &self.frames);
         progress.begin("vehicles", None);
         let tracks: Vec<Track> = self
@@ -235,7 +232,7 @@ impl Drive {
             vehicles,
             graph,
             graph_report,
-            detections: self.detections.iter().map(Vec::len).sum(),
+            detections: self.detections,
             looked_for_vehicles,
             stopwatch: self.stopwatch,
             warnings: self.warnings,
