@@ -94,6 +94,10 @@ impl InputArguments {
   motorcade run kitti/training --sequence 0003 --frames 16..101 --ignore kitti/training/mask_02/0003 \\
       --models models --out runs/0003
 
+Without any frame, from files alone (a KITTI split with calib/ but no images):
+  motorcade run kitti/training --sequence 0003 --frames 10..133 --trajectory ego.txt --trajectory-scale metric \\
+      --detections kitti/training/label_02/0003.txt --vehicle-poses poses/3_*.csv --out runs/files
+
 Without --models and --detections no vehicles are looked for; the camera's trajectory is still metric.")]
 pub struct RunArguments {
     /// The input.
@@ -114,6 +118,15 @@ pub struct RunArguments {
     /// Folder of road masks by frame number instead of a network.
     #[arg(long)]
     pub road_masks: Option<PathBuf>,
+    /// Camera trajectory (TUM or KITTI, of the processed camera) instead of odometry.
+    #[arg(long)]
+    pub trajectory: Option<PathBuf>,
+    /// Unit of --trajectory.
+    #[arg(long, value_enum, default_value_t)]
+    pub trajectory_scale: TrajectoryScale,
+    /// Vehicle poses (CSV with frame, track_id, tx, ty, tz, R00, R02) instead of our own localisation; may be repeated.
+    #[arg(long, num_args = 1..)]
+    pub vehicle_poses: Vec<PathBuf>,
     /// Ready-made settings.
     #[arg(long, value_enum, default_value_t)]
     pub preset: PresetName,
@@ -126,6 +139,9 @@ pub struct RunArguments {
     /// Threads; the results do not depend on it. 0 takes all cores.
     #[arg(long, default_value_t = 0)]
     pub threads: usize,
+    /// Seed of all random choices.
+    #[arg(long)]
+    pub seed: Option<u64>,
     /// How progress is told on stderr.
     #[arg(long, value_enum, default_value_t)]
     pub progress: ProgressKind,
@@ -142,6 +158,16 @@ pub enum PresetName {
     Default,
     /// The method of Nair et al. 2020.
     Paper,
+}
+
+/// Units of a given trajectory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum TrajectoryScale {
+    /// Up to scale: the road gives the metres.
+    #[default]
+    Unknown,
+    /// Metres.
+    Metric,
 }
 
 /// Kinds of progress.

@@ -4,7 +4,6 @@ use std::fs;
 use std::path::Path;
 
 use motorcade::Config;
-use motorcade_dataset::Sequence;
 
 use crate::arguments::RunArguments;
 
@@ -35,13 +34,22 @@ impl Fnv {
 }
 
 /// The fingerprint of a run: program, input, configuration, height, perception. Threads and progress do not matter.
-pub fn fingerprint(arguments: &RunArguments, sequence: &Sequence, height_m: f64, config: &Config) -> String {
+pub fn fingerprint(arguments: &RunArguments, input_hash: &str, height_m: f64, config: &Config) -> String {
     let mut hash = Fnv(0xcbf2_9ce4_8422_2325);
     hash.add(env!("CARGO_PKG_VERSION").as_bytes());
-    hash.add(sequence.summary().input_hash.as_bytes());
+    hash.add(input_hash.as_bytes());
     hash.add(&height_m.to_le_bytes());
     hash.add(serde_json::to_string(config).unwrap_or_default().as_bytes());
-    for path in [&arguments.models, &arguments.detections, &arguments.road_masks, &arguments.input.ignore] {
+    hash.add(format!("{:?}", arguments.trajectory_scale).as_bytes());
+    arguments.vehicle_poses.iter().for_each(|path| hash.add_path(path));
+    let files = [
+        &arguments.models,
+        &arguments.detections,
+        &arguments.road_masks,
+        &arguments.input.ignore,
+        &arguments.trajectory,
+    ];
+    for path in files {
         match path {
             Some(path) => hash.add_path(path),
             None => hash.add(b"-"),

@@ -3,7 +3,9 @@
 mod arguments;
 mod exit;
 mod fingerprint;
+mod given;
 mod inspect;
+mod pixel_free;
 mod progress;
 mod run;
 

@@ -1,35 +1,37 @@
 //! `motorcade run`.
 
 use anyhow::Context;
-use motorcade::{Config, Preset, Progress, RunContext, RunResult, output, write_run};
+use motorcade::{Config, Preset, RunContext, RunResult, output, write_run};
 use motorcade_dataset::Sequence;
 use motorcade_perception::{ModelOptions, Perception, PerceptionOptions};
 
 use crate::arguments::{PresetName, RunArguments};
 use crate::exit;
 use crate::fingerprint::{already_done, fingerprint};
+use crate::given;
 use crate::progress::Reporter;
 
 /// Runs the pipeline and writes its directory.
 pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     let config = configuration(arguments)?;
+    if let Some(files) = crate::pixel_free::open(arguments)? {
+        return crate::pixel_free::run(arguments, files, &config);
+    }
     let sequence = Sequence::open(&arguments.input.input, &arguments.input.options())?;
     let height_m = sequence.height_m(arguments.height)?;
-    let fingerprint = fingerprint(arguments, &sequence, height_m, &config);
-    if !arguments.force && already_done(&arguments.out, &fingerprint) {
-        exit::print(&format!("{} already holds this run; --force repeats it", arguments.out.display()));
+    let fingerprint = fingerprint(arguments, &sequence.summary().input_hash, height_m, &config);
+    if finished_before(arguments, &fingerprint) {
         return Ok(exit::FINE);
     }
     output::prepare(&arguments.out, arguments.force)?;
     // Asked for before the first network is loaded: without it nothing can run.
     sequence.camera()?;
     let perception = Perception::open(&perception_options(arguments), sequence.size())?;
+    let numbers: Vec<u64> = sequence.numbers().collect();
+    let given = given::read(arguments, &numbers, &sequence.timestamps_ns().collect::<Vec<_>>())?;
     let reporter = Reporter::new(arguments.progress);
-    for gap in &sequence.summary().gaps {
-        reporter.warn(&format!("frame {gap} is missing; its pose is bridged"));
-    }
     let threads = threads(arguments.threads);
-    let result = motorcade::run(&sequence, &perception, height_m, &config, threads, &reporter)?;
+    let result = motorcade::run(&sequence, &perception, &given, height_m, &config, threads, &reporter)?;
     reporter.finish();
     let context = RunContext {
         config,
@@ -39,9 +41,23 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
         command: std::env::args().collect(),
         fingerprint,
     };
-    write_run(&arguments.out, &result, &context, &[])?;
-    exit::print(&summary(&result, arguments));
-    Ok(code(&result, &config))
+    conclude(arguments, &result, &context)
+}
+
+/// True, and said, when --out holds this very run already.
+pub fn finished_before(arguments: &RunArguments, fingerprint: &str) -> bool {
+    let done = !arguments.force && already_done(&arguments.out, fingerprint);
+    if done {
+        exit::print(&format!("{} already holds this run; --force repeats it", arguments.out.display()));
+    }
+    done
+}
+
+/// Writes the results and says where they are.
+pub fn conclude(arguments: &RunArguments, result: &RunResult, context: &RunContext) -> anyhow::Result<u8> {
+    write_run(&arguments.out, result, context, &[])?;
+    exit::print(&summary(result, arguments));
+    Ok(code(result, &context.config))
 }
 
 /// 130 when interrupted, 4 when too many frames were not tracked, else 0; results are written in every case.
@@ -66,6 +82,9 @@ fn configuration(arguments: &RunArguments) -> anyhow::Result<Config> {
             std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
         config = config.overlay(&text, &path.display().to_string())?;
     }
+    if let Some(seed) = arguments.seed {
+        config.run.seed = seed;
+    }
     for assignment in &arguments.set {
         config = config.set(assignment)?;
     }
@@ -81,7 +100,7 @@ fn perception_options(arguments: &RunArguments) -> PerceptionOptions {
     }
 }
 
-fn threads(asked: usize) -> usize {
+pub fn threads(asked: usize) -> usize {
     if asked > 0 { asked } else { std::thread::available_parallelism().map_or(1, std::num::NonZero::get) }
 }
 

@@ -58,6 +58,11 @@ impl EgoTrajectory {
         Self::build(odometry, measurements, height_m, keep_segment)
     }
 
+    /// As [`EgoTrajectory::new`] for an odometry that is metric already: only the road is taken from the measurements.
+    pub fn metric(odometry: &UpToScale, measurements: &[RoadMeasurement], height_m: f64) -> Self {
+        Self::build(odometry, measurements, height_m, metric_segment)
+    }
+
     fn build(
         odometry: &UpToScale,
         measurements: &[RoadMeasurement],
@@ -195,6 +200,27 @@ type FillSegment = fn(
     f64,
     &mut [Option<SmoothedState>],
 ) -> Option<NoiseModel>;
+
+fn metric_segment(
+    odometry: &UpToScale,
+    steps: &[Option<Pose<Camera, Camera>>],
+    measurements: &[RoadMeasurement],
+    segment: usize,
+    height_m: f64,
+    states: &mut [Option<SmoothedState>],
+) -> Option<NoiseModel> {
+    let model = smooth_segment(odometry, steps, measurements, segment, height_m, states);
+    let own = |(k, _): &(usize, &mut Option<SmoothedState>)| odometry.frames[*k].segment == segment;
+    for (_, state) in states.iter_mut().enumerate().filter(own) {
+        // Half a degree of pitch and roll where nobody saw the road: a camera mounted level.
+        let level = Matrix3::from_diagonal(&Vector3::new(1e-4, 7.6e-5, 7.6e-5));
+        let mut own = state.unwrap_or(SmoothedState { value: Vector3::zeros(), covariance: level });
+        own.value.x = 0.0;
+        own.covariance[(0, 0)] = 1e-4;
+        *state = Some(own);
+    }
+    model
+}
 
 fn keep_segment(
     odometry: &UpToScale,

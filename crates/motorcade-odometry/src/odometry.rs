@@ -35,6 +35,8 @@ pub struct OdometryOptions {
     pub window: WindowOptions,
     /// Keyframes and breaks.
     pub policy: PolicyOptions,
+    /// Seed of the two-view sampling.
+    pub seed: u64,
 }
 
 /// When to begin, to take a keyframe, to give up.
@@ -113,6 +115,30 @@ pub struct UpToScale {
 }
 
 impl UpToScale {
+    /// A trajectory from elsewhere, as one segment in its own unit. `world_from_camera` of every frame.
+    pub fn from_poses(poses: &[Pose<World, Camera>]) -> Self {
+        let keyframes: Vec<CameraFromWorld> = poses.iter().map(Pose::inverse).collect();
+        let frame = |keyframe: usize| {
+            // What a good odometry errs from frame to frame: 0.02° and 1 % of the step.
+            let step = keyframe
+                .checked_sub(1)
+                .map_or(0.0, |b| (poses[keyframe].translation() - poses[b].translation()).norm());
+            let (turn, shift) = (0.02_f64.to_radians().powi(2), (0.01 * step).powi(2) + 1e-8);
+            FrameRecord {
+                status: FrameStatus::Tracked,
+                segment: 0,
+                keyframe,
+                camera_from_keyframe: CameraFromCamera::identity(),
+                inliers: 0,
+                rms_px: 0.0,
+                covariance: Matrix6::from_diagonal(&nalgebra::Vector6::new(
+                    turn, turn, turn, shift, shift, shift,
+                )),
+            }
+        };
+        Self { frames: (0..poses.len()).map(frame).collect(), keyframes: vec![keyframes] }
+    }
+
     /// `camera_from_world` of a frame in its segment's world; `None` while its segment has no map.
     pub fn camera_from_world(&self, frame: usize) -> Option<CameraFromWorld> {
         let record = self.frames.get(frame)?;
@@ -271,7 +297,10 @@ impl Odometry {
         let pairs: Vec<(usize, Point2<f64>, Point2<f64>)> =
             (0..now.len()).filter_map(|i| Some((i, beginning.first_pixels[i], now[i]?))).collect();
         let rays: Vec<_> = pairs.iter().map(|(_, a, b)| (self.camera.ray(a), self.camera.ray(b))).collect();
-        let options = RelativePoseOptions::for_pixel_noise(1.0, self.camera.focal_px());
+        let options = RelativePoseOptions {
+            seed: self.options.seed,
+            ..RelativePoseOptions::for_pixel_noise(1.0, self.camera.focal_px())
+        };
         let Some(found) = relative_pose::<Camera, World>(&rays, &options) else { return false };
         if 2 * found.inlier_count < pairs.len() {
             return false;

@@ -29,6 +29,8 @@ pub enum TrafficSide {
 pub enum Source {
     /// A box of this frame.
     Box,
+    /// A pose given for this frame, with its box when there is one.
+    Given,
     /// The motion model, between boxes.
     Predicted,
 }
@@ -87,29 +89,53 @@ pub struct VehicleTrajectory {
 /// A vehicle that is slower holds its heading: direction of travel means nothing at a stand \[m/s\].
 const HOLD_HEADING_MPS: f64 = 1.5;
 
+/// A pose somebody else found in a frame (a shape-prior front end, say), in place of or beside the box.
+#[derive(Clone, Copy, Debug)]
+pub struct GivenView {
+    /// Frame (row of the run).
+    pub frame: usize,
+    /// Bottom centre, camera frame \[m\].
+    pub position_in_camera: Point3<f64>,
+    /// Where the nose points, camera frame, unit.
+    pub forward_in_camera: Vector3<f64>,
+    /// Covariance of the position (3×3, camera frame) \[m²\].
+    pub covariance: Matrix3<f64>,
+}
+
+/// All that one frame says of the place.
+#[derive(Clone, Copy)]
+struct View {
+    frame: usize,
+    position_in_camera: Point3<f64>,
+    covariance: Matrix3<f64>,
+}
+
 struct Views {
-    /// Frame and view, in order.
-    views: Vec<(usize, SingleView)>,
+    /// In order of frames.
+    views: Vec<View>,
     size: Dimensions,
     size_sigma: Dimensions,
 }
 
-/// Estimates a track. `None` when no box of it can be placed on the road.
+/// Estimates a track from its boxes and from poses given for it (either may be empty). `None` when nothing of it can be
+/// placed on the road.
 pub fn estimate_track(
     camera: &PinholeCamera,
     grounds: &[GroundFrame],
     track: &Track,
+    given: &[GivenView],
     side: TrafficSide,
 ) -> Option<VehicleTrajectory> {
-    let first = track.boxes.first()?;
-    let (start, end) = (first.frame, track.boxes.last()?.frame);
+    let frames = || track.boxes.iter().map(|b| b.frame).chain(given.iter().map(|g| g.frame));
+    let (start, end) = (frames().min()?, frames().max()?);
     let times: Vec<f64> = grounds.get(start..=end)?.iter().map(|g| g.time_s).collect();
     let prior = SizePrior::of(track.class);
-    // The road's direction to begin with; then the vehicle's own.
-    let mut headings = vec![0.0; times.len()];
+    // The direction given, or the road's, to begin with; then the vehicle's own.
+    let pointed = given_headings(grounds, given, start, times.len());
+    let mut headings = pointed.clone().unwrap_or_else(|| vec![0.0; times.len()]);
     let mut estimate = None;
     for _ in 0..3 {
-        let views = view_all(camera, grounds, track, start, &headings, &prior)?;
+        let views = view_all(camera, grounds, track, given, start, &headings, &prior)?;
         let places = places_of(&views.views, grounds);
         let up = grounds[start].world_from_camera.transform_vector(&grounds[start].up);
         let p_moving = probability_moving(&places);
@@ -121,12 +147,15 @@ pub fn estimate_track(
         headings = if p_moving > 0.5 {
             headings_of_travel(&states, &grounds[start..=end], &headings)
         } else {
-            standing_headings(camera, grounds, track, &prior, &states, start, side)
+            match &pointed {
+                Some(pointed) => pointed.clone(),
+                None => standing_headings(camera, grounds, track, &prior, &states, start, side),
+            }
         };
         estimate = Some((views, states, p_moving));
     }
     let (views, states, p_moving) = estimate?;
-    let states = assemble(camera, grounds, track, start, &views, &states, &headings);
+    let states = assemble(camera, grounds, track, given, start, &views, &states, &headings);
     Some(VehicleTrajectory {
         id: track.id,
         class: track.class,
@@ -142,6 +171,7 @@ fn view_all(
     camera: &PinholeCamera,
     grounds: &[GroundFrame],
     track: &Track,
+    given: &[GivenView],
     start: usize,
     headings: &[f64],
     prior: &SizePrior,
@@ -157,8 +187,62 @@ fn view_all(
     let (size, covariance) = joint_size(&alone, prior)?;
     let sigma = Vector3::from_fn(|k, _| covariance[(k, k)].max(0.0).sqrt().max(0.02));
     let (size, size_sigma) = (Dimensions::from_vector(&size), Dimensions::from_vector(&sigma));
-    let views = place_all(&SizePrior { mean: size, sigma: size_sigma });
+    let boxes = place_all(&SizePrior { mean: size, sigma: size_sigma });
+    let views = fuse(&boxes, given);
     (!views.is_empty()).then_some(Views { views, size, size_sigma })
+}
+
+/// One view a frame: what boxes and given poses say, weighted by their covariances.
+fn fuse(boxes: &[(usize, SingleView)], given: &[GivenView]) -> Vec<View> {
+    let mut all: Vec<View> = boxes
+        .iter()
+        .map(|(frame, v)| View {
+            frame: *frame,
+            position_in_camera: v.position_in_camera,
+            covariance: v.covariance,
+        })
+        .collect();
+    for g in given {
+        let own = View { frame: g.frame, position_in_camera: g.position_in_camera, covariance: g.covariance };
+        match all.iter_mut().find(|v| v.frame == g.frame) {
+            Some(view) => {
+                let informations = view.covariance.try_inverse().zip(g.covariance.try_inverse());
+                let joint = informations.and_then(|(a, b)| Some((a, b, (a + b).try_inverse()?)));
+                if let Some((a, b, covariance)) = joint {
+                    let sum = a * view.position_in_camera.coords + b * g.position_in_camera.coords;
+                    *view = View {
+                        frame: g.frame,
+                        position_in_camera: Point3::from(covariance * sum),
+                        covariance,
+                    };
+                }
+            }
+            None => all.push(own),
+        }
+    }
+    all.sort_by_key(|v| v.frame);
+    all
+}
+
+/// Headings relative to each frame's camera from given poses, held between them; `None` when none are given.
+fn given_headings(
+    grounds: &[GroundFrame],
+    given: &[GivenView],
+    start: usize,
+    count: usize,
+) -> Option<Vec<f64>> {
+    let world = |g: &GivenView| grounds[g.frame].world_from_camera.transform_vector(&g.forward_in_camera);
+    let heading = |k: usize| {
+        // The mean of the five nearest in time: single-view headings scatter by degrees, and flip now and then.
+        let mut near: Vec<&GivenView> = given.iter().collect();
+        near.sort_by_key(|g| g.frame.abs_diff(start + k));
+        near.truncate(5);
+        let reference = world(near.first()?);
+        let sum: Vector3<f64> = near.iter().map(|g| world(g)).map(|d| d * d.dot(&reference).signum()).sum();
+        let ground = &grounds[start + k];
+        Some(ground.heading_of(&ground.world_from_camera.inverse().transform_vector(&sum)))
+    };
+    (0..count).map(heading).collect()
 }
 
 /// The size all views agree on: each view's normal equations with its place eliminated (Schur complement), summed.
@@ -185,12 +269,12 @@ fn joint_size(views: &[(usize, SingleView)], prior: &SizePrior) -> Option<(Vecto
     Some((size, covariance))
 }
 
-fn places_of(views: &[(usize, SingleView)], grounds: &[GroundFrame]) -> Vec<Place> {
-    let one = |(frame, view): &(usize, SingleView)| {
-        let ground = &grounds[*frame];
+fn places_of(views: &[View], grounds: &[GroundFrame]) -> Vec<Place> {
+    let one = |view: &View| {
+        let ground = &grounds[view.frame];
         let r = ground.world_from_camera.rotation_matrix();
         Place {
-            frame: *frame,
+            frame: view.frame,
             time_s: ground.time_s,
             position: ground.world_from_camera.transform_point(&view.position_in_camera).coords,
             covariance: r * view.covariance * r.transpose(),
@@ -273,10 +357,12 @@ fn standing_headings(
     (0..states.len()).map(|k| local(start + k, front)).collect()
 }
 
+#[expect(clippy::too_many_arguments, reason = "the parts of one vehicle, put together once")]
 fn assemble(
     camera: &PinholeCamera,
     grounds: &[GroundFrame],
     track: &Track,
+    given: &[GivenView],
     start: usize,
     views: &Views,
     states: &[Moving],
@@ -315,18 +401,22 @@ fn assemble(
             speed_mps,
             speed_sigma_mps,
             yaw_rate_radps,
-            source: if found.is_some() { Source::Box } else { Source::Predicted },
+            source: match (found.is_some(), given.iter().any(|g| g.frame == start + k)) {
+                (_, true) => Source::Given,
+                (true, false) => Source::Box,
+                (false, false) => Source::Predicted,
+            },
             measured: views
                 .views
                 .iter()
-                .find(|(f, _)| *f == start + k)
-                .map(|(_, v)| measured(v, ground, &forward)),
+                .find(|v| v.frame == start + k)
+                .map(|v| measured(v, ground, &forward)),
         });
     }
     out
 }
 
-fn measured(view: &SingleView, ground: &GroundFrame, forward: &Vector3<f64>) -> Measured {
+fn measured(view: &View, ground: &GroundFrame, forward: &Vector3<f64>) -> Measured {
     /// A box tells heading badly; it comes from the way the vehicle goes, or from all its boxes together.
     const HEADING_SIGMA_RAD: f64 = 0.15;
     /// Upright on the road, whose cross-fall and crown are a degree or two.

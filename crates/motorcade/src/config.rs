@@ -38,12 +38,14 @@ pub struct RunOptions {
     pub most_untracked: f64,
     /// What is masked for the camera's own motion.
     pub vehicle_mask: VehicleMask,
+    /// Seed of all random choices.
+    pub seed: u64,
 }
 
 impl Default for RunOptions {
     fn default() -> Self {
         // A fifth of the frames: gaps of a second in five can still be bridged sensibly, more cannot.
-        Self { most_untracked: 0.2, vehicle_mask: VehicleMask::All }
+        Self { most_untracked: 0.2, vehicle_mask: VehicleMask::All, seed: 1 }
     }
 }
 

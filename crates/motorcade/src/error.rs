@@ -9,6 +9,9 @@ pub enum Error {
     /// The configuration asks for something that cannot be.
     #[error("{0}")]
     Config(String),
+    /// A file of given poses does not fit.
+    #[error("{0}")]
+    Input(String),
     /// The input.
     #[error(transparent)]
     Dataset(#[from] motorcade_dataset::Error),
@@ -32,6 +35,7 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Config(_) => 1,
+            Self::Input(_) => 3,
             Self::Dataset(e) => e.exit_code(),
             Self::Perception(e) => e.exit_code(),
             Self::Output { .. } => 5,

@@ -13,7 +13,8 @@
 //! let options = SequenceOptions { calibration: Some("camera.toml".into()), ..Default::default() };
 //! let sequence = Sequence::open("drive.mp4".as_ref(), &options)?;
 //! let height_m = sequence.height_m(Some(1.4))?;
-//! let result = run(&sequence, &Perception::none(), height_m, &Config::default(), 1, &Silent)?;
+//! let given = motorcade::Given::default();
+//! let result = run(&sequence, &Perception::none(), &given, height_m, &Config::default(), 1, &Silent)?;
 //! println!("{:.1} m driven", result.ego.length_m());
 //! # Ok(())
 //! # }
@@ -21,6 +22,8 @@
 
 mod config;
 mod error;
+mod given_vehicles;
+mod motion_source;
 pub mod multibody;
 pub mod output;
 mod pipeline;
@@ -30,8 +33,10 @@ mod timing;
 
 pub use config::{Config, Preset, RunOptions, ScaleOptions, VehicleMask, VehicleOptions};
 pub use error::{Error, Result};
+pub use given_vehicles::{GivenPose, read_vehicle_poses};
+pub use motion_source::GivenTrajectory;
 pub use multibody::GraphOptions;
 pub use output::{RunContext, write_run};
-pub use pipeline::{FrameInfo, RunResult, run};
+pub use pipeline::{FrameInfo, Given, PixelFree, RunResult, run, run_without_frames};
 pub use progress::{Progress, Silent};
 pub use timing::{StageTime, Stopwatch};

@@ -6,10 +6,12 @@ use motorcade_dataset::{BadFrame, Frame, Sequence};
 use motorcade_geometry::PinholeCamera;
 use motorcade_odometry::{EgoTrajectory, FrameStatus, Odometry, Rectangle, RoadMeasurement, StaticMask};
 use motorcade_perception::{Detection, Perception, Percepts};
-use motorcade_vehicles::{GroundFrame, Track, VehicleTrajectory, estimate_track, track_vehicles};
+use motorcade_vehicles::{GivenView, GroundFrame, Track, VehicleTrajectory, estimate_track, track_vehicles};
 
 use crate::config::{Config, VehicleMask};
-use crate::error::Result;
+use crate::error::{Error, Result};
+use crate::given_vehicles::{GivenPose, given_tracks};
+use crate::motion_source::{GivenTrajectory, MotionSource};
 use crate::multibody::Multibody;
 use crate::progress::Progress;
 use crate::scale_source::ScaleSource;
@@ -73,13 +75,14 @@ type Perceived = (std::result::Result<Frame, BadFrame>, Percepts, f64);
 pub fn run(
     sequence: &Sequence,
     perception: &Perception,
+    given: &Given,
     height_m: f64,
     config: &Config,
     threads: usize,
     progress: &dyn Progress,
 ) -> Result<RunResult> {
-    let camera = sequence.camera()?;
-    let mut drive = Drive::new(camera, config);
+    let mut drive = Drive::new(sequence.camera()?, given, config);
+    drive.looked_for_vehicles = perception.looks_for_vehicles() || given.vehicles.is_some();
     progress.begin("odometry", Some(sequence.len()));
     let mut interrupted = false;
     let mut take = |perceived: Result<Perceived>| -> Result<bool> {
@@ -113,7 +116,49 @@ pub fn run(
             Ok(())
         })?;
     }
-    Ok(drive.finish(perception, height_m, config, progress, interrupted, threads))
+    Ok(drive.finish(given, height_m, config, progress, interrupted, threads))
+}
+
+/// A run without any pixel: frames by number and time, detections and a metric camera trajectory from files.
+pub struct PixelFree {
+    /// Intrinsics.
+    pub camera: PinholeCamera,
+    /// Frames.
+    pub frames: Vec<FrameInfo>,
+    /// Detections of each frame.
+    pub detections: Vec<Vec<Detection>>,
+}
+
+/// Runs tracking, vehicles and graph where no frames are: `given` must hold a metric trajectory.
+///
+/// # Errors
+/// A trajectory that is missing, not metric or of another length.
+pub fn run_without_frames(
+    input: PixelFree,
+    given: &Given,
+    height_m: f64,
+    config: &Config,
+    threads: usize,
+    progress: &dyn Progress,
+) -> Result<RunResult> {
+    let fits = |t: &GivenTrajectory| t.metric && t.world_from_camera.len() == input.frames.len();
+    if !given.trajectory.as_ref().is_some_and(fits) {
+        let text = "without frames the camera trajectory must be given, in metres (--trajectory-scale metric), a pose a frame";
+        return Err(Error::Config(text.to_owned()));
+    }
+    let mut drive = Drive::new(input.camera, given, config);
+    drive.looked_for_vehicles = true;
+    (drive.frames, drive.detections) = (input.frames, input.detections);
+    Ok(drive.finish(given, height_m, config, progress, false, threads))
+}
+
+/// What files give in place of stages.
+#[derive(Clone, Debug, Default)]
+pub struct Given {
+    /// In place of odometry.
+    pub trajectory: Option<GivenTrajectory>,
+    /// In place of our vehicle localisation.
+    pub vehicles: Option<Vec<GivenPose>>,
 }
 
 fn perceive(perception: &Perception, frame: std::result::Result<Frame, BadFrame>) -> Result<Perceived> {
@@ -128,24 +173,33 @@ fn perceive(perception: &Perception, frame: std::result::Result<Frame, BadFrame>
 /// State of a run between frames.
 struct Drive {
     camera: PinholeCamera,
-    odometry: Odometry,
+    motion: MotionSource,
     scale: ScaleSource,
     frames: Vec<FrameInfo>,
     detections: Vec<Vec<Detection>>,
     stopwatch: Stopwatch,
     warnings: Vec<String>,
+    looked_for_vehicles: bool,
 }
 
 impl Drive {
-    fn new(camera: PinholeCamera, config: &Config) -> Self {
+    fn new(camera: PinholeCamera, given: &Given, config: &Config) -> Self {
+        let motion = match &given.trajectory {
+            Some(trajectory) => MotionSource::Given(trajectory.up_to_scale()),
+            None => MotionSource::Own(Box::new(Odometry::new(
+                camera,
+                motorcade_odometry::OdometryOptions { seed: config.run.seed, ..config.odometry },
+            ))),
+        };
         Self {
             camera,
-            odometry: Odometry::new(camera, config.odometry),
+            motion,
             scale: ScaleSource::new(camera, config),
             frames: Vec::new(),
             detections: Vec::new(),
             stopwatch: Stopwatch::default(),
             warnings: Vec::new(),
+            looked_for_vehicles: false,
         }
     }
 
@@ -159,7 +213,7 @@ impl Drive {
         let frame = match frame {
             Ok(frame) => frame,
             Err(bad) => {
-                self.odometry.skip();
+                self.motion.skip();
                 self.detections.push(Vec::new());
                 let message = format!("{bad}; its pose is bridged");
                 progress.warn(&message);
@@ -176,8 +230,8 @@ impl Drive {
         let masked: &[Rectangle] = if config.run.vehicle_mask == VehicleMask::All { &boxes } else { &[] };
         let mask = StaticMask { boxes: masked, ignore: frame.ignore.as_ref() };
         let gray = frame.gray();
-        let pyramid = self.stopwatch.time("odometry", || self.odometry.process(&gray, &mask));
-        let so_far = self.odometry.so_far();
+        let pyramid = self.stopwatch.time("odometry", || self.motion.process(&gray, &mask));
+        let so_far = self.motion.so_far();
         // Vehicles hide the road whether they move or not.
         let hidden = StaticMask { boxes: &boxes, ignore: frame.ignore.as_ref() };
         let road = percepts.road.as_ref();
@@ -190,7 +244,7 @@ impl Drive {
 
     fn finish(
         mut self,
-        perception: &Perception,
+        given: &Given,
         height_m: f64,
         config: &Config,
         progress: &dyn Progress,
@@ -198,16 +252,25 @@ impl Drive {
         threads: usize,
     ) -> RunResult {
         let road_measurements = self.scale.measurements().to_vec();
-        let up_to_scale = self.odometry.finish();
+        let up_to_scale = self.motion.finish(self.frames.len());
+        let metric = given.trajectory.as_ref().is_some_and(|t| t.metric);
         let scale = &self.scale;
-        let ego = self.stopwatch.time("scale", || scale.ego(&up_to_scale, height_m));
+        let ego = self.stopwatch.time("scale", || scale.ego(&up_to_scale, height_m, metric));
         let grounds = grounds(&ego, &self.frames);
         progress.begin("vehicles", None);
-        let tracks: Vec<Track> = self
-            .stopwatch
-            .time("tracking", || track_vehicles(&self.camera, &grounds, &self.detections, &config.tracker));
+        let numbers: Vec<u64> = self.frames.iter().map(|f| f.number).collect();
+        let tracks: Vec<(Track, Vec<GivenView>)> =
+            self.stopwatch.time("tracking", || match &given.vehicles {
+                Some(poses) => given_tracks(poses, &numbers, &grounds, &self.detections, &self.camera),
+                None => {
+                    let tracks = track_vehicles(&self.camera, &grounds, &self.detections, &config.tracker);
+                    tracks.into_iter().map(|t| (t, Vec::new())).collect()
+                }
+            });
         let side = config.vehicles.traffic_side;
-        let estimate = |track: &Track| estimate_track(&self.camera, &grounds, track, side);
+        let estimate = |(track, views): &(Track, Vec<GivenView>)| {
+            estimate_track(&self.camera, &grounds, track, views, side)
+        };
         let mut vehicles: Vec<VehicleTrajectory> =
             self.stopwatch.time("vehicles", || tracks.iter().filter_map(estimate).collect());
         progress.begin("graph", None);
@@ -223,7 +286,6 @@ impl Drive {
                 (None, None)
             }
         };
-        let looked_for_vehicles = perception.looks_for_vehicles();
         let mut result = RunResult {
             camera: self.camera,
             frames: self.frames,
@@ -233,7 +295,7 @@ impl Drive {
             graph,
             graph_report,
             detections: self.detections,
-            looked_for_vehicles,
+            looked_for_vehicles: self.looked_for_vehicles,
             stopwatch: self.stopwatch,
             warnings: self.warnings,
             interrupted,

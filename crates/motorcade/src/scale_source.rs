@@ -48,8 +48,10 @@ impl ScaleSource {
         }
     }
 
-    pub(crate) fn ego(&self, odometry: &UpToScale, height_m: f64) -> EgoTrajectory {
+    /// The trajectory in metres; `metric` when the odometry's unit is the metre already.
+    pub(crate) fn ego(&self, odometry: &UpToScale, height_m: f64, metric: bool) -> EgoTrajectory {
         match self {
+            _ if metric => EgoTrajectory::metric(odometry, self.measurements(), height_m),
             Self::Aligned(road) => EgoTrajectory::new(odometry, road.measurements(), height_m),
             Self::ClosedForm(scale) => EgoTrajectory::unsmoothed(odometry, scale.measurements(), height_m),
         }

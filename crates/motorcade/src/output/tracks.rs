@@ -87,7 +87,12 @@ fn table(out: impl Write, result: &RunResult) -> io::Result<()> {
             s.speed_sigma_mps,
         ];
         row.extend(numbers.iter().map(|v| format!("{v:.6}")));
-        row.push(if s.source == Source::Box { "box" } else { "predicted" }.to_owned());
+        let source = match s.source {
+            Source::Box => "box",
+            Source::Given => "given",
+            Source::Predicted => "predicted",
+        };
+        row.push(source.to_owned());
         row.extend([format!("{:.4}", vehicle.p_moving), format!("{:.4}", s.score)]);
         table.write_record(&row)?;
     }

@@ -1,0 +1,109 @@
+//! Runs without frames: a KITTI tracking split with calibration but no images, everything else from files.
+
+use motorcade::{Config, FrameInfo, PixelFree, RunContext, output, run_without_frames};
+use motorcade_dataset::{Calibration, Cam0, Format, KITTI_HEIGHT_M, Summary};
+use motorcade_geometry::{Camera, Pose};
+use motorcade_perception::DetectionTable;
+
+use crate::arguments::RunArguments;
+use crate::exit;
+use crate::fingerprint::fingerprint;
+use crate::given;
+use crate::progress::Reporter;
+use crate::run::{conclude, finished_before, threads};
+
+/// A drive known from files only.
+pub struct Files {
+    input: PixelFree,
+    camera_from_cam0: Pose<Camera, Cam0>,
+    summary: Summary,
+}
+
+/// Recognises such a run: trajectory, detections, a sequence, a closed range of frames, and not all of them as images.
+///
+/// # Errors
+/// Calibration or detections that do not read.
+pub fn open(arguments: &RunArguments) -> anyhow::Result<Option<Files>> {
+    let input = &arguments.input;
+    let (Some(sequence), Some(detections), Some(_)) =
+        (&input.sequence, &arguments.detections, &arguments.trajectory)
+    else {
+        return Ok(None);
+    };
+    let (Some(first), Some(end)) = (input.frames.start, input.frames.end) else { return Ok(None) };
+    let camera_number = input.camera.unwrap_or(2);
+    let images = input.input.join(format!("image_{camera_number:02}")).join(sequence);
+    let there = |n: u64| ["png", "jpg", "jpeg"].iter().any(|e| images.join(format!("{n:06}.{e}")).exists());
+    if (first..end).all(there) || first >= end {
+        return Ok(None);
+    }
+    let path = input.calibration.clone().unwrap_or_else(|| input.input.join(format!("calib/{sequence}.txt")));
+    let calibration = Calibration::read(&path, Some(camera_number))?;
+    let table = DetectionTable::read(detections)?;
+    let numbers: Vec<u64> = (first..end).step_by(input.stride.max(1)).collect();
+    let boxes: Vec<_> = numbers.iter().map(|n| table.of_frame(*n).to_vec()).collect();
+    // Without an image its size is where the boxes end, at least twice the principal point.
+    let reach = |f: fn(&motorcade_perception::BoundingBox) -> f64| {
+        boxes.iter().flatten().map(|d| f(&d.bbox)).fold(0.0, f64::max)
+    };
+    let (width, height) = calibration.size.unwrap_or((
+        (reach(|b| b.x2) + 1.0).max(2.0 * calibration.cx).ceil() as u32,
+        (reach(|b| b.y2) + 1.0).max(2.0 * calibration.cy).ceil() as u32,
+    ));
+    let camera = calibration.pinhole(&path, width, height)?;
+    // KITTI: ten frames a second.
+    let period_ns = (1e9 / input.fps.or(calibration.fps).unwrap_or(10.0)) as i64;
+    let frame =
+        |number: &u64| FrameInfo { number: *number, timestamp_ns: *number as i64 * period_ns, problem: None };
+    let frames: Vec<FrameInfo> = numbers.iter().map(frame).collect();
+    let summary = Summary {
+        format: Format::KittiTracking,
+        sequence: Some(sequence.clone()),
+        camera: Some(camera_number),
+        frames: frames.len(),
+        numbers: (first, end - 1),
+        duration_s: (frames.len().saturating_sub(1)) as f64 * period_ns as f64 * 1e-9,
+        width,
+        height,
+        colour: false,
+        calibration: Some(calibration.dialect),
+        intrinsics_px: Some([calibration.fx, calibration.fy, calibration.cx, calibration.cy]),
+        distortion: None,
+        camera_from_cam0_m: calibration.camera_from_cam0.translation().into(),
+        gaps: Vec::new(),
+        duplicates: Vec::new(),
+        unnumbered: Vec::new(),
+        input_hash: format!("files only: {sequence} {first}..{end} {calibration:?}"),
+    };
+    let input = PixelFree { camera, frames, detections: boxes };
+    Ok(Some(Files { input, camera_from_cam0: calibration.camera_from_cam0, summary }))
+}
+
+/// Runs it and writes the directory.
+///
+/// # Errors
+/// As a run with frames.
+pub fn run(arguments: &RunArguments, files: Files, config: &Config) -> anyhow::Result<u8> {
+    let height_m = arguments.height.unwrap_or(KITTI_HEIGHT_M);
+    let fingerprint = fingerprint(arguments, &files.summary.input_hash, height_m, config);
+    if finished_before(arguments, &fingerprint) {
+        return Ok(exit::FINE);
+    }
+    output::prepare(&arguments.out, arguments.force)?;
+    let numbers: Vec<u64> = files.input.frames.iter().map(|f| f.number).collect();
+    let times: Vec<i64> = files.input.frames.iter().map(|f| f.timestamp_ns).collect();
+    let given = given::read(arguments, &numbers, &times)?;
+    let reporter = Reporter::new(arguments.progress);
+    let result =
+        run_without_frames(files.input, &given, height_m, config, threads(arguments.threads), &reporter)?;
+    reporter.finish();
+    let context = RunContext {
+        config: *config,
+        camera_from_cam0: files.camera_from_cam0,
+        input: files.summary,
+        perception: ("file".to_owned(), "level plane: no frames".to_owned()),
+        command: std::env::args().collect(),
+        fingerprint,
+    };
+    conclude(arguments, &result, &context)
+}

@@ -1,0 +1,75 @@
+//! Where the camera's motion comes from: our odometry, or a trajectory file.
+
+use std::sync::Arc;
+
+use image::GrayImage;
+use motorcade_geometry::{Camera, Pose, World};
+use motorcade_odometry::{Odometry, Pyramid, StaticMask, UpToScale};
+
+/// A camera trajectory from elsewhere, one pose a frame of the run.
+#[derive(Clone, Debug)]
+pub struct GivenTrajectory {
+    /// `world_from_camera` of each frame.
+    pub world_from_camera: Vec<Pose<World, Camera>>,
+    /// True when its lengths are metres; else the road gives the scale.
+    pub metric: bool,
+}
+
+impl GivenTrajectory {
+    /// As an odometry. One of unknown scale gets a unit near a metre, which the road search starts from.
+    pub(crate) fn up_to_scale(&self) -> UpToScale {
+        let poses = &self.world_from_camera;
+        let first = poses.first().map(Pose::inverse).unwrap_or_default();
+        let relative: Vec<Pose<World, Camera>> =
+            poses.iter().map(|p| first.cast::<World, World>() * *p).collect();
+        if self.metric {
+            return UpToScale::from_poses(&relative);
+        }
+        let mut steps: Vec<f64> =
+            relative.windows(2).map(|w| (w[1].translation() - w[0].translation()).norm()).collect();
+        steps.sort_by(f64::total_cmp);
+        // The upper quartile: a drive that mostly stands still moves in some frames.
+        let typical = steps.get(steps.len() * 3 / 4).copied().filter(|s| *s > 0.0).unwrap_or(1.0);
+        let scaled: Vec<_> = relative.iter().map(|p| p.scaled(1.0 / typical)).collect();
+        UpToScale::from_poses(&scaled)
+    }
+}
+
+/// One of the two.
+pub(crate) enum MotionSource {
+    Own(Box<Odometry>),
+    Given(UpToScale),
+}
+
+/// Levels of the pyramids the road is aligned on.
+const PYRAMID_LEVELS: usize = 4;
+
+impl MotionSource {
+    pub(crate) fn process(&mut self, image: &GrayImage, mask: &StaticMask<'_>) -> Arc<Pyramid> {
+        match self {
+            Self::Own(odometry) => odometry.process(image, mask),
+            Self::Given(_) => Arc::new(Pyramid::new(image, PYRAMID_LEVELS)),
+        }
+    }
+    pub(crate) fn skip(&mut self) {
+        if let Self::Own(odometry) = self {
+            odometry.skip();
+        }
+    }
+    pub(crate) fn so_far(&self) -> &UpToScale {
+        match self {
+            Self::Own(odometry) => odometry.so_far(),
+            Self::Given(whole) => whole,
+        }
+    }
+    /// All frames' motion; of a given trajectory the first `frames`, as many as were read.
+    pub(crate) fn finish(self, frames: usize) -> UpToScale {
+        match self {
+            Self::Own(odometry) => odometry.finish(),
+            Self::Given(mut whole) => {
+                whole.frames.truncate(frames);
+                whole
+            }
+        }
+    }
+}
