@@ -15,7 +15,7 @@
 //!     let pyramid = odometry.process(&GrayImage::new(320, 160), &StaticMask::default());
 //!     let so_far = odometry.so_far();
 //!     let segment = so_far.frames[frame].segment;
-//!     road.process(frame, segment, &pyramid, |k| so_far.camera_from_world(k), |_| true);
+//!     road.process(frame, segment, &pyramid, |k| so_far.camera_from_world(k), false, |_| true);
 //! }
 //! // Black images: nothing is known, but every frame is there.
 //! let ego = EgoTrajectory::new(&odometry.finish(), road.measurements(), 1.65);

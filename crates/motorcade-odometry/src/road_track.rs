@@ -101,15 +101,19 @@ impl RoadTracker {
     }
 
     /// Looks at frame `frame` of segment `segment`; `pose_of` gives `camera_from_world` of it and of earlier frames of the
-    /// segment, `usable` the pixels that may be road.
+    /// segment, `usable` the pixels that may be road, `masked` whether a road mask stands behind it.
     pub fn process(
         &mut self,
         frame: usize,
         segment: usize,
         pyramid: &Arc<Pyramid>,
         pose_of: impl Fn(usize) -> Option<Pose<Camera, World>>,
+        masked: bool,
         usable: impl Fn(&Point2<f64>) -> bool,
     ) {
+        let half_width_heights =
+            if masked { self.options.half_width_heights } else { self.options.unmasked_half_width_heights };
+        let options = RoadOptions { half_width_heights, ..self.options };
         if segment != self.segment {
             (self.segment, self.plane, self.failures) = (segment, None, 0);
             self.candidates.clear();
@@ -117,8 +121,8 @@ impl RoadTracker {
         }
         if let Some(current) = pose_of(frame) {
             let measured = match self.plane {
-                Some(plane) => self.follow(frame, pyramid, plane, &current, &pose_of, &usable),
-                None => self.seek(pyramid, &current, &pose_of, &usable),
+                Some(plane) => self.follow(frame, pyramid, plane, &current, &pose_of, &usable, &options),
+                None => self.seek(pyramid, &current, &pose_of, &usable, &options),
             };
             self.measurements.extend(measured);
         }
@@ -128,6 +132,7 @@ impl RoadTracker {
         }
     }
 
+    #[expect(clippy::too_many_arguments, reason = "the parts of one measurement")]
     fn follow(
         &mut self,
         frame: usize,
@@ -136,6 +141,7 @@ impl RoadTracker {
         current: &Pose<Camera, World>,
         pose_of: &impl Fn(usize) -> Option<Pose<Camera, World>>,
         usable: &impl Fn(&Point2<f64>) -> bool,
+        options: &RoadOptions,
     ) -> Option<RoadMeasurement> {
         // Below this no image motion tells the plane: standing, or a single step of walking pace.
         let least = self.options.baseline_heights / plane.norm();
@@ -150,7 +156,7 @@ impl RoadTracker {
             reference_from_current: motion,
             guess: plane,
         };
-        let Some(found) = align_road(&view, usable, &self.options) else {
+        let Some(found) = align_road(&view, usable, options) else {
             self.failures += 1;
             if self.failures >= GIVE_UP {
                 (self.plane, self.failures) = (None, 0);
@@ -174,6 +180,7 @@ impl RoadTracker {
         current: &Pose<Camera, World>,
         pose_of: &impl Fn(usize) -> Option<Pose<Camera, World>>,
         usable: &impl Fn(&Point2<f64>) -> bool,
+        options: &RoadOptions,
     ) -> Option<RoadMeasurement> {
         // The odometry's unit makes a street's median depth 15: a car's camera is then 1 to 4 units high.
         const GUESS_UNITS: f64 = 2.0;
@@ -189,8 +196,8 @@ impl RoadTracker {
             reference_from_current: motion,
             guess,
         };
-        view.guess = search_scale(&view, usable, &self.options)?;
-        let found = align_road(&view, usable, &self.options)?;
+        view.guess = search_scale(&view, usable, options)?;
+        let found = align_road(&view, usable, options)?;
         self.candidates.push(found.m);
         let mut norms: Vec<f64> = self.candidates.iter().map(|m| m.norm()).collect();
         let centre = median(&mut norms)?;

@@ -46,8 +46,10 @@ impl SizePrior {
             // A Polo is 4.0 × 1.7 × 1.45, a Passat estate 4.8 × 1.8 × 1.5, a mid SUV 4.6 × 1.85 × 1.65.
             VehicleClass::Car => prior([4.2, 1.7, 1.51], [0.45, 0.10, 0.10]),
             VehicleClass::Van => prior([5.0, 1.9, 2.1], [0.6, 0.12, 0.25]),
-            VehicleClass::Truck => prior([8.0, 2.4, 3.1], [2.5, 0.25, 0.5]),
-            VehicleClass::Bus => prior([11.5, 2.5, 3.1], [2.0, 0.1, 0.25]),
+            // Delivery lorries to articulated ones.
+            VehicleClass::Truck => prior([7.0, 2.35, 2.9], [2.5, 0.25, 0.6]),
+            // Detectors call minibuses buses too: 6 m long and 2.7 m high, against 12 m and 3.2 m.
+            VehicleClass::Bus => prior([9.5, 2.4, 2.95], [3.0, 0.2, 0.4]),
             VehicleClass::Motorcycle => prior([2.1, 0.8, 1.6], [0.2, 0.1, 0.15]),
         }
     }

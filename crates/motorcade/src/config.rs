@@ -157,6 +157,10 @@ impl Config {
         check(o.window.fixed_keyframes >= 2, "odometry.window.fixed_keyframes must be at least 2")?;
         check(self.road.far_heights > 4.0, "road.far_heights must be more than 4")?;
         check(self.road.half_width_heights > 0.3, "road.half_width_heights must be more than 0.3")?;
+        check(
+            self.road.unmasked_half_width_heights > 0.3,
+            "road.unmasked_half_width_heights must be more than 0.3",
+        )?;
         check(self.road.baseline_heights > 0.05, "road.baseline_heights must be more than 0.05")?;
         check(self.road.oldest_frames >= 1, "road.oldest_frames must be at least 1")?;
         check(

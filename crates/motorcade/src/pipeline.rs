@@ -237,7 +237,8 @@ impl Drive {
         let road = percepts.road.as_ref();
         let usable = |p: &nalgebra::Point2<f64>| hidden.allows(p) && road.is_none_or(|r| r.is_road(p.x, p.y));
         let (scale, segment) = (&mut self.scale, so_far.frames[index].segment);
-        self.stopwatch.time("road", || scale.process(index, segment, &pyramid, so_far, usable));
+        self.stopwatch
+            .time("road", || scale.process(index, segment, &pyramid, so_far, road.is_some(), usable));
         self.frames.push(FrameInfo { number: frame.number, timestamp_ns: frame.timestamp_ns, problem: None });
         self.detections.push(percepts.detections);
     }

@@ -32,11 +32,12 @@ impl ScaleSource {
         segment: usize,
         pyramid: &Arc<Pyramid>,
         so_far: &UpToScale,
+        masked: bool,
         usable: impl Fn(&Point2<f64>) -> bool,
     ) {
         let pose_of = |k: usize| so_far.camera_from_world(k);
         match self {
-            Self::Aligned(road) => road.process(frame, segment, pyramid, pose_of, usable),
+            Self::Aligned(road) => road.process(frame, segment, pyramid, pose_of, masked, usable),
             Self::ClosedForm(scale) => scale.process(frame, segment, pyramid, pose_of, usable),
         }
     }
