@@ -1,0 +1,56 @@
+//! A drive with exact ground truth.
+
+use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle, World};
+
+use crate::motion::Road;
+use crate::render::RenderOptions;
+use crate::site::Site;
+use crate::vehicle::SimulatedVehicle;
+
+/// Where everything is at every frame.
+#[derive(Clone, Debug)]
+pub struct Drive {
+    /// What it was made from.
+    pub name: String,
+    /// Seed of everything that is drawn by lot.
+    pub seed: u64,
+    /// How pictures are made of it.
+    pub render: RenderOptions,
+    /// The road.
+    pub road: Road,
+    /// `site_from_camera` at each frame.
+    pub site_from_camera: Vec<Pose<Site, Camera>>,
+    /// Everybody but the car with the camera.
+    pub vehicles: Vec<SimulatedVehicle>,
+}
+
+impl Drive {
+    /// Number of frames.
+    pub fn len(&self) -> usize {
+        self.site_from_camera.len()
+    }
+    /// True without frames.
+    pub fn is_empty(&self) -> bool {
+        self.site_from_camera.is_empty()
+    }
+    /// The camera.
+    pub fn camera(&self) -> PinholeCamera {
+        self.render.camera
+    }
+    /// `world_from_camera` at each frame; the world is the first camera.
+    pub fn world_from_camera(&self) -> Vec<Pose<World, Camera>> {
+        let Some(first) = self.site_from_camera.first() else { return Vec::new() };
+        let world_from_site: Pose<World, Site> = first.inverse().cast();
+        self.site_from_camera.iter().map(|pose| world_from_site * *pose).collect()
+    }
+    /// Pose of a vehicle in the camera of a frame; `None` when either is not there.
+    pub fn camera_from_vehicle(&self, vehicle: usize, frame: usize) -> Option<Pose<Camera, Vehicle>> {
+        let site_from_vehicle = (*self.vehicles.get(vehicle)?.poses.get(frame)?)?;
+        Some(self.site_from_camera.get(frame)?.inverse() * site_from_vehicle)
+    }
+    /// Way of the camera \[m\].
+    pub fn length_m(&self) -> f64 {
+        let steps = self.site_from_camera.windows(2);
+        steps.map(|pair| (pair[1].translation() - pair[0].translation()).norm()).sum()
+    }
+}

@@ -1,0 +1,12 @@
+//! How the road runs and how vehicles drive on it.
+
+mod bicycle;
+mod path;
+mod road;
+mod speed;
+
+pub(crate) use bicycle::{Axles, Stance, follow};
+pub(crate) use path::Path;
+pub(crate) use road::{CROSSING_HALF_WIDTH_M, axes};
+pub use road::{Bend, Grade, Road, RoadPlan, RoadPoint};
+pub use speed::SpeedPlan;

@@ -1,0 +1,236 @@
+//! The road: a centre line with bends and slopes. `s` runs along it, `d` across it, positive to the left.
+
+use nalgebra::{Point2, Point3, Vector2, Vector3};
+
+/// A stretch of the plan with one curvature.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bend {
+    /// Length \[m\].
+    pub length_m: f64,
+    /// Curvature \[1/m\], positive to the left.
+    pub curvature_per_m: f64,
+}
+
+/// A stretch of the plan with one slope.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grade {
+    /// Length \[m\].
+    pub length_m: f64,
+    /// Rise over run.
+    pub rise: f64,
+}
+
+/// What a road is to be like. Before and after the plan it is straight and level.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RoadPlan {
+    /// Centre line to kerb \[m\].
+    pub half_width_m: f64,
+    /// Bends, from s = 0 on.
+    pub bends: Vec<Bend>,
+    /// Slopes, from s = 0 on.
+    pub grades: Vec<Grade>,
+    /// Where other roads cross at right angles \[m\].
+    pub crossings_m: Vec<f64>,
+}
+
+/// A place on the centre line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoadPoint {
+    /// Position in the site \[m\].
+    pub position: Point3<f64>,
+    /// Direction of travel \[rad\], from site x towards site y.
+    pub heading_rad: f64,
+    /// Curvature \[1/m\], positive to the left.
+    pub curvature_per_m: f64,
+    /// Rise over run.
+    pub rise: f64,
+}
+
+/// A road as built, sampled every metre.
+#[derive(Clone, Debug)]
+pub struct Road {
+    /// Centre line to kerb \[m\].
+    pub half_width_m: f64,
+    /// Where other roads cross \[m\].
+    pub crossings_m: Vec<f64>,
+    start_m: f64,
+    samples: Vec<RoadPoint>,
+}
+
+/// Half width of a crossing road \[m\].
+pub(crate) const CROSSING_HALF_WIDTH_M: f64 = 3.6;
+/// Distance between samples \[m\].
+const STEP_M: f64 = 1.0;
+/// Curvature and slope change over this length \[m\], as a driver can steer and a car can spring.
+const TRANSITION_M: f64 = 14.0;
+
+impl Road {
+    /// Builds a plan from `start_m` to `end_m`.
+    pub fn build(plan: &RoadPlan, start_m: f64, end_m: f64) -> Self {
+        let count = ((end_m - start_m) / STEP_M).ceil().max(2.0) as usize + 1;
+        let sample = |f: &dyn Fn(f64) -> f64| -> Vec<f64> {
+            (0..count).map(|i| averaged(f, start_m + i as f64 * STEP_M)).collect()
+        };
+        let curvatures = sample(&|s| stretch(plan.bends.iter().map(|b| (b.length_m, b.curvature_per_m)), s));
+        let rises = sample(&|s| stretch(plan.grades.iter().map(|g| (g.length_m, g.rise)), s));
+        let mut samples = Vec::with_capacity(count);
+        let (mut position, mut heading_rad) = (Point3::new(start_m, 0.0, 0.0), 0.0_f64);
+        for (i, (&curvature_per_m, &rise)) in curvatures.iter().zip(&rises).enumerate() {
+            samples.push(RoadPoint { position, heading_rad, curvature_per_m, rise });
+            let next = |v: &[f64]| v.get(i + 1).copied().unwrap_or_default();
+            let turn = 0.5 * (curvature_per_m + next(&curvatures)) * STEP_M;
+            let middle = heading_rad + 0.5 * turn;
+            position += Vector3::new(middle.cos(), middle.sin(), 0.5 * (rise + next(&rises))) * STEP_M;
+            heading_rad += turn;
+        }
+        Self { half_width_m: plan.half_width_m, crossings_m: plan.crossings_m.clone(), start_m, samples }
+    }
+
+    /// A road through points a metre apart, its `s` counted from the first; for roads taken from real drives.
+    pub fn through(points: &[Point3<f64>], half_width_m: f64) -> Self {
+        let n = points.len();
+        let at = |i: usize| points[i.min(n - 1)];
+        let direction = |i: usize| at(i + 1) - at(i.saturating_sub(1));
+        let heading = |i: usize| direction(i).y.atan2(direction(i).x);
+        let mut samples: Vec<RoadPoint> = Vec::with_capacity(n);
+        for i in 0..n {
+            let v = direction(i);
+            let previous = samples.last().map_or(heading(0), |p| p.heading_rad);
+            // Headings run on without jumps, so that they can be interpolated.
+            let heading_rad = previous + wrapped(heading(i) - previous);
+            let curvature_per_m = wrapped(heading(i + 1) - heading(i.saturating_sub(1))) / (2.0 * STEP_M);
+            let rise = v.z / v.xy().norm().max(1e-6);
+            samples.push(RoadPoint { position: points[i], heading_rad, curvature_per_m, rise });
+        }
+        Self { half_width_m, crossings_m: Vec::new(), start_m: 0.0, samples }
+    }
+
+    /// First and last `s` \[m\].
+    pub fn extent_m(&self) -> (f64, f64) {
+        (self.start_m, self.start_m + (self.samples.len() - 1) as f64 * STEP_M)
+    }
+
+    /// The centre line at `s`, straight on beyond the ends.
+    pub fn at(&self, s: f64) -> RoadPoint {
+        let t = (s - self.start_m) / STEP_M;
+        let i = (t.floor().max(0.0) as usize).min(self.samples.len() - 2);
+        let (a, b, f) = (&self.samples[i], &self.samples[i + 1], t - i as f64);
+        let inside = f.clamp(0.0, 1.0);
+        let blend = |a: f64, b: f64| a + (b - a) * inside;
+        RoadPoint {
+            position: a.position + (b.position - a.position) * f,
+            heading_rad: blend(a.heading_rad, b.heading_rad),
+            curvature_per_m: blend(a.curvature_per_m, b.curvature_per_m),
+            rise: blend(a.rise, b.rise),
+        }
+    }
+
+    /// The site point at `s` along and `d` to the left of the centre line; lines across the road are level.
+    pub fn point(&self, s: f64, d: f64) -> Point3<f64> {
+        let p = self.at(s);
+        p.position + Vector3::new(-p.heading_rad.sin(), p.heading_rad.cos(), 0.0) * d
+    }
+
+    /// `(s, d)` of the place on the centre line nearest to a site point.
+    pub fn locate(&self, point: &Point2<f64>) -> (f64, f64) {
+        let distance = |p: &RoadPoint| (p.position.xy() - point).norm_squared();
+        let nearest = self.samples.iter().enumerate().min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)));
+        let mut s = self.start_m + nearest.map_or(0.0, |(i, _)| i as f64) * STEP_M;
+        let mut d = 0.0;
+        for _ in 0..3 {
+            let p = self.at(s);
+            let (forward, left) = axes(p.heading_rad);
+            let offset = point - p.position.xy();
+            d = offset.dot(&left);
+            s += offset.dot(&forward) / (1.0 - p.curvature_per_m * d).max(0.2);
+        }
+        (s, d)
+    }
+
+    /// Height of the carriageway \[m\] and its gradient at a site point.
+    pub fn surface(&self, point: &Point2<f64>) -> (f64, Vector2<f64>) {
+        let p = self.at(self.locate(point).0);
+        (p.position.z, axes(p.heading_rad).0 * p.rise)
+    }
+
+    /// Distance along the road to the nearest crossing \[m\].
+    pub fn to_crossing_m(&self, s: f64) -> f64 {
+        self.crossings_m.iter().map(|c| (c - s).abs()).fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// Forward and left unit vectors of a heading.
+pub(crate) fn axes(heading_rad: f64) -> (Vector2<f64>, Vector2<f64>) {
+    let (sin, cos) = heading_rad.sin_cos();
+    (Vector2::new(cos, sin), Vector2::new(-sin, cos))
+}
+
+fn wrapped(angle: f64) -> f64 {
+    use std::f64::consts::{PI, TAU};
+    (angle + PI).rem_euclid(TAU) - PI
+}
+
+fn stretch(stretches: impl Iterator<Item = (f64, f64)>, s: f64) -> f64 {
+    let mut begin = 0.0;
+    for (length, value) in stretches {
+        if s >= begin && s < begin + length {
+            return value;
+        }
+        begin += length;
+    }
+    0.0
+}
+
+/// Triangle-weighted mean around `s`: its derivative is continuous.
+fn averaged(f: &dyn Fn(f64) -> f64, s: f64) -> f64 {
+    const TAPS: i32 = 14;
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for i in -TAPS..=TAPS {
+        let weight = f64::from(TAPS + 1 - i.abs());
+        sum += weight * f(s + f64::from(i) / f64::from(TAPS) * TRANSITION_M);
+        weights += weight;
+    }
+    sum / weights
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn winding() -> Road {
+        let plan = RoadPlan {
+            half_width_m: 4.0,
+            bends: vec![Bend { length_m: 60.0, curvature_per_m: 0.02 }],
+            grades: vec![Grade { length_m: 80.0, rise: 0.05 }],
+            crossings_m: vec![30.0],
+        };
+        Road::build(&plan, -40.0, 160.0)
+    }
+
+    #[test]
+    fn locate_inverts_point() {
+        let road = winding();
+        for (s, d) in [(-20.0, 3.0), (12.3, -2.0), (40.7, 6.0), (120.0, -8.0)] {
+            let (found_s, found_d) = road.locate(&road.point(s, d).xy());
+            assert!((found_s - s).abs() < 0.05 && (found_d - d).abs() < 0.02, "{found_s} {found_d}");
+        }
+    }
+
+    #[test]
+    fn bends_turn_and_grades_climb_by_what_the_plan_says() {
+        let road = winding();
+        let end = road.at(150.0);
+        assert!((end.heading_rad - 1.2).abs() < 0.02, "60 m at 1/50 m are 1.2 rad");
+        assert!((end.position.z - 4.0).abs() < 0.1, "80 m at 5 % are 4 m");
+        assert_eq!(road.to_crossing_m(22.0), 8.0);
+    }
+
+    #[test]
+    fn a_road_through_its_own_points_is_the_same_road() {
+        let road = winding();
+        let points: Vec<_> = (0..=100).map(|i| road.point(f64::from(i), 0.0)).collect();
+        let again = Road::through(&points, 4.0);
+        let (a, b) = (road.point(50.5, 3.0), again.point(50.5, 3.0));
+        assert!((a - b).norm() < 0.01);
+    }
+}

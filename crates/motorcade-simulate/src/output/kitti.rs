@@ -1,0 +1,178 @@
+//! A folder in the shape of KITTI tracking.
+
+use std::fs::{self, File};
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ExtendedColorType, ImageEncoder};
+use motorcade_dataset::{Label, write_kitti};
+use rayon::prelude::*;
+
+use super::detections::{self, DetectorOptions};
+use super::labels;
+use crate::drive::Drive;
+use crate::error::{Error, Result};
+use crate::render::{Picture, Renderer};
+
+/// What is written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WriteOptions {
+    /// Name of the sequence, `0000` by default.
+    pub sequence: String,
+    /// How the detector errs.
+    pub detector: DetectorOptions,
+    /// `road_masks/<sequence>`: 255 where all of a pixel is carriageway.
+    pub road_masks: bool,
+    /// `depth/<sequence>`: 16 bits, 256 a metre, 0 for nothing, as KITTI's.
+    pub depth: bool,
+    /// `instance/<sequence>`: 16 bits, 0 for the world, track + 1 for vehicles.
+    pub instance: bool,
+}
+
+impl Default for WriteOptions {
+    fn default() -> Self {
+        Self {
+            sequence: "0000".to_owned(),
+            detector: DetectorOptions::default(),
+            road_masks: true,
+            depth: false,
+            instance: false,
+        }
+    }
+}
+
+/// Where things were put.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Written {
+    /// The split, to be given to `motorcade run` as its input.
+    pub training: PathBuf,
+    /// Name of the sequence in it.
+    pub sequence: String,
+    /// Detections of all frames.
+    pub detections: PathBuf,
+    /// Folder of road masks, when asked for.
+    pub road_masks: Option<PathBuf>,
+    /// Labelled boxes.
+    pub labels: usize,
+}
+
+impl Drive {
+    /// Renders the drive into `folder/training` in the shape of KITTI tracking: `image_02`, `calib`, `label_02`,
+    /// `gt_poses` (`world_from_cam0`), `detections`, and masks and maps as asked for. Camera 2 sits at camera 0.
+    /// `progress` is told the number of frames done, from several threads.
+    ///
+    /// # Errors
+    /// Folders and files that cannot be written, and sequence names that are no plain file names.
+    pub fn write_kitti(
+        &self,
+        folder: &Path,
+        options: &WriteOptions,
+        progress: &(dyn Fn(usize) + Sync),
+    ) -> Result<Written> {
+        let name = &options.sequence;
+        if name.is_empty() || !name.chars().all(|c| c.is_ascii_alphanumeric() || "-_".contains(c)) {
+            return Err(Error::Plan(format!("`{name}` is no name for a sequence; use letters, digits, - and _")));
+        }
+        let folders = Folders::create(folder, options)?;
+        let renderer = Renderer::new(self);
+        let done = AtomicUsize::new(0);
+        let frame = |i: usize| -> Result<(Vec<Label>, Vec<Label>)> {
+            let Some(picture) = renderer.render(i) else { return Ok(Default::default()) };
+            folders.write(i, &picture)?;
+            progress(done.fetch_add(1, Ordering::Relaxed) + 1);
+            Ok((labels::of_frame(self, i, &picture), detections::of_frame(self, i, &picture, &options.detector)))
+        };
+        let frames: Vec<(Vec<Label>, Vec<Label>)> =
+            (0..self.len()).into_par_iter().map(frame).collect::<Result<_>>()?;
+        let file = |kind: &str| folders.training.join(kind).join(format!("{name}.txt"));
+        write_lines(&file("label_02"), frames.iter().flat_map(|f| &f.0))?;
+        write_lines(&file("detections"), frames.iter().flat_map(|f| &f.1))?;
+        self.write_calibration(&file("calib"))?;
+        let poses = file("gt_poses");
+        let mut out = BufWriter::new(File::create(&poses).map_err(Error::io(&poses))?);
+        write_kitti(&mut out, &self.world_from_camera()).and_then(|()| out.flush()).map_err(Error::io(&poses))?;
+        Ok(Written {
+            sequence: name.clone(),
+            detections: file("detections"),
+            road_masks: folders.road.clone(),
+            labels: frames.iter().map(|f| f.0.len()).sum(),
+            training: folders.training,
+        })
+    }
+
+    fn write_calibration(&self, path: &Path) -> Result<()> {
+        let c = self.camera();
+        let projection =
+            [c.fx, 0.0, c.cx, 0.0, 0.0, c.fy, c.cy, 0.0, 0.0, 0.0, 1.0, 0.0].map(|v| format!("{v:.12e}")).join(" ");
+        let unit = "1 0 0 0 1 0 0 0 1";
+        let mut text: String = (0..4).map(|i| format!("P{i}: {projection}\n")).collect();
+        text.push_str(&format!("R_rect {unit}\nTr_velo_cam 0 -1 0 0 0 0 -1 0 1 0 0 0\nTr_imu_velo 1 0 0 0 0 1 0 0 0 0 1 0\n"));
+        fs::write(path, text).map_err(Error::io(path))
+    }
+}
+
+struct Folders {
+    training: PathBuf,
+    images: PathBuf,
+    road: Option<PathBuf>,
+    depth: Option<PathBuf>,
+    instance: Option<PathBuf>,
+}
+
+impl Folders {
+    fn create(folder: &Path, options: &WriteOptions) -> Result<Self> {
+        let training = folder.join("training");
+        let made = |path: PathBuf| fs::create_dir_all(&path).map_err(Error::io(&path)).map(|()| path);
+        for kind in ["calib", "label_02", "gt_poses", "detections"] {
+            made(training.join(kind))?;
+        }
+        let sequence = |kind: &str| made(training.join(kind).join(&options.sequence));
+        let asked = |wanted: bool, kind: &str| wanted.then(|| sequence(kind)).transpose();
+        Ok(Self {
+            images: sequence("image_02")?,
+            road: asked(options.road_masks, "road_masks")?,
+            depth: asked(options.depth, "depth")?,
+            instance: asked(options.instance, "instance")?,
+            training,
+        })
+    }
+
+    fn write(&self, frame: usize, picture: &Picture) -> Result<()> {
+        let (width, height) = picture.rgb.dimensions();
+        let name = format!("{frame:06}.png");
+        let size = (width, height);
+        png(&self.images.join(&name), picture.rgb.as_raw(), size, ExtendedColorType::Rgb8)?;
+        if let Some(folder) = &self.road {
+            png(&folder.join(&name), picture.road.as_raw(), size, ExtendedColorType::L8)?;
+        }
+        if let Some(folder) = &self.depth {
+            let level = |d: &f32| if d.is_finite() { (256.0 * d).round().min(65535.0) as u16 } else { 0 };
+            let bytes: Vec<u8> = picture.depth_m.iter().flat_map(|d| level(d).to_ne_bytes()).collect();
+            png(&folder.join(&name), &bytes, size, ExtendedColorType::L16)?;
+        }
+        if let Some(folder) = &self.instance {
+            let bytes: Vec<u8> = picture.instance.as_raw().iter().flat_map(|v| v.to_ne_bytes()).collect();
+            png(&folder.join(&name), &bytes, size, ExtendedColorType::L16)?;
+        }
+        Ok(())
+    }
+}
+
+fn png(path: &Path, bytes: &[u8], (width, height): (u32, u32), colour: ExtendedColorType) -> Result<()> {
+    let file = BufWriter::new(File::create(path).map_err(Error::io(path))?);
+    // Noise does not compress: the fast setting costs a tenth of the time and little space.
+    let encoder = PngEncoder::new_with_quality(file, CompressionType::Fast, FilterType::Sub);
+    let failed = |source| Error::Image { path: path.to_path_buf(), source };
+    encoder.write_image(bytes, width, height, colour).map_err(failed)
+}
+
+fn write_lines<'a>(path: &Path, lines: impl Iterator<Item = &'a Label>) -> Result<()> {
+    let mut text = String::new();
+    for label in lines {
+        text.push_str(&label.to_line());
+        text.push('\n');
+    }
+    fs::write(path, text).map_err(Error::io(path))
+}

@@ -1,0 +1,129 @@
+//! What is to happen in a drive.
+
+use motorcade_perception::VehicleClass;
+
+use crate::motion::{RoadPlan, SpeedPlan};
+
+/// Left or right of the direction of the road.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// Positive `d`.
+    Left,
+    /// Negative `d`.
+    Right,
+}
+
+impl Side {
+    pub(crate) fn sign(self) -> f64 {
+        match self {
+            Self::Left => 1.0,
+            Self::Right => -1.0,
+        }
+    }
+}
+
+/// Where somebody drives. Traffic keeps to the right.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Route {
+    /// Along the road in its direction, starting at `start_m`; `offsets_m` are (s, d) \[m\], eased in between.
+    Along {
+        /// `s` at the start \[m\].
+        start_m: f64,
+        /// Where across the road, by `s`.
+        offsets_m: Vec<(f64, f64)>,
+    },
+    /// Against the direction of the road, in the other lane, starting at `start_m`.
+    Oncoming {
+        /// `s` at the start \[m\].
+        start_m: f64,
+    },
+    /// Over a crossing, coming from one side.
+    Crossing {
+        /// Which of the road's crossings.
+        crossing: usize,
+        /// Where it comes from.
+        from: Side,
+        /// Distance from the centre of the crossing at the start \[m\].
+        distance_m: f64,
+    },
+    /// Along the road, then off it at a crossing.
+    TurnOff {
+        /// `s` at the start \[m\].
+        start_m: f64,
+        /// Which of the road's crossings.
+        crossing: usize,
+        /// Where to.
+        to: Side,
+    },
+    /// Out of a crossing road onto this one, in its direction, coming from the right.
+    TurnIn {
+        /// Which of the road's crossings.
+        crossing: usize,
+        /// Distance from the centre of the crossing at the start \[m\].
+        distance_m: f64,
+    },
+    /// Standing at the kerb.
+    Parked {
+        /// Along the road \[m\].
+        s_m: f64,
+        /// At which kerb; it faces the way the traffic of that side goes.
+        side: Side,
+    },
+}
+
+/// Somebody on the road.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Driver {
+    /// Kind of vehicle.
+    pub class: VehicleClass,
+    /// Where.
+    pub route: Route,
+    /// How fast; of no effect when parked.
+    pub speed: SpeedPlan,
+}
+
+/// The camera on its car.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rig {
+    /// Above the road \[m\].
+    pub height_m: f64,
+    /// Looking down \[rad\].
+    pub pitch_rad: f64,
+    /// Right side down \[rad\].
+    pub roll_rad: f64,
+    /// Amplitude of the suspension's pitching \[rad\]; roll has half of it.
+    pub oscillation_rad: f64,
+    /// Its frequency \[Hz\].
+    pub oscillation_hz: f64,
+}
+
+impl Default for Rig {
+    fn default() -> Self {
+        let degree = std::f64::consts::PI / 180.0;
+        // What fits of the road to real KITTI drives give.
+        Self {
+            height_m: 1.65,
+            pitch_rad: 0.3 * degree,
+            roll_rad: 0.4 * degree,
+            oscillation_rad: 0.2 * degree,
+            oscillation_hz: 1.4,
+        }
+    }
+}
+
+/// A whole drive as planned.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// The road.
+    pub road: RoadPlan,
+    /// The car with the camera.
+    pub ego_route: Route,
+    /// Its speed.
+    pub ego_speed: SpeedPlan,
+    /// The camera.
+    pub rig: Rig,
+    /// Everybody else with a part to play.
+    pub drivers: Vec<Driver>,
+    /// Chance that a place at the kerb has a parked car, every 7 m on both sides; 0 for none.
+    pub parked_chance: f64,
+}

@@ -1,0 +1,124 @@
+//! The ground: carriageway with markings, patches, cracks and manholes, kerb stones, pavement, verge.
+
+use super::shade::{Colour, Fragment, Scene, cover, cover_periodic, mixed, scaled};
+use crate::hash;
+use crate::motion::CROSSING_HALF_WIDTH_M;
+
+/// Height of a kerb \[m\].
+pub(crate) const KERB_M: f64 = 0.13;
+/// Width of the pavement \[m\].
+pub(crate) const PAVEMENT_M: f64 = 2.6;
+const KERB_STONE_M: f32 = 0.16;
+
+/// Colour and share of carriageway at (s, d).
+pub(super) fn colour(scene: &Scene<'_>, f: &Fragment) -> (Colour, f32) {
+    let road = &scene.drive.road;
+    let [s, d, h] = f.attributes.map(|a| a as f32);
+    let print = f.footprint(0, 1);
+    let [fs, fd] = print.extent();
+    let noise = &scene.textures.noise;
+    // Two periods that never meet again hide the repetition.
+    let fine = noise.sample(s, d, &print, 5.3);
+    let turned = super::tile::Footprint {
+        dx: [0.8 * print.dx[0] + 0.6 * print.dx[1], 0.8 * print.dx[1] - 0.6 * print.dx[0]],
+        dy: [0.8 * print.dy[0] + 0.6 * print.dy[1], 0.8 * print.dy[1] - 0.6 * print.dy[0]],
+    };
+    let coarse = noise.sample(0.8 * s + 0.6 * d, 0.8 * d - 0.6 * s, &turned, 43.0);
+
+    let half = road.half_width_m as f32;
+    let on_crossing: f32 = road
+        .crossings_m
+        .iter()
+        .map(|c| {
+            let (c, w) = (*c as f32, CROSSING_HALF_WIDTH_M as f32);
+            cover(s, c - w, c + w, fs)
+        })
+        .sum();
+    let street = cover(d, -half, half, fd).max(on_crossing);
+    let standing_up = f.normal.z < 0.5;
+    let street = if standing_up { 0.0 } else { street };
+
+    let mut colour = [0.0; 3];
+    if street > 0.0 {
+        let asphalt = asphalt(scene, s, d, fs, fd, fine, coarse, &print, half, on_crossing);
+        colour = scaled(asphalt, street);
+    }
+    if street < 1.0 {
+        let stones = half + KERB_STONE_M;
+        let edge = half + PAVEMENT_M as f32;
+        let across = d.abs();
+        let kerb = if h < KERB_M as f32 * 0.95 { 1.0 } else { cover(across, 0.0, stones, fd) };
+        let pavement = cover(across, stones, edge, fd) * (1.0 - kerb);
+        let verge = (1.0 - kerb - pavement).max(0.0);
+        let joint = cover_periodic(s, 0.0, 0.02, 1.0, fs);
+        let kerb_colour = scaled([0.60, 0.60, 0.58], 1.0 + 0.16 * fine + 0.12 * coarse - 0.4 * joint);
+        let joints = cover_periodic(s, 0.0, 0.015, 0.6, fs).max(cover_periodic(d, 0.0, 0.015, 0.6, fd));
+        let slab = (hash::unit(7, (s / 0.6).floor() as i64, (d / 0.6).floor() as i64) - 0.5)
+            * (1.0 - fs.max(fd) / 0.6).clamp(0.0, 1.0);
+        let pavement_colour = scaled([0.52, 0.50, 0.47], 1.0 + 0.2 * fine + 0.22 * coarse + 0.25 * slab - 0.35 * joints);
+        let verge_colour = mixed([0.30, 0.37, 0.17], [0.42, 0.38, 0.26], (0.5 + 0.9 * coarse).clamp(0.0, 1.0));
+        let verge_colour = scaled(verge_colour, 1.0 + 0.4 * fine + 0.25 * coarse);
+        let off: Colour = std::array::from_fn(|i| {
+            kerb * kerb_colour[i] + pavement * pavement_colour[i] + verge * verge_colour[i]
+        });
+        for i in 0..3 {
+            colour[i] += (1.0 - street) * off[i];
+        }
+    }
+    (colour, street)
+}
+
+#[allow(clippy::too_many_arguments)] // one pixel's worth of numbers already at hand
+fn asphalt(
+    scene: &Scene<'_>,
+    s: f32,
+    d: f32,
+    fs: f32,
+    fd: f32,
+    fine: f32,
+    coarse: f32,
+    print: &super::tile::Footprint,
+    half: f32,
+    on_crossing: f32,
+) -> Colour {
+    let cracks = scene.textures.cracks.sample(s, d, print, 17.0);
+    let mut grey = 0.37 + 0.11 * fine + 0.075 * coarse + 0.16 * cracks;
+    // Wheel tracks are a little darker.
+    let lane = (d.abs() - 1.75).abs();
+    grey -= 0.025 * (1.0 - ((lane - 0.75) / 0.35).powi(2)).max(0.0);
+    // Mended places: one in most stretches of eight metres of each lane.
+    let cell = (s / 8.0).floor();
+    for lane in [-1_i64, 1] {
+        let lot = |k: i64| hash::unit(scene.drive.seed ^ 0xa5fa, cell as i64 * 2 + lane.max(0), k);
+        if lot(0) < 0.7 {
+            let from = cell * 8.0 + 0.3 + 2.5 * lot(1);
+            let to = from + 0.7 + 4.0 * lot(2) * lot(2);
+            let middle = lane as f32 * (0.5 + (half - 1.6) * lot(3));
+            let wide = 0.35 + 0.7 * lot(4);
+            let inside = cover(s, from, to, fs) * cover(d, middle - wide, middle + wide, fd);
+            let rim = cover(s, from - 0.05, to + 0.05, fs) * cover(d, middle - wide - 0.05, middle + wide + 0.05, fd);
+            grey += (0.14 * lot(5) - 0.11) * inside - 0.12 * (rim - inside);
+        }
+    }
+    // A manhole cover now and then.
+    let cell = (s / 21.0).floor();
+    let lot = |k: i64| hash::unit(scene.drive.seed ^ 0x3a9, cell as i64, k);
+    let (mx, my) = (cell * 21.0 + 3.0 + 15.0 * lot(0), (lot(1) - 0.5) * (half * 1.2));
+    let radius = (s - mx).hypot(d - my);
+    grey -= 0.16 * cover(radius, -0.33, 0.33, fs.min(2.0).max(fd)) * (1.0 - 0.35 * cover(radius, 0.14, 0.24, fs.max(fd)));
+    let mut colour = [grey, grey, grey * 1.02];
+
+    // Paint, worn by the noise.
+    let clear = scene.drive.road.to_crossing_m(f64::from(s)) as f32;
+    let open = cover(clear, 9.5, 1e6, fs);
+    let dash = cover_periodic(s, 0.0, 3.0, 7.0, fs) * cover(d, -0.07, 0.07, fd) * open;
+    let side = cover(d.abs(), 3.45, 3.57, fd) * cover_periodic(s, 0.0, 0.6, 1.4, fs) * open;
+    let zebra = cover(clear, 4.8, 7.8, fs) * cover_periodic(d, 0.25, 0.75, 1.0, fd) * cover(d.abs(), 0.0, half - 0.3, fd);
+    let stop = cover(clear, 8.6, 9.0, fs) * cover(d.abs(), 0.15, half.min(3.4), fd);
+    let paint = (dash + side + zebra + stop).min(1.0) * (1.0 - on_crossing);
+    if paint > 0.0 {
+        let worn = (0.82 + 0.35 * fine + 0.2 * coarse).clamp(0.25, 1.0);
+        colour = mixed(colour, [0.86, 0.86, 0.83], paint * worn);
+    }
+    colour
+}

@@ -1,0 +1,22 @@
+//! A software renderer: triangles into a 2×2 supersampled visibility buffer, each visible surface shaded once a pixel
+//! with textures filtered to the pixel's footprint.
+
+mod facade;
+mod ground;
+mod mesh;
+mod options;
+mod picture;
+mod raster;
+mod renderer;
+mod sensor;
+mod shade;
+mod sky;
+mod tile;
+mod vehicle_mesh;
+mod vehicle_paint;
+
+pub(crate) use ground::{KERB_M, PAVEMENT_M};
+pub(crate) use mesh::{Building, Chunk, Material, Mesh, Vertex};
+pub use options::{RenderOptions, SensorOptions};
+pub use picture::{Picture, VehicleView};
+pub use renderer::Renderer;

@@ -1,0 +1,82 @@
+//! How pictures are made.
+
+use motorcade_geometry::PinholeCamera;
+
+use crate::error::{Error, Result};
+
+/// What the sensor adds to a picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorOptions {
+    /// Standard deviation of the noise of a pixel \[grey levels of 255\].
+    pub noise: f64,
+    /// Relative amplitude of slow changes of exposure; 0 for none.
+    pub exposure_drift: f64,
+    /// Shutter time \[s\]; seen only with more than one blur sample.
+    pub shutter_s: f64,
+    /// Pictures averaged over the shutter time; 1 for no motion blur. Time grows with it.
+    pub blur_samples: usize,
+}
+
+impl Default for SensorOptions {
+    fn default() -> Self {
+        Self { noise: 1.5, exposure_drift: 0.03, shutter_s: 0.006, blur_samples: 1 }
+    }
+}
+
+/// Camera, rate, weather and sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RenderOptions {
+    /// Intrinsics and size; KITTI's by default.
+    pub camera: PinholeCamera,
+    /// Frames per second.
+    pub fps: f64,
+    /// 0 for a clear sky with sharp shadows, 1 for a grey day without.
+    pub overcast: f64,
+    /// The sensor.
+    pub sensor: SensorOptions,
+}
+
+impl Default for RenderOptions {
+    fn default() -> Self {
+        Self {
+            camera: PinholeCamera { fx: 721.5, fy: 721.5, cx: 609.5, cy: 172.9, width: 1242, height: 375 },
+            fps: 10.0,
+            overcast: 0.25,
+            sensor: SensorOptions::default(),
+        }
+    }
+}
+
+impl RenderOptions {
+    /// A picture of another width \[px\] with the same view.
+    #[must_use]
+    pub fn with_width(mut self, width: u32) -> Self {
+        let factor = f64::from(width) / f64::from(self.camera.width);
+        let c = self.camera;
+        // Pixel centres lie at integers: the left edge is at -0.5.
+        let scaled = |p: f64| (p + 0.5) * factor - 0.5;
+        let height = (f64::from(c.height) * factor).round() as u32;
+        self.camera =
+            PinholeCamera { fx: c.fx * factor, fy: c.fy * factor, cx: scaled(c.cx), cy: scaled(c.cy), width, height };
+        self
+    }
+
+    /// Refuses what cannot be.
+    ///
+    /// # Errors
+    /// Says which option and why.
+    pub fn validate(&self) -> Result<()> {
+        self.camera.validate().map_err(|e| Error::Plan(e.to_string()))?;
+        let fine = self.fps.is_finite() && self.fps > 0.0 && self.fps <= 1000.0;
+        if !fine {
+            return Err(Error::Plan(format!("frames per second must lie in (0, 1000], got {}", self.fps)));
+        }
+        if self.sensor.blur_samples == 0 {
+            return Err(Error::Plan("at least one blur sample is needed".into()));
+        }
+        if !(0.0..=1.0).contains(&self.overcast) {
+            return Err(Error::Plan(format!("overcast must lie in [0, 1], got {}", self.overcast)));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,378 @@
+//! A drive's frames as pictures.
+
+use image::{GrayImage, ImageBuffer};
+use motorcade_geometry::{Camera, PinholeCamera, Pose};
+use nalgebra::{Point2, Point3, Vector3};
+use rayon::prelude::*;
+
+use super::mesh::{Building, Chunk, Material, Mesh};
+use super::picture::{Picture, VehicleView};
+use super::raster::{Band, Drawn, NOTHING, facing, project, value};
+use super::shade::{Colour, Fragment, Scene, ShadowCaster, Textures, shade};
+use super::{sensor, sky, vehicle_mesh};
+use crate::drive::Drive;
+use crate::hash;
+use crate::scenery;
+use crate::site::Site;
+
+/// Image rows a task works on.
+const BAND_ROWS: usize = 8;
+/// Still things farther than this are not drawn \[m\]; the haze has them by then.
+const FAR_M: f64 = 900.0;
+
+/// Holds the still world of a drive; frames can be rendered in any order and from several threads.
+#[derive(Debug)]
+pub struct Renderer<'a> {
+    drive: &'a Drive,
+    chunks: Vec<Chunk>,
+    buildings: Vec<Building>,
+    vehicles: Vec<Mesh>,
+    textures: Textures,
+}
+
+/// What a drawn triangle shows.
+struct Surface {
+    material: Material,
+    normal: Vector3<f64>,
+    owner: u16,
+}
+
+/// A row of resolved pixels.
+struct Resolved {
+    light: Vec<Colour>,
+    depth_m: Vec<f32>,
+    instance: Vec<u16>,
+    road: Vec<u8>,
+    /// Per vehicle: samples and extent in pixels.
+    seen: Vec<(usize, Seen)>,
+}
+
+#[derive(Clone, Copy)]
+struct Seen {
+    samples: u64,
+    low: [f64; 2],
+    high: [f64; 2],
+}
+
+impl Seen {
+    const NONE: Self = Self { samples: 0, low: [f64::MAX; 2], high: [f64::MIN; 2] };
+    fn add(&mut self, x: f64, y: f64) {
+        self.samples += 1;
+        self.low = [self.low[0].min(x), self.low[1].min(y)];
+        self.high = [self.high[0].max(x), self.high[1].max(y)];
+    }
+    fn merge(&mut self, other: &Self) {
+        self.samples += other.samples;
+        self.low = [self.low[0].min(other.low[0]), self.low[1].min(other.low[1])];
+        self.high = [self.high[0].max(other.high[0]), self.high[1].max(other.high[1])];
+    }
+}
+
+impl<'a> Renderer<'a> {
+    /// Builds scenery, textures and meshes.
+    pub fn new(drive: &'a Drive) -> Self {
+        let (chunks, buildings) = scenery::build(drive);
+        let vehicles = drive.vehicles.iter().map(|v| vehicle_mesh::mesh(v.class, &v.size, v.shape)).collect();
+        Self { drive, chunks, buildings, vehicles, textures: Textures::new(hash::mix(drive.seed ^ 0x7e87)) }
+    }
+
+    /// Renders one frame; `None` when the drive has no such frame.
+    pub fn render(&self, frame: usize) -> Option<Picture> {
+        let pose = *self.drive.site_from_camera.get(frame)?;
+        let options = &self.drive.render;
+        let scene = self.scene(frame);
+        let mut picture = self.expose_once(&scene, frame, &pose);
+        let samples = options.sensor.blur_samples;
+        if samples > 1 {
+            // The first exposure is at the frame's own time; the others follow through the shutter time.
+            for k in 1..samples {
+                let later = k as f64 / samples as f64 * options.sensor.shutter_s * options.fps;
+                let moved = self.pose_after(frame, later);
+                let more = self.expose_once(&scene, frame, &moved).0;
+                picture.0.par_iter_mut().zip(more).for_each(|(a, b)| *a = std::array::from_fn(|i| a[i] + b[i]));
+            }
+            let share = 1.0 / samples as f32;
+            picture.0.par_iter_mut().for_each(|c| *c = c.map(|v| v * share));
+        }
+        let (light, mut picture) = picture;
+        picture.rgb = sensor::expose(&light, options, self.drive.seed, frame);
+        Some(picture)
+    }
+
+    /// The camera a fraction of a frame later.
+    fn pose_after(&self, frame: usize, fraction: f64) -> Pose<Site, Camera> {
+        let poses = &self.drive.site_from_camera;
+        let here = poses[frame];
+        match (poses.get(frame + 1), frame.checked_sub(1).and_then(|i| poses.get(i))) {
+            (Some(next), _) => here.interpolate(next, fraction),
+            (None, Some(previous)) => here * (previous.inverse() * here).interpolate(&Pose::identity(), 1.0 - fraction),
+            (None, None) => here,
+        }
+    }
+
+    fn scene(&self, frame: usize) -> Scene<'_> {
+        let caster = |v: &crate::vehicle::SimulatedVehicle| {
+            let pose = (*v.poses.get(frame)?)?;
+            let forward = pose.transform_vector(&Vector3::x());
+            Some(ShadowCaster {
+                centre: [pose.translation().x, pose.translation().y],
+                forward: [forward.x, forward.y],
+                half_length_m: 0.47 * v.size.length_m,
+                half_width_m: 0.47 * v.size.width_m,
+                height_m: v.size.height_m,
+            })
+        };
+        Scene {
+            drive: self.drive,
+            buildings: &self.buildings,
+            textures: &self.textures,
+            casters: self.drive.vehicles.iter().filter_map(caster).collect(),
+            sun: Vector3::new(0.45, -0.55, 0.70).normalize(),
+        }
+    }
+
+    /// Everything but the sensor.
+    fn expose_once(&self, scene: &Scene<'_>, frame: usize, pose: &Pose<Site, Camera>) -> (Vec<Colour>, Picture) {
+        let camera = self.drive.render.camera;
+        let (width, height) = (camera.width as usize, camera.height as usize);
+        let (surfaces, drawn, mut views) = self.draw(&camera, frame, pose);
+        let bands: Vec<usize> = (0..height).step_by(BAND_ROWS).collect();
+        let resolved: Vec<Resolved> = bands
+            .into_par_iter()
+            .map(|row| {
+                let mut band = Band::new(width, row, BAND_ROWS.min(height - row));
+                let rows = (row as i32, (row + BAND_ROWS).min(height) as i32);
+                for (i, triangle) in drawn.iter().enumerate() {
+                    if triangle.rows.0 < rows.1 && triangle.rows.1 > rows.0 {
+                        band.draw(i as u32, triangle);
+                    }
+                }
+                resolve(scene, &camera, pose, &surfaces, &drawn, &band)
+            })
+            .collect();
+
+        let mut light = Vec::with_capacity(width * height);
+        let mut picture = Picture {
+            rgb: image::RgbImage::default(),
+            depth_m: Vec::with_capacity(width * height),
+            instance: ImageBuffer::default(),
+            road: GrayImage::default(),
+            views: Vec::new(),
+        };
+        let (mut instance, mut road) = (Vec::new(), Vec::new());
+        let mut seen = vec![Seen::NONE; self.vehicles.len()];
+        for part in resolved {
+            light.extend(part.light);
+            picture.depth_m.extend(part.depth_m);
+            instance.extend(part.instance);
+            road.extend(part.road);
+            for (vehicle, more) in part.seen {
+                seen[vehicle].merge(&more);
+            }
+        }
+        for (view, seen) in views.iter_mut().zip(&seen) {
+            view.visible_samples = seen.samples;
+            // A sample stands for a quarter of a pixel about it.
+            view.visible_px = (seen.samples > 0).then(|| {
+                [seen.low[0] - 0.25, seen.low[1] - 0.25, seen.high[0] + 0.25, seen.high[1] + 0.25]
+            });
+        }
+        picture.views = views;
+        picture.instance = ImageBuffer::from_raw(camera.width, camera.height, instance).unwrap_or_default();
+        picture.road = GrayImage::from_raw(camera.width, camera.height, road).unwrap_or_default();
+        (light, picture)
+    }
+
+    /// Projects what may be in sight.
+    fn draw(
+        &self,
+        camera: &PinholeCamera,
+        frame: usize,
+        pose: &Pose<Site, Camera>,
+    ) -> (Vec<Surface>, Vec<Drawn>, Vec<VehicleView>) {
+        let (mut surfaces, mut drawn) = (Vec::new(), Vec::new());
+        let camera_from_site = pose.inverse();
+        let eye = Point3::from(pose.translation());
+        for chunk in &self.chunks {
+            if !in_sight(camera, &camera_from_site.transform_point(&chunk.centre), chunk.radius_m) {
+                continue;
+            }
+            for triangle in &chunk.mesh.triangles {
+                let normal = facing(&triangle.normal, &(eye - triangle.corners[0].position));
+                let to_camera = |v: &super::mesh::Vertex| camera_from_site.transform_point(&v.position);
+                project(camera, triangle, to_camera, surfaces.len() as u32, &mut drawn);
+                surfaces.push(Surface { material: triangle.material, normal, owner: 0 });
+            }
+        }
+        let mut views = vec![VehicleView::default(); self.vehicles.len()];
+        for (i, (mesh, vehicle)) in self.vehicles.iter().zip(&self.drive.vehicles).enumerate() {
+            let Some(site_from_vehicle) = vehicle.poses.get(frame).copied().flatten() else { continue };
+            let camera_from_vehicle = camera_from_site * site_from_vehicle;
+            let reach = 0.5 * vehicle.size.to_vector().norm() + 0.5 * vehicle.size.height_m;
+            if !in_sight(camera, &Point3::from(camera_from_vehicle.translation()), reach) {
+                continue;
+            }
+            let first = drawn.len();
+            for triangle in &mesh.triangles {
+                let to_camera = |v: &super::mesh::Vertex| camera_from_vehicle.transform_point(&v.position);
+                let normal = site_from_vehicle.transform_vector(&triangle.normal);
+                let at = site_from_vehicle.transform_point(&triangle.corners[0].position);
+                project(camera, triangle, to_camera, surfaces.len() as u32, &mut drawn);
+                surfaces.push(Surface { material: triangle.material, normal: facing(&normal, &(eye - at)), owner: i as u16 + 1 });
+            }
+            views[i].projected_px = projected(camera, mesh, &camera_from_vehicle);
+            views[i].own_samples = own_samples(camera, &drawn[first..]);
+        }
+        (surfaces, drawn, views)
+    }
+}
+
+/// Box of all mesh corners; `None` when one is behind the camera.
+fn projected(
+    camera: &PinholeCamera,
+    mesh: &Mesh,
+    camera_from_vehicle: &Pose<Camera, motorcade_geometry::Vehicle>,
+) -> Option<[f64; 4]> {
+    let mut b = [f64::MAX, f64::MAX, f64::MIN, f64::MIN];
+    for corner in mesh.triangles.iter().flat_map(|t| &t.corners) {
+        let seen = camera_from_vehicle.transform_point(&corner.position);
+        let p = if seen.z > 0.3 { camera.project(&seen)? } else { return None };
+        b = [b[0].min(p.x), b[1].min(p.y), b[2].max(p.x), b[3].max(p.y)];
+    }
+    Some(b)
+}
+
+/// Quarter pixels a vehicle covers when nothing else is there.
+fn own_samples(camera: &PinholeCamera, drawn: &[Drawn]) -> u64 {
+    let rows = drawn.iter().fold((i32::MAX, 0), |r, d| (r.0.min(d.rows.0), r.1.max(d.rows.1)));
+    if rows.0 >= rows.1 {
+        return 0;
+    }
+    let mut band = Band::new(camera.width as usize, rows.0 as usize, (rows.1 - rows.0) as usize);
+    drawn.iter().for_each(|d| band.draw(0, d));
+    band.drawn.iter().filter(|d| **d != NOTHING).count() as u64
+}
+
+/// False when a ball is surely outside the view.
+fn in_sight(camera: &PinholeCamera, centre: &Point3<f64>, radius_m: f64) -> bool {
+    if centre.z < -radius_m || centre.z > FAR_M {
+        return false;
+    }
+    // Planes through the image's edges.
+    let outside = |edge: f64, focal: f64, across: f64| {
+        let slope = edge / focal;
+        (across - slope * centre.z) / (1.0 + slope * slope).sqrt()
+    };
+    let (w, h) = (f64::from(camera.width), f64::from(camera.height));
+    outside(w - camera.cx, camera.fx, centre.x) < radius_m
+        && -outside(-1.0 - camera.cx, camera.fx, centre.x) < radius_m
+        && outside(h - camera.cy, camera.fy, centre.y) < radius_m
+        && -outside(-1.0 - camera.cy, camera.fy, centre.y) < radius_m
+}
+
+/// Shades the pixels of a band.
+fn resolve(
+    scene: &Scene<'_>,
+    camera: &PinholeCamera,
+    pose: &Pose<Site, Camera>,
+    surfaces: &[Surface],
+    drawn: &[Drawn],
+    band: &Band,
+) -> Resolved {
+    let width = camera.width as usize;
+    let rows = band.drawn.len() / (2 * band.columns);
+    let mut out = Resolved {
+        light: Vec::with_capacity(width * rows),
+        depth_m: Vec::with_capacity(width * rows),
+        instance: Vec::with_capacity(width * rows),
+        road: Vec::with_capacity(width * rows),
+        seen: Vec::new(),
+    };
+    for r in 0..rows {
+        let y = band.row + r;
+        for x in 0..width {
+            let at = |k: usize| (2 * r + k / 2) * band.columns + 2 * x + k % 2;
+            let ids: [u32; 4] = std::array::from_fn(|k| band.drawn[at(k)]);
+            let nearest = (0..4).map(|k| band.inverse_depth[at(k)]).fold(0.0, f32::max);
+            let (mut light, mut road, mut owners) = ([0.0_f32; 3], 0.0_f32, [0_u16; 4]);
+            for k in 0..4 {
+                if ids[..k].contains(&ids[k]) {
+                    owners[k] = ids[..k].iter().position(|id| *id == ids[k]).map_or(0, |j| owners[j]);
+                    continue;
+                }
+                // Shade once, in the middle of the samples it has.
+                let offsets = (0..4).filter(|j| ids[*j] == ids[k]).map(|j| {
+                    ((j % 2) as f64 * 0.5 - 0.25, (j / 2) as f64 * 0.5 - 0.25)
+                });
+                let (mut count, mut px, mut py) = (0.0, 0.0, 0.0);
+                for (ox, oy) in offsets {
+                    (count, px, py) = (count + 1.0, px + ox, py + oy);
+                }
+                let (px, py) = (x as f64 + px / count, y as f64 + py / count);
+                let share = 0.25 * count as f32;
+                let ray_in_camera = camera.ray(&Point2::new(px, py));
+                let colour = match drawn.get(ids[k] as usize) {
+                    None => {
+                        let direction = pose.transform_vector(&ray_in_camera.normalize());
+                        sky::colour(scene.textures, &direction, 1.0 / camera.fx, scene.drive.render.overcast)
+                    }
+                    Some(triangle) => {
+                        let surface = &surfaces[triangle.surface as usize];
+                        owners[k] = surface.owner;
+                        let fragment = fragment(pose, surface, triangle, &ray_in_camera, px, py);
+                        let shaded = shade(scene, &fragment);
+                        road += share * shaded.road;
+                        shaded.colour
+                    }
+                };
+                light = std::array::from_fn(|i| light[i] + share * colour[i]);
+            }
+            for (k, owner) in owners.iter().enumerate().filter(|o| *o.1 > 0) {
+                let vehicle = usize::from(*owner) - 1;
+                let place = match out.seen.iter().position(|s| s.0 == vehicle) {
+                    Some(place) => place,
+                    None => {
+                        out.seen.push((vehicle, Seen::NONE));
+                        out.seen.len() - 1
+                    }
+                };
+                out.seen[place].1.add(x as f64 + (k % 2) as f64 * 0.5 - 0.25, y as f64 + (k / 2) as f64 * 0.5 - 0.25);
+            }
+            // A pixel belongs to whoever has most of it; of equals to the first.
+            let most = (0..4).rev().max_by_key(|k| owners.iter().filter(|o| **o == owners[*k]).count());
+            out.light.push(light);
+            out.depth_m.push(1.0 / nearest);
+            out.instance.push(most.map_or(0, |k| owners[k]));
+            out.road.push((255.0 * road).round().clamp(0.0, 255.0) as u8);
+        }
+    }
+    out
+}
+
+fn fragment(
+    pose: &Pose<Site, Camera>,
+    surface: &Surface,
+    triangle: &Drawn,
+    ray: &Vector3<f64>,
+    x: f64,
+    y: f64,
+) -> Fragment {
+    let depth_m = 1.0 / value(&triangle.inverse_depth, x, y).max(1e-4);
+    let attributes = triangle.attributes.map(|a| value(&a, x, y) * depth_m);
+    // d(a / w) = (da - (a / w) dw) / w
+    let slope = |axis: usize| -> [f64; 3] {
+        std::array::from_fn(|k| {
+            (triangle.attributes[k][axis] - attributes[k] * triangle.inverse_depth[axis]) * depth_m
+        })
+    };
+    Fragment {
+        material: surface.material,
+        attributes,
+        dx: slope(0),
+        dy: slope(1),
+        normal: surface.normal,
+        point_in_site: pose.transform_point(&Point3::from(ray * depth_m)),
+        depth_m,
+        owner: surface.owner,
+    }
+}

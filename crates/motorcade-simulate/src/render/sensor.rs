@@ -1,0 +1,30 @@
+//! From light to grey levels.
+
+use image::{Rgb, RgbImage};
+use rayon::prelude::*;
+
+use super::options::RenderOptions;
+use super::shade::Colour;
+use crate::hash;
+
+/// Exposure, noise and rounding of one frame; the same for any thread count.
+pub(super) fn expose(light: &[Colour], options: &RenderOptions, seed: u64, frame: usize) -> RgbImage {
+    let (width, height) = (options.camera.width, options.camera.height);
+    let time_s = frame as f64 / options.fps;
+    let drift = (0.7 * time_s).sin() + 0.5 * (0.23 * time_s + 1.0).sin();
+    let gain = 255.0 * (1.0 + options.sensor.exposure_drift * drift) as f32;
+    let noise = options.sensor.noise as f32;
+    let key = hash::mix(seed ^ hash::mix(frame as u64));
+    let mut image = RgbImage::new(width, height);
+    let rows = image.par_chunks_mut(3 * width as usize).zip(light.par_chunks(width as usize)).enumerate();
+    rows.for_each(|(y, (to, from))| {
+        for (x, (to, colour)) in to.chunks_exact_mut(3).zip(from).enumerate() {
+            let place = (y as u64 * u64::from(width) + x as u64) * 2;
+            // Most of a pixel's noise is shared by its colours, as after demosaicking.
+            let shared = if noise > 0.0 { noise * hash::normal(key ^ place) } else { 0.0 };
+            let Rgb(levels) = Rgb(colour.map(|c| (gain * c + shared).round().clamp(0.0, 255.0) as u8));
+            to.copy_from_slice(&levels);
+        }
+    });
+    image
+}

@@ -1,0 +1,194 @@
+//! From a surface under a pixel to its colour.
+
+use nalgebra::{Point3, Vector3};
+
+use super::mesh::{Building, Material};
+use super::tile::{Footprint, Tile};
+use super::{facade, ground, vehicle_paint};
+use crate::drive::Drive;
+
+/// A colour, red, green, blue, 0 to 1.
+pub(super) type Colour = [f32; 3];
+
+/// Textures everything shares.
+#[derive(Clone, Debug)]
+pub(super) struct Textures {
+    /// Grains and blotches of all sizes.
+    pub noise: Tile,
+    /// Thin dark lines on nothing.
+    pub cracks: Tile,
+    /// Soft and large.
+    pub clouds: Tile,
+}
+
+impl Textures {
+    pub(super) fn new(seed: u64) -> Self {
+        // Nearly the same strength at all sizes: something to track at every distance.
+        let flat = |cells: usize| if cells < 8 { 0.4 } else { 1.0 };
+        let noise = Tile::noise(seed, flat, |v| (1.3 * v).clamp(-1.0, 1.0));
+        let line = |v: f32| -(1.0 - v.abs() * 22.0).clamp(0.0, 1.0);
+        let cracks = Tile::noise(seed ^ 0x51, |cells| if cells <= 32 { 1.0 / cells as f32 } else { 0.0 }, line);
+        let clouds = Tile::noise(seed ^ 0xc1, |cells| 1.0 / cells as f32, |v| (1.6 * v).clamp(-1.0, 1.0));
+        Self { noise, cracks, clouds }
+    }
+}
+
+/// Where a vehicle stands, for the shadow below it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ShadowCaster {
+    pub centre: [f64; 2],
+    pub forward: [f64; 2],
+    pub half_length_m: f64,
+    pub half_width_m: f64,
+    pub height_m: f64,
+}
+
+/// Everything colours depend on at one frame.
+pub(super) struct Scene<'a> {
+    pub drive: &'a Drive,
+    pub buildings: &'a [Building],
+    pub textures: &'a Textures,
+    pub casters: Vec<ShadowCaster>,
+    /// Towards the sun, in the site.
+    pub sun: Vector3<f64>,
+}
+
+/// What is known of a surface at a pixel.
+pub(super) struct Fragment {
+    pub material: Material,
+    pub attributes: [f64; 3],
+    /// Change of the attributes to the next pixel right and down.
+    pub dx: [f64; 3],
+    pub dy: [f64; 3],
+    /// In the site, towards the camera.
+    pub normal: Vector3<f64>,
+    pub point_in_site: Point3<f64>,
+    pub depth_m: f64,
+    /// Vehicle index + 1, 0 for the world.
+    pub owner: u16,
+}
+
+impl Fragment {
+    /// Footprint in two of the attributes.
+    pub(super) fn footprint(&self, i: usize, j: usize) -> Footprint {
+        let pair = |d: &[f64; 3]| [d[i] as f32, d[j] as f32];
+        Footprint { dx: pair(&self.dx), dy: pair(&self.dy) }
+    }
+}
+
+/// Colour and share of carriageway.
+pub(super) struct Shaded {
+    pub colour: Colour,
+    pub road: f32,
+}
+
+pub(super) const HAZE: Colour = [0.74, 0.78, 0.82];
+
+pub(super) fn shade(scene: &Scene<'_>, f: &Fragment) -> Shaded {
+    let mut road = 0.0;
+    let mut gloss = 0.0;
+    let base = match f.material {
+        Material::Ground => {
+            let (colour, share) = ground::colour(scene, f);
+            road = share;
+            colour
+        }
+        Material::Facade(i) => scene.buildings.get(i as usize).map_or(HAZE, |b| facade::wall(scene.textures, b, f)),
+        Material::Roof(i) => scene.buildings.get(i as usize).map_or(HAZE, |b| facade::roof(scene.textures, b, f)),
+        Material::Post(colour) => {
+            let print = f.footprint(0, 1);
+            let grain = scene.textures.noise.sample(f.attributes[0] as f32, f.attributes[1] as f32, &print, 2.3);
+            scaled(colour, 1.0 + 0.25 * grain)
+        }
+        Material::Leaves(colour) => {
+            let print = f.footprint(0, 1);
+            let (u, v) = (f.attributes[0] as f32, f.attributes[1] as f32);
+            let grain = scene.textures.noise.sample(u, v, &print, 5.1);
+            let clumps = scene.textures.noise.sample(v + 0.3, u, &Footprint { dx: print.dy, dy: print.dx }, 23.0);
+            scaled(colour, f.attributes[2] as f32 * (1.0 + 0.55 * grain + 0.3 * clumps))
+        }
+        Material::Skin(part) => {
+            let paint = vehicle_paint::colour(scene, f, part);
+            gloss = paint.gloss;
+            paint.colour
+        }
+    };
+    let clear = 1.0 - scene.drive.render.overcast as f32;
+    let sun = f.normal.dot(&scene.sun).max(0.0) as f32;
+    // The sky lights from above, the street throws a little back.
+    let sky = 0.5 + 0.5 * f.normal.z as f32;
+    let shadow = if f.owner == 0 { shadow(scene, &f.point_in_site) } else { 1.0 };
+    let light = (0.42 + 0.28 * sky) * (0.5 + 0.5 * shadow) + (0.45 * clear * sun + 0.18 * (1.0 - clear)) * shadow;
+    let mut colour = scaled(base, light);
+    if gloss > 0.0 {
+        let mirror = scaled(HAZE, 0.25 + 0.75 * sky * sky);
+        colour = mixed(colour, mirror, gloss);
+    }
+    let haze = 1.0 - (-(f.depth_m as f32) / 420.0).exp();
+    Shaded { colour: mixed(colour, HAZE, haze), road }
+}
+
+/// 1 in the open, less under and beside vehicles.
+fn shadow(scene: &Scene<'_>, point: &Point3<f64>) -> f32 {
+    let mut light = 1.0_f64;
+    for caster in &scene.casters {
+        let (dx, dy) = (point.x - caster.centre[0], point.y - caster.centre[1]);
+        if dx.abs() > 12.0 || dy.abs() > 12.0 {
+            continue;
+        }
+        let outside = |dx: f64, dy: f64| {
+            let along = (dx * caster.forward[0] + dy * caster.forward[1]).abs() - caster.half_length_m;
+            let across = (dy * caster.forward[0] - dx * caster.forward[1]).abs() - caster.half_width_m;
+            along.max(0.0).hypot(across.max(0.0)) + along.max(across).min(0.0)
+        };
+        // Dark below the body, fading within half a metre of its edge.
+        let below = ((0.30 - outside(dx, dy)) / 0.55).clamp(0.0, 1.0);
+        light *= 1.0 - 0.85 * below * below * (3.0 - 2.0 * below);
+        let clear = 1.0 - scene.drive.render.overcast;
+        let throw = 0.5 * caster.height_m / scene.sun.z.max(0.2);
+        let cast = ((0.10 - outside(dx + throw * scene.sun.x, dy + throw * scene.sun.y)) / 0.25).clamp(0.0, 1.0);
+        light = light.min(1.0 - 0.55 * clear * cast);
+    }
+    light as f32
+}
+
+pub(super) fn scaled(colour: Colour, factor: f32) -> Colour {
+    colour.map(|c| c * factor)
+}
+
+/// `share` of b in a.
+pub(super) fn mixed(a: Colour, b: Colour, share: f32) -> Colour {
+    std::array::from_fn(|i| a[i] + (b[i] - a[i]) * share)
+}
+
+/// Share of [low, high] in an interval of the given width about x.
+pub(super) fn cover(x: f32, low: f32, high: f32, width: f32) -> f32 {
+    let width = width.max(1e-4);
+    let (a, b) = ((x - 0.5 * width).max(low), (x + 0.5 * width).min(high));
+    ((b - a) / width).clamp(0.0, 1.0)
+}
+
+/// The same for [low, high] repeated every `period`, all within one period; exact for any width.
+pub(super) fn cover_periodic(x: f32, low: f32, high: f32, period: f32, width: f32) -> f32 {
+    let width = width.max(1e-4);
+    // Integral from 0 of the indicator of the stripes.
+    let integral = |x: f32| {
+        let whole = (x / period).floor();
+        whole * (high - low) + (x - whole * period - low).clamp(0.0, high - low)
+    };
+    let x = x.rem_euclid(period);
+    ((integral(x + 0.5 * width) - integral(x - 0.5 * width)) / width).clamp(0.0, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn covers_are_exact_shares() {
+        assert_eq!(cover(0.0, 0.0, 9.0, 1.0), 0.5);
+        assert!((cover_periodic(7.3, 0.25, 0.5, 1.0, 100.0) - 0.25).abs() < 1e-3);
+        assert!((cover_periodic(7.4, 0.25, 0.5, 1.0, 0.01) - 1.0).abs() < 1e-3);
+        assert!(cover_periodic(-0.1, 0.25, 0.5, 1.0, 0.01) < 1e-3);
+    }
+}

@@ -1,0 +1,203 @@
+//! Vehicles as meshes in the unit box: x −½..½ of the length, y −½..½ of the width, z 0..1 of the height.
+
+use motorcade_perception::VehicleClass;
+use motorcade_vehicles::Dimensions;
+use nalgebra::Point3;
+
+use super::mesh::{Material, Mesh, Part, Vertex};
+use crate::vehicle::AXLES;
+
+/// A cross-section of a body: x, lowest and highest z, half width (½ at the widest), all as fractions.
+type Station = [f64; 4];
+
+/// Bumper, bonnet and boot of a car, rear to front.
+const CAR: [Station; 10] = [
+    [-0.5, 0.24, 0.50, 0.36],
+    [-0.485, 0.19, 0.58, 0.43],
+    [-0.44, 0.15, 0.63, 0.475],
+    [-0.30, 0.13, 0.645, 0.498],
+    [0.00, 0.13, 0.635, 0.50],
+    [0.22, 0.13, 0.615, 0.498],
+    [0.36, 0.14, 0.56, 0.485],
+    [0.44, 0.15, 0.51, 0.455],
+    [0.485, 0.17, 0.46, 0.41],
+    [0.5, 0.21, 0.40, 0.34],
+];
+/// A van: short bonnet, one high box.
+const VAN: [Station; 9] = [
+    [-0.5, 0.16, 0.93, 0.455],
+    [-0.48, 0.14, 0.98, 0.485],
+    [-0.20, 0.12, 1.0, 0.50],
+    [0.10, 0.12, 1.0, 0.50],
+    [0.22, 0.12, 0.96, 0.495],
+    [0.36, 0.12, 0.56, 0.485],
+    [0.45, 0.13, 0.46, 0.455],
+    [0.485, 0.15, 0.41, 0.42],
+    [0.5, 0.18, 0.35, 0.36],
+];
+/// The cab of a truck.
+const CAB: [Station; 4] =
+    [[0.27, 0.16, 0.84, 0.475], [0.43, 0.13, 0.86, 0.485], [0.485, 0.12, 0.60, 0.48], [0.5, 0.14, 0.42, 0.46]];
+/// Its load.
+const CARGO: [Station; 2] = [[-0.5, 0.22, 1.0, 0.50], [0.25, 0.22, 1.0, 0.50]];
+/// A bus.
+const BUS: [Station; 4] =
+    [[-0.5, 0.12, 0.96, 0.48], [-0.48, 0.10, 1.0, 0.50], [0.46, 0.10, 1.0, 0.50], [0.5, 0.12, 0.90, 0.47]];
+/// A motorcycle with its rider, coarsely.
+const MOTORCYCLE: [Station; 5] = [
+    [-0.45, 0.20, 0.50, 0.12],
+    [-0.15, 0.15, 0.95, 0.38],
+    [0.0, 0.15, 1.0, 0.40],
+    [0.15, 0.15, 0.80, 0.42],
+    [0.45, 0.20, 0.55, 0.15],
+];
+
+/// The mesh of a vehicle in its own frame \[m\].
+pub(super) fn mesh(class: VehicleClass, size: &Dimensions, shape: f64) -> Mesh {
+    let mut builder = Builder { mesh: Mesh::default(), size: *size };
+    match class {
+        VehicleClass::Car => {
+            builder.loft(&CAR, Part::Body, 0.86);
+            builder.cabin(shape);
+            builder.wheels(0.212, 0.20);
+        }
+        VehicleClass::Van => {
+            builder.loft(&VAN, Part::Body, 0.90);
+            builder.wheels(0.155, 0.22);
+        }
+        VehicleClass::Truck => {
+            builder.loft(&CAB, Part::Body, 0.95);
+            builder.loft(&CARGO, Part::Cargo, 1.0);
+            builder.wheels(0.15, 0.40);
+        }
+        VehicleClass::Bus => {
+            builder.loft(&BUS, Part::Body, 0.95);
+            builder.wheels(0.16, 0.35);
+        }
+        VehicleClass::Motorcycle => {
+            builder.loft(&MOTORCYCLE, Part::Body, 0.5);
+            builder.wheels(0.20, 0.14);
+        }
+    }
+    builder.mesh
+}
+
+struct Builder {
+    mesh: Mesh,
+    size: Dimensions,
+}
+
+impl Builder {
+    /// A vertex at fractions of length, width, height.
+    fn at(&self, [x, y, z]: [f64; 3]) -> Vertex {
+        let position = Point3::new(x * self.size.length_m, y * self.size.width_m, z * self.size.height_m);
+        Vertex { position, attributes: [x, y, z] }
+    }
+
+    fn face(&mut self, corners: [[f64; 3]; 4], part: Part) {
+        let quad = corners.map(|c| self.at(c));
+        self.mesh.quad(quad, Material::Skin(part));
+    }
+
+    /// Skin over cross-sections; `shoulder` is how wide the top is against the widest place.
+    fn loft(&mut self, stations: &[Station], part: Part, shoulder: f64) {
+        let ring = |[x, low, high, half]: Station| -> [[f64; 3]; 10] {
+            let z = |f: f64| low + (high - low) * f;
+            let right = [[half * 0.90, low], [half * 0.985, z(0.15)], [half, z(0.55)], [half * 0.97, z(0.90)], [half * shoulder, high]];
+            std::array::from_fn(|i| {
+                let (side, k) = if i < 5 { (1.0, i) } else { (-1.0, 9 - i) };
+                [x, side * right[k][0], right[k][1]]
+            })
+        };
+        for pair in stations.windows(2) {
+            let (rear, front) = (ring(pair[0]), ring(pair[1]));
+            for i in 0..10 {
+                let j = (i + 1) % 10;
+                self.face([front[i], front[j], rear[j], rear[i]], part);
+            }
+        }
+        for (station, outward) in [(stations.first(), false), (stations.last(), true)] {
+            let Some(station) = station else { continue };
+            let ring = ring(*station);
+            for k in 0..4 {
+                // Strips from the left half to the right half close the end.
+                let strip = [ring[k], ring[k + 1], ring[8 - k], ring[9 - k]];
+                let [a, b, c, d] = strip;
+                self.face(if outward { [a, b, c, d] } else { [d, c, b, a] }, part);
+            }
+        }
+    }
+
+    /// A car's glasshouse: from a hatchback (`shape` 0) to a saloon (1).
+    fn cabin(&mut self, shape: f64) {
+        let rear_foot = -0.465 + 0.10 * shape;
+        let rear_roof = -0.36 + 0.13 * shape;
+        let rings: [[f64; 4]; 4] = [
+            // rear x, front x, half width, z
+            [rear_foot, 0.245, 0.455, 0.615],
+            [rear_roof - 0.012, 0.07, 0.372, 0.93],
+            [rear_roof + 0.02, 0.03, 0.345, 0.985],
+            [rear_roof + 0.07, -0.02, 0.24, 1.0],
+        ];
+        let corners = |[rear, front, half, z]: [f64; 4]| {
+            [[rear, half, z], [rear, -half, z], [front, -half, z], [front, half, z]]
+        };
+        for pair in rings.windows(2) {
+            let (low, high) = (corners(pair[0]), corners(pair[1]));
+            for i in 0..4 {
+                let j = (i + 1) % 4;
+                self.face([low[i], low[j], high[j], high[i]], Part::Cabin);
+            }
+        }
+        let [a, b, c, d] = corners(rings[3]);
+        self.face([a, b, c, d], Part::Cabin);
+    }
+
+    /// Four wheels that stand on the road; radius as a fraction of the height.
+    fn wheels(&mut self, radius: f64, width_m: f64) {
+        const SIDES: usize = 16;
+        let outer = 0.485;
+        let inner = outer - width_m / self.size.width_m;
+        let along = radius * self.size.height_m / self.size.length_m;
+        for axle in [AXLES.0, AXLES.1] {
+            for side in [1.0, -1.0] {
+                let rim = |i: usize, share: f64, y: f64| {
+                    let angle = i as f64 / SIDES as f64 * std::f64::consts::TAU;
+                    [axle + share * along * angle.sin(), side * y, radius * (1.0 - share * angle.cos())]
+                };
+                for i in 0..SIDES {
+                    let wall = [rim(i, 0.62, outer), rim(i + 1, 0.62, outer), rim(i + 1, 1.0, outer), rim(i, 1.0, outer)];
+                    self.face(wall, Part::Tyre);
+                    let tread = [rim(i, 1.0, outer), rim(i + 1, 1.0, outer), rim(i + 1, 1.0, inner), rim(i, 1.0, inner)];
+                    self.face(tread, Part::Tyre);
+                    let centre = [axle, side * outer, radius];
+                    let disc = [rim(i, 0.62, outer), rim(i + 1, 0.62, outer), centre].map(|c| self.at(c));
+                    self.mesh.triangle(disc, Material::Skin(Part::Hub));
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_class_fills_its_box_and_stands_on_the_road() {
+        let size = Dimensions { length_m: 4.2, width_m: 1.8, height_m: 1.5 };
+        for class in VehicleClass::ALL {
+            let mesh = mesh(class, &size, 0.5);
+            let corners: Vec<_> = mesh.triangles.iter().flat_map(|t| t.corners.map(|c| c.position)).collect();
+            let range = |f: &dyn Fn(&Point3<f64>) -> f64| {
+                corners.iter().map(f).fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(v), b.max(v)))
+            };
+            let (low, high) = range(&|p| p.z);
+            assert!(low.abs() < 1e-9 && (high - 1.5).abs() < 1e-9, "{class}: {low} {high}");
+            let (back, front) = range(&|p| p.x);
+            assert!((front - back) / 4.2 > 0.89 && front <= 2.1 + 1e-9 && back >= -2.1 - 1e-9, "{class}");
+            let (right, left) = range(&|p| p.y);
+            assert!((left + right).abs() < 1e-9 && left <= 0.9 + 1e-9 && left > 0.85, "{class}: {left}");
+        }
+    }
+}

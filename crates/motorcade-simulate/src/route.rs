@@ -1,0 +1,128 @@
+//! Routes as paths on a built road.
+
+use nalgebra::Point2;
+
+use crate::error::{Error, Result};
+use crate::motion::{Path, Road, axes};
+use crate::plan::{Route, Side};
+
+/// Room between a parked vehicle and the kerb \[m\].
+pub(crate) const PARKING_INSET_M: f64 = 0.25;
+/// Centre of a lane from the centre line \[m\].
+pub(crate) const LANE_M: f64 = 1.75;
+/// Path points are this far apart \[m\].
+const STEP_M: f64 = 0.5;
+/// Paths go this far into a crossing road \[m\].
+const ARM_M: f64 = 90.0;
+
+/// The path of a route and how far along it the start is.
+pub(crate) fn path(road: &Road, route: &Route, width_m: f64) -> Result<(Path, f64)> {
+    let (from, to) = road.extent_m();
+    let (points, start_m): (Vec<Point2<f64>>, f64) = match route {
+        Route::Along { start_m, offsets_m } => {
+            let lead = start_m - 12.0;
+            (line(lead, to, |s| road.point(s, offset(offsets_m, s)).xy()), start_m - lead)
+        }
+        Route::Oncoming { start_m } => {
+            let lead = start_m + 12.0;
+            (line(0.0, lead - from, |way| road.point(lead - way, LANE_M).xy()), 12.0)
+        }
+        Route::Crossing { crossing, from, distance_m } => {
+            let arm = Arm::of(road, *crossing, *from)?;
+            let begin = distance_m + 12.0;
+            // It keeps to its right: coming in, the centre of the crossing road is on its left.
+            (line(0.0, begin + ARM_M, |way| arm.point(begin - way, -LANE_M)), 12.0)
+        }
+        Route::TurnOff { start_m, crossing, to } => {
+            let arm = Arm::of(road, *crossing, *to)?;
+            let (lead, corner) = (start_m - 12.0, turn_radius(*to));
+            let mut points = line(lead, arm.s - corner, |s| road.point(s, -LANE_M).xy());
+            // Going out it keeps to its right as well: seen from the crossing that is the other side.
+            let end = line(corner, ARM_M, |out| arm.point(out, LANE_M));
+            join(&mut points, end);
+            (points, 12.0)
+        }
+        Route::TurnIn { crossing, distance_m } => {
+            let arm = Arm::of(road, *crossing, Side::Right)?;
+            let begin = distance_m + 12.0;
+            let corner = turn_radius(Side::Right);
+            let mut points = line(0.0, begin - corner, |way| arm.point(begin - way, -LANE_M));
+            join(&mut points, line(arm.s + corner, to, |s| road.point(s, -LANE_M).xy()));
+            (points, 12.0)
+        }
+        Route::Parked { s_m, side } => {
+            let d = side.sign() * (road.half_width_m - PARKING_INSET_M - 0.5 * width_m);
+            (line(s_m - 12.0, *s_m, |s| road.point(s, d).xy()), 12.0)
+        }
+    };
+    let path = Path::through(points).ok_or_else(|| Error::Plan("a route starts beyond the end of the road".into()))?;
+    Ok((path, start_m))
+}
+
+fn turn_radius(to: Side) -> f64 {
+    match to {
+        Side::Right => 8.0,
+        Side::Left => 9.0,
+    }
+}
+
+/// One side of a crossing road.
+struct Arm<'a> {
+    road: &'a Road,
+    s: f64,
+    sign: f64,
+}
+
+impl<'a> Arm<'a> {
+    fn of(road: &'a Road, crossing: usize, side: Side) -> Result<Self> {
+        let s = road.crossings_m.get(crossing).copied().ok_or_else(|| {
+            Error::Plan(format!("a route uses crossing {crossing}, the road has {}", road.crossings_m.len()))
+        })?;
+        Ok(Self { road, s, sign: side.sign() })
+    }
+    /// `out` metres from the centre of the crossing, `left` metres to the left of who comes in.
+    fn point(&self, out: f64, left: f64) -> Point2<f64> {
+        // The crossing road is straight: laid out in the axes at its centre.
+        let centre = self.road.at(self.s);
+        let (forward, to_left) = axes(centre.heading_rad);
+        // Coming in from the left one heads to the right, and the road's forward direction is on one's left.
+        centre.position.xy() + to_left * (self.sign * out) + forward * (self.sign * left)
+    }
+}
+
+/// Adds `rest` behind a rounded corner (quadratic Bézier between the loose ends, about the point where they meet).
+fn join(points: &mut Vec<Point2<f64>>, rest: Vec<Point2<f64>>) {
+    if let ([.., a, b], [c, d, ..]) = (points.as_slice(), rest.as_slice()) {
+        let (b, c) = (*b, *c);
+        let (u, v) = ((b - a).normalize(), (c - d).normalize());
+        let cross = u.x * v.y - u.y * v.x;
+        let w = c - b;
+        // Where the two straight ends meet.
+        let corner = if cross.abs() > 1e-6 { b + u * ((w.x * v.y - w.y * v.x) / cross) } else { b + w * 0.5 };
+        let steps = ((c - b).norm() / STEP_M).ceil().max(2.0) as usize;
+        for i in 1..steps {
+            let t = i as f64 / steps as f64;
+            let point = b.coords * (1.0 - t).powi(2) + corner.coords * (2.0 * t * (1.0 - t)) + c.coords * (t * t);
+            points.push(point.into());
+        }
+    }
+    points.extend(rest);
+}
+
+fn line(from: f64, to: f64, point: impl Fn(f64) -> Point2<f64>) -> Vec<Point2<f64>> {
+    let count = ((to - from) / STEP_M).ceil().max(0.0) as usize;
+    (0..=count).map(|i| point(from + i as f64 * STEP_M)).collect()
+}
+
+/// Eased between knots: no jump in direction.
+fn offset(knots: &[(f64, f64)], s: f64) -> f64 {
+    let after = knots.partition_point(|k| k.0 <= s);
+    match (after.checked_sub(1).and_then(|i| knots.get(i)), knots.get(after)) {
+        (Some(a), Some(b)) => {
+            let t = (s - a.0) / (b.0 - a.0);
+            a.1 + (b.1 - a.1) * t * t * (3.0 - 2.0 * t)
+        }
+        (Some(only), None) | (None, Some(only)) => only.1,
+        (None, None) => -LANE_M,
+    }
+}

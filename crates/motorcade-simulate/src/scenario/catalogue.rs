@@ -1,0 +1,238 @@
+//! The built-in scenarios.
+
+use motorcade_perception::VehicleClass::{self, Bus, Car, Truck, Van};
+
+use crate::motion::{Bend, Grade, RoadPlan, SpeedPlan};
+use crate::plan::{Driver, Plan, Rig, Route, Side};
+
+/// One scenario.
+pub(super) struct Entry {
+    pub name: &'static str,
+    pub description: &'static str,
+    pub plan: fn() -> Plan,
+}
+
+macro_rules! entries {
+    ($($name:literal, $plan:ident, $description:literal;)*) => {
+        pub(super) const ENTRIES: &[Entry] =
+            &[$(Entry { name: $name, description: $description, plan: $plan }),*];
+    };
+}
+
+entries! {
+    "demo", demo, "12 s on a gently bending street: a leading, an oncoming and a crossing car, two parked ones";
+    "straight", straight, "a straight street at 11 m/s, one car ahead, no other traffic";
+    "bends", bends, "an S of two bends, one car ahead and two oncoming";
+    "slope", slope, "up a hill of 6 % and down again behind a van";
+    "stop-and-go", stop_and_go, "a queue: behind a car that stops and starts twice";
+    "standing-start", standing_start, "standing at a light behind two cars for four seconds, then starting";
+    "roundabout", roundabout, "straight over a roundabout: right, a tight left arc, right";
+    "oncoming", oncoming, "a stream of oncoming cars, a van and a truck on a straight road";
+    "crossing", crossing, "cars crossing from both sides while the camera slows down for them";
+    "overtaking", overtaking, "a car overtakes the camera and draws in ahead";
+    "turning", turning, "a car ahead turns off right, another turns in from the right";
+    "parked", parked, "a narrow street with parked cars on both sides, nobody moving";
+    "rough", rough, "a bad road: pitch and roll oscillate by half a degree behind a car";
+    "truck", truck, "behind a truck and a bus that hide much of the view";
+    "dense", dense, "parked cars, leading, oncoming and crossing traffic at once";
+}
+
+/// The camera keeps to the right lane.
+fn along(start_m: f64) -> Route {
+    Route::Along { start_m, offsets_m: vec![(0.0, -1.75)] }
+}
+
+fn driver(class: VehicleClass, route: Route, speed: SpeedPlan) -> Driver {
+    Driver { class, route, speed }
+}
+
+fn leading(class: VehicleClass, ahead_m: f64, speed: SpeedPlan) -> Driver {
+    driver(class, along(ahead_m), speed)
+}
+
+fn coming(class: VehicleClass, start_m: f64, speed_m_s: f64) -> Driver {
+    driver(class, Route::Oncoming { start_m }, SpeedPlan::constant(speed_m_s))
+}
+
+fn standing(s_m: f64, side: Side) -> Driver {
+    driver(Car, Route::Parked { s_m, side }, SpeedPlan::constant(0.0))
+}
+
+fn bend(length_m: f64, curvature_per_m: f64) -> Bend {
+    Bend { length_m, curvature_per_m }
+}
+
+/// A straight level street with nobody on it.
+fn street(speed: SpeedPlan) -> Plan {
+    Plan {
+        road: RoadPlan { half_width_m: 5.6, bends: vec![], grades: vec![], crossings_m: vec![] },
+        ego_route: along(0.0),
+        ego_speed: speed,
+        rig: Rig::default(),
+        drivers: vec![],
+        parked_chance: 0.0,
+    }
+}
+
+fn demo() -> Plan {
+    let mut plan = street(SpeedPlan::through(&[(0.0, 8.0), (4.0, 9.5), (8.0, 9.0), (12.0, 9.5)]));
+    plan.road.bends = vec![bend(30.0, 0.0), bend(45.0, 0.008), bend(25.0, 0.0), bend(45.0, -0.007)];
+    plan.road.crossings_m = vec![118.0];
+    plan.drivers = vec![
+        leading(Car, 15.0, SpeedPlan::through(&[(0.0, 8.0), (4.0, 9.7), (8.0, 8.7), (12.0, 9.6)])),
+        coming(Car, 105.0, 8.0),
+        driver(
+            Car,
+            Route::Crossing { crossing: 0, from: Side::Right, distance_m: 34.0 },
+            SpeedPlan::through(&[(4.0, 5.0), (6.0, 6.0)]),
+        ),
+        standing(34.0, Side::Right),
+        standing(72.0, Side::Right),
+    ];
+    plan
+}
+
+fn straight() -> Plan {
+    let mut plan = street(SpeedPlan::constant(11.0));
+    plan.drivers = vec![leading(Car, 18.0, SpeedPlan::constant(11.2))];
+    plan
+}
+
+fn bends() -> Plan {
+    let mut plan = street(SpeedPlan::constant(9.0));
+    plan.road.bends = vec![bend(30.0, 0.0), bend(50.0, 0.022), bend(20.0, 0.0), bend(55.0, -0.025)];
+    plan.drivers = vec![
+        leading(Car, 16.0, SpeedPlan::constant(9.2)),
+        coming(Car, 90.0, 8.0),
+        coming(Van, 190.0, 9.0),
+    ];
+    plan
+}
+
+fn slope() -> Plan {
+    let mut plan = street(SpeedPlan::constant(10.0));
+    let grade = |length_m, rise| Grade { length_m, rise };
+    plan.road.grades = vec![grade(25.0, 0.0), grade(60.0, 0.06), grade(20.0, 0.0), grade(70.0, -0.05)];
+    plan.drivers = vec![leading(Van, 17.0, SpeedPlan::constant(10.0)), coming(Car, 150.0, 9.0)];
+    plan
+}
+
+fn stop_and_go() -> Plan {
+    let own = [(0.0, 7.0), (2.0, 6.0), (4.5, 0.0), (6.5, 0.0), (9.0, 6.0), (11.0, 6.0), (13.5, 0.0), (15.0, 0.0), (18.0, 8.0)];
+    // The car ahead does everything a second earlier.
+    let ahead: Vec<(f64, f64)> = own.iter().map(|(t, v)| (t - 1.0, *v)).collect();
+    let mut plan = street(SpeedPlan::through(&own));
+    plan.drivers = vec![leading(Car, 13.0, SpeedPlan::through(&ahead)), coming(Car, 60.0, 7.0)];
+    plan.parked_chance = 0.25;
+    plan
+}
+
+fn standing_start() -> Plan {
+    let start = |after: f64| SpeedPlan::through(&[(after, 0.0), (after + 4.5, 9.0)]);
+    let mut plan = street(start(4.0));
+    plan.road.crossings_m = vec![26.0];
+    plan.drivers = vec![
+        leading(Car, 8.0, start(3.2)),
+        leading(Car, 15.5, start(2.4)),
+        driver(
+            Car,
+            Route::Crossing { crossing: 0, from: Side::Left, distance_m: 22.0 },
+            SpeedPlan::constant(8.0),
+        ),
+    ];
+    plan
+}
+
+fn roundabout() -> Plan {
+    let mut plan = street(SpeedPlan::through(&[(0.0, 8.0), (4.0, 5.5), (11.0, 5.5), (14.0, 8.0)]));
+    plan.road.bends = vec![bend(32.0, 0.0), bend(17.0, -0.045), bend(34.0, 0.045), bend(17.0, -0.045)];
+    plan.drivers = vec![leading(Car, 14.0, SpeedPlan::through(&[(0.0, 7.8), (3.0, 5.5), (10.0, 5.5), (13.0, 8.0)]))];
+    plan
+}
+
+fn oncoming() -> Plan {
+    let mut plan = street(SpeedPlan::constant(10.0));
+    let classes = [Car, Van, Car, Truck, Car, Car, Van];
+    plan.drivers =
+        classes.iter().enumerate().map(|(i, class)| coming(*class, 50.0 + 38.0 * i as f64, 10.0)).collect();
+    plan
+}
+
+fn crossing() -> Plan {
+    let mut plan = street(SpeedPlan::through(&[(0.0, 9.0), (3.0, 7.0), (5.0, 3.0), (7.0, 3.0), (10.0, 9.0)]));
+    plan.road.crossings_m = vec![48.0, 110.0];
+    let over = |crossing, from, distance_m, speed| {
+        driver(Car, Route::Crossing { crossing, from, distance_m }, SpeedPlan::constant(speed))
+    };
+    plan.drivers = vec![
+        over(0, Side::Left, 16.0, 7.0),
+        over(0, Side::Right, 30.0, 7.5),
+        over(0, Side::Left, 36.0, 7.5),
+        over(1, Side::Right, 80.0, 6.5),
+    ];
+    plan
+}
+
+fn overtaking() -> Plan {
+    let mut plan = street(SpeedPlan::constant(8.0));
+    plan.drivers = vec![
+        driver(
+            Car,
+            Route::Along { start_m: -12.0, offsets_m: vec![(0.0, 1.6), (45.0, 1.6), (75.0, -1.75)] },
+            SpeedPlan::through(&[(0.0, 12.0), (6.0, 12.5), (9.0, 10.0), (12.0, 9.0)]),
+        ),
+        leading(Van, 60.0, SpeedPlan::constant(8.5)),
+    ];
+    plan
+}
+
+fn turning() -> Plan {
+    let mut plan = street(SpeedPlan::through(&[(0.0, 8.0), (3.0, 6.0), (6.0, 6.0), (9.0, 9.0)]));
+    plan.road.crossings_m = vec![45.0, 85.0];
+    plan.drivers = vec![
+        driver(
+            Car,
+            Route::TurnOff { start_m: 15.0, crossing: 0, to: Side::Right },
+            SpeedPlan::through(&[(0.0, 8.0), (2.5, 5.0), (5.0, 5.0), (7.0, 8.0)]),
+        ),
+        driver(
+            Car,
+            Route::TurnIn { crossing: 1, distance_m: 28.0 },
+            SpeedPlan::through(&[(0.0, 4.0), (5.0, 4.5), (8.0, 9.0)]),
+        ),
+        coming(Car, 120.0, 8.0),
+    ];
+    plan
+}
+
+fn parked() -> Plan {
+    let mut plan = street(SpeedPlan::constant(8.0));
+    plan.parked_chance = 0.6;
+    plan
+}
+
+fn rough() -> Plan {
+    let mut plan = straight();
+    plan.ego_speed = SpeedPlan::constant(9.0);
+    plan.rig.oscillation_rad = 0.5_f64.to_radians();
+    plan.drivers = vec![leading(Car, 17.0, SpeedPlan::constant(9.2))];
+    plan
+}
+
+fn truck() -> Plan {
+    let mut plan = street(SpeedPlan::constant(9.0));
+    plan.road.bends = vec![bend(60.0, 0.0), bend(60.0, 0.006)];
+    plan.drivers = vec![
+        leading(Truck, 20.0, SpeedPlan::constant(9.0)),
+        leading(Bus, 42.0, SpeedPlan::constant(9.3)),
+        coming(Car, 110.0, 9.0),
+    ];
+    plan
+}
+
+fn dense() -> Plan {
+    let mut plan = demo();
+    plan.parked_chance = 0.4;
+    plan.drivers.extend([coming(Van, 150.0, 8.0), coming(Car, 210.0, 8.5), leading(Car, 32.0, SpeedPlan::constant(9.3))]);
+    plan
+}

@@ -1,0 +1,35 @@
+//! Named drives.
+
+mod catalogue;
+
+use crate::plan::Plan;
+
+/// A drive with a name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scenario {
+    /// Short name.
+    pub name: String,
+    /// What happens, in one line.
+    pub description: String,
+    /// How.
+    pub plan: Plan,
+}
+
+impl Scenario {
+    /// The built-in scenario of this name.
+    pub fn by_name(name: &str) -> Option<Self> {
+        scenarios().into_iter().find(|scenario| scenario.name == name)
+    }
+}
+
+/// All built-in scenarios, in a fixed order.
+pub fn scenarios() -> Vec<Scenario> {
+    catalogue::ENTRIES
+        .iter()
+        .map(|entry| Scenario {
+            name: entry.name.to_owned(),
+            description: entry.description.to_owned(),
+            plan: (entry.plan)(),
+        })
+        .collect()
+}

@@ -1,0 +1,75 @@
+//! The ground as strips along the road.
+
+use crate::motion::Road;
+use crate::render::{Chunk, KERB_M, Material, Mesh, PAVEMENT_M, Vertex};
+
+/// The ground reaches this far to both sides \[m\].
+const REACH_M: f64 = 60.0;
+/// Stretch of road in one chunk \[m\].
+const CHUNK_M: f64 = 16.0;
+
+/// Height of the pavement above the carriageway: none where roads cross.
+pub(crate) fn kerb_height_m(road: &Road, s: f64) -> f64 {
+    let t = ((road.to_crossing_m(s) - 4.2) / 2.0).clamp(0.0, 1.0);
+    KERB_M * t
+}
+
+/// How far the ground reaches to a side at `s`: not beyond the centre of a bend.
+fn reach(road: &Road, s: f64, side: f64) -> f64 {
+    let towards_centre = road.at(s).curvature_per_m * side;
+    if towards_centre > 1e-6 { (0.9 / towards_centre).min(REACH_M) } else { REACH_M }
+}
+
+/// The ground from end to end.
+pub(super) fn chunks(road: &Road) -> Vec<Chunk> {
+    let (from, to) = road.extent_m();
+    let mut chunks = Vec::new();
+    let count = ((to - from) / CHUNK_M).ceil() as usize;
+    for c in 0..count {
+        let mut mesh = Mesh::default();
+        let begin = from + c as f64 * CHUNK_M;
+        let end = (begin + CHUNK_M).min(to);
+        let mut s = begin;
+        while s < end - 1e-9 {
+            let next = (s + 1.0).min(end);
+            cross_sections(road, s, next, &mut mesh);
+            s = next;
+        }
+        chunks.extend(Chunk::around(mesh));
+    }
+    chunks
+}
+
+fn cross_sections(road: &Road, a: f64, b: f64, mesh: &mut Mesh) {
+    let half = road.half_width_m;
+    let vertex = |s: f64, d: f64, h: f64| {
+        let mut position = road.point(s, d);
+        position.z += h;
+        Vertex { position, attributes: [s, d, h] }
+    };
+    let mut strip = |d0: f64, h0: f64, d1: f64, h1: f64, ends: [f64; 2]| {
+        let quad = [
+            vertex(a, d0, h0 * ends[0]),
+            vertex(b, d0, h0 * ends[1]),
+            vertex(b, d1, h1 * ends[1]),
+            vertex(a, d1, h1 * ends[0]),
+        ];
+        mesh.quad(quad, Material::Ground);
+    };
+    let lift = [kerb_height_m(road, a), kerb_height_m(road, b)];
+    strip(-half, 0.0, 0.0, 0.0, lift);
+    strip(0.0, 0.0, half, 0.0, lift);
+    for side in [-1.0, 1.0] {
+        let outer = reach(road, a, side).min(reach(road, b, side)).max(half + 0.2);
+        let pavement = (half + PAVEMENT_M).min(outer);
+        strip(side * half, 0.0, side * half, 1.0, lift);
+        strip(side * half, 1.0, side * pavement, 1.0, lift);
+        if outer > pavement {
+            let middle = (pavement + 8.0).min(outer);
+            strip(side * pavement, 1.0, side * middle, 1.0, lift);
+            if outer > middle {
+                strip(side * middle, 1.0, side * outer, 1.0, lift);
+            }
+        }
+    }
+}

@@ -1,0 +1,22 @@
+//! The still world beside the road.
+
+mod buildings;
+mod ground;
+mod plants;
+mod plots;
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::drive::Drive;
+use crate::render::{Building, Chunk};
+
+/// Meshes of everything that stands, and the looks of the buildings.
+pub(crate) fn build(drive: &Drive) -> (Vec<Chunk>, Vec<Building>) {
+    // Scenery draws from its own stream: other traffic does not move the houses.
+    let mut rng = ChaCha8Rng::seed_from_u64(drive.seed ^ 0x5ce9e);
+    let mut chunks = ground::chunks(&drive.road);
+    let mut looks = Vec::new();
+    plots::place(drive, &mut rng, &mut chunks, &mut looks);
+    (chunks, looks)
+}

@@ -1,0 +1,149 @@
+//! From a plan to a drive.
+
+use motorcade_geometry::{Camera, Pose, Vehicle};
+use motorcade_perception::VehicleClass;
+use nalgebra::{Matrix3, Point2, Vector3};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::drive::Drive;
+use crate::error::{Error, Result};
+use crate::motion::{Axles, Road, follow};
+use crate::plan::{Driver, Plan, Rig, Route, Side};
+use crate::render::RenderOptions;
+use crate::route::{self, PARKING_INSET_M};
+use crate::scenario::Scenario;
+use crate::site::Site;
+use crate::vehicle::{AXLES, SimulatedVehicle, draw_colour, draw_size};
+
+/// Road before the start and after the end of the camera's way \[m\]: nothing may end in sight.
+const MARGIN_M: (f64, f64) = (70.0, 260.0);
+
+/// Drives a scenario for a number of frames. The same seed gives the same drive.
+///
+/// # Errors
+/// No frames, cameras that cannot be, or a route over a crossing the road does not have.
+pub fn simulate(scenario: &Scenario, frames: usize, seed: u64, render: &RenderOptions) -> Result<Drive> {
+    let plan = &scenario.plan;
+    render.validate()?;
+    if frames == 0 {
+        return Err(Error::Plan("a drive needs at least one frame".into()));
+    }
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let way_m = plan.ego_speed.distance_m(frames as f64 / render.fps);
+    let road = Road::build(&plan.road, -MARGIN_M.0, way_m + MARGIN_M.1);
+
+    let ego_axles = Axles { wheelbase_m: 2.7, rear_to_centre_m: 1.3 };
+    let (path, start_m) = route::path(&road, &plan.ego_route, 1.8)?;
+    let stances = follow(&path, start_m, ego_axles, &plan.ego_speed, frames, render.fps);
+    let sway = Sway::new(&plan.rig, &mut rng);
+    let site_from_camera = stances
+        .iter()
+        .enumerate()
+        .map(|(i, s)| {
+            let time_s = i as f64 / render.fps;
+            standing(&road, &s.centre, s.heading_rad) * sway.vehicle_from_camera(&plan.rig, time_s, s.speed_m_s)
+        })
+        .collect();
+
+    let mut vehicles = Vec::new();
+    for driver in plan.drivers.iter().cloned().chain(parked(plan, &road, &mut rng)) {
+        let vehicle = drive(&road, &driver, vehicles.len() as u32, frames, render.fps, &mut rng)?;
+        vehicles.push(vehicle);
+    }
+    Ok(Drive { name: scenario.name.clone(), seed, render: *render, road, site_from_camera, vehicles })
+}
+
+fn drive(
+    road: &Road,
+    driver: &Driver,
+    id: u32,
+    frames: usize,
+    fps: f64,
+    rng: &mut ChaCha8Rng,
+) -> Result<SimulatedVehicle> {
+    let size = draw_size(driver.class, rng);
+    let (shape, colour) = (rng.random::<f64>(), draw_colour(driver.class, rng));
+    let (poses, speeds_m_s) = if let Route::Parked { s_m, side } = driver.route {
+        let d = side.sign() * (road.half_width_m - PARKING_INSET_M - 0.5 * size.width_m + rng.random_range(-0.08..0.08));
+        let turned = if side == Side::Left { std::f64::consts::PI } else { 0.0 };
+        let heading = road.at(s_m).heading_rad + turned + rng.random_range(-0.02..0.02);
+        (vec![Some(standing(road, &road.point(s_m, d).xy(), heading)); frames], vec![0.0; frames])
+    } else {
+        let (path, start_m) = route::path(road, &driver.route, size.width_m)?;
+        let axles = Axles {
+            wheelbase_m: (AXLES.0 - AXLES.1) * size.length_m,
+            rear_to_centre_m: -AXLES.1 * size.length_m,
+        };
+        let stances = follow(&path, start_m, axles, &driver.speed, frames, fps);
+        let pose = |s: &crate::motion::Stance| Some(standing(road, &s.centre, s.heading_rad));
+        (stances.iter().map(pose).collect(), stances.iter().map(|s| s.speed_m_s).collect())
+    };
+    Ok(SimulatedVehicle { id, class: driver.class, size, shape, colour, poses, speeds_m_s })
+}
+
+/// Parked cars by lot, where no planned one stands and no crossing is.
+fn parked(plan: &Plan, road: &Road, rng: &mut ChaCha8Rng) -> Vec<Driver> {
+    const PITCH_M: f64 = 7.0;
+    let mut drivers = Vec::new();
+    if plan.parked_chance <= 0.0 {
+        return drivers;
+    }
+    let (from, to) = road.extent_m();
+    for i in 0..((to - from) / PITCH_M) as usize {
+        for side in [Side::Left, Side::Right] {
+            let s_m = from + (i as f64 + 0.5) * PITCH_M + rng.random_range(-0.6..0.6);
+            let class = if rng.random_bool(0.12) { VehicleClass::Van } else { VehicleClass::Car };
+            let taken = rng.random_bool(plan.parked_chance);
+            let free = plan.drivers.iter().all(|d| match d.route {
+                Route::Parked { s_m: other, side: on } => on != side || (other - s_m).abs() > PITCH_M,
+                _ => true,
+            });
+            if taken && free && road.to_crossing_m(s_m) > 14.0 {
+                let speed = crate::motion::SpeedPlan::constant(0.0);
+                drivers.push(Driver { class, route: Route::Parked { s_m, side }, speed });
+            }
+        }
+    }
+    drivers
+}
+
+/// `site_from_vehicle` of a vehicle that stands on the road with its body centre over a point.
+pub(crate) fn standing(road: &Road, centre: &Point2<f64>, heading_rad: f64) -> Pose<Site, Vehicle> {
+    let (z, gradient) = road.surface(centre);
+    let (forward, left) = crate::motion::axes(heading_rad);
+    let lifted = |v: nalgebra::Vector2<f64>| Vector3::new(v.x, v.y, gradient.dot(&v));
+    let x = lifted(forward).normalize();
+    let z_axis = x.cross(&lifted(left)).normalize();
+    let rotation = Matrix3::from_columns(&[x, z_axis.cross(&x), z_axis]);
+    Pose::from_matrix(&rotation, &Vector3::new(centre.x, centre.y, z))
+}
+
+/// The suspension: two near frequencies, so that it never repeats within a drive.
+struct Sway {
+    phases: [f64; 4],
+}
+
+impl Sway {
+    fn new(rig: &Rig, rng: &mut ChaCha8Rng) -> Self {
+        let _ = rig;
+        Self { phases: std::array::from_fn(|_| rng.random_range(0.0..std::f64::consts::TAU)) }
+    }
+
+    fn vehicle_from_camera(&self, rig: &Rig, time_s: f64, speed_m_s: f64) -> Pose<Vehicle, Camera> {
+        let wave = |hz: f64, phase: f64| (std::f64::consts::TAU * hz * time_s + phase).sin();
+        let hz = rig.oscillation_hz;
+        // A standing car does not rock.
+        let amplitude = rig.oscillation_rad * (speed_m_s / 5.0).clamp(0.0, 1.0);
+        let pitch = rig.pitch_rad + amplitude * (0.7 * wave(hz, self.phases[0]) + 0.5 * wave(0.62 * hz, self.phases[1]));
+        let roll = rig.roll_rad + 0.5 * amplitude * wave(0.8 * hz, self.phases[2]);
+        // 0.2 degrees of pitch go with about 8 mm of heave.
+        let heave_m = 2.3 * amplitude * wave(0.9 * hz, self.phases[3]);
+        // Columns: camera x, y, z in the vehicle frame.
+        let level = Matrix3::new(0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0);
+        let tilt = nalgebra::Rotation3::from_axis_angle(&Vector3::x_axis(), -pitch)
+            * nalgebra::Rotation3::from_axis_angle(&Vector3::z_axis(), roll);
+        let rotation = level * tilt.into_inner();
+        Pose::from_matrix(&rotation, &Vector3::new(0.3, 0.0, rig.height_m + heave_m))
+    }
+}
