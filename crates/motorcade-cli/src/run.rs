@@ -32,7 +32,9 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
         perception: perception.describe(),
         command: std::env::args().collect(),
     };
-    write_run(&arguments.out, &result, &context, &[])?;
+    let report = motorcade_viewer::report(&result, &context, None).into_bytes();
+    let extras = [output::Extra { name: "report.html".into(), content: report }];
+    write_run(&arguments.out, &result, &context, &extras)?;
     exit::print(&summary(&result, arguments));
     Ok(code(&result, &config))
 }
