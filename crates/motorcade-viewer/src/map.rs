@@ -1,7 +1,7 @@
 //! Trajectories from above, to scale.
 
 use motorcade::RunResult;
-use motorcade_vehicles::VehicleTrajectory;
+use motorcade_vehicles::{VehicleState, VehicleTrajectory};
 use nalgebra::Vector2;
 
 use crate::axis::{Axis, range};
@@ -39,11 +39,14 @@ impl View {
         let near = |p: &Vector2<f64>| within(p.x, core_x, REACH_M) && within(p.y, core_z, REACH_M);
         let vehicles = result.vehicles.iter().flat_map(|v| v.states.iter().map(place)).filter(near);
         let all: Vec<_> = way.iter().copied().chain(vehicles).collect();
-        let bounds = |k: usize| range(all.iter().map(|p| p[k]), 0.03, 20.0);
+        // Places are middles of bodies; the bodies need room too.
+        let bounds = |k: usize| range(all.iter().flat_map(|p| [p[k] - 4.0, p[k] + 4.0]), 0.0, 20.0);
         let ([x0, x1], [z0, z1]) = (bounds(0)?, bounds(1)?);
         let turned = z1 - z0 > x1 - x0;
         let (wide, high) = if turned { ([z0, z1], [x0, x1]) } else { ([x0, x1], [z0, z1]) };
         let (room_x, room_y) = (WIDTH_PX - LEFT_PX - 10.0, MOST_HEIGHT_PX - TOP_PX - BOTTOM_PX);
+        // A straight drive keeps some height: the numbers on the left need it.
+        let high = widened(high, 0.22 * (wide[1] - wide[0]));
         let px_per_m = (room_x / (wide[1] - wide[0])).min(room_y / (high[1] - high[0]));
         // What is left beside a tall map shows more of the world rather than nothing.
         let spare = 0.5 * (room_x / px_per_m - (wide[1] - wide[0]));
@@ -78,6 +81,11 @@ fn within(value: f64, [low, high]: [f64; 2], reach: f64) -> bool {
     value > low - reach && value < high + reach
 }
 
+fn widened([low, high]: [f64; 2], least: f64) -> [f64; 2] {
+    let more = 0.5 * (least - (high - low)).max(0.0);
+    [low - more, high + more]
+}
+
 fn camera_path(result: &RunResult) -> Vec<Vector2<f64>> {
     result.ego.frames.iter().map(|f| f.world_from_camera.translation().xz()).collect()
 }
@@ -102,11 +110,12 @@ pub(crate) fn map(result: &RunResult, truth: &[[f64; 3]]) -> String {
         out +=
             &format!("<polyline class=\"truth\" points=\"{path}\"><title>ground truth</title></polyline>\n");
     }
-    let mut placement = Placement::new(view.frame());
     for (k, vehicle) in result.vehicles.iter().enumerate() {
-        out += &drawn(&view, vehicle, k, &mut placement);
+        out += &drawn(&view, vehicle, k);
     }
     out += &camera(&view, result);
+    // Last, so that nothing is drawn over them.
+    out += &labels(&view, &result.vehicles);
     out + "</g></svg>\n" + &legend(!truth.is_empty())
 }
 
@@ -171,8 +180,8 @@ fn marks(start: (f64, f64), end: (f64, f64)) -> String {
     circle("start", start) + &circle("end", end)
 }
 
-fn drawn(view: &View, vehicle: &VehicleTrajectory, index: usize, placement: &mut Placement) -> String {
-    let Some(best) = surest(vehicle) else { return String::new() };
+fn drawn(view: &View, vehicle: &VehicleTrajectory, index: usize) -> String {
+    let Some(shown) = shown(vehicle) else { return String::new() };
     let moving = moves(vehicle);
     let kind = if moving { "moving" } else { "parked" };
     let mut out = format!(
@@ -182,8 +191,6 @@ fn drawn(view: &View, vehicle: &VehicleTrajectory, index: usize, placement: &mut
         number(vehicle.p_moving, 2),
         id = vehicle.id,
     );
-    let last = vehicle.states.last().unwrap_or(best);
-    let shown = if moving { last } else { best };
     if moving {
         out +=
             &format!("<polyline class=\"path\" points=\"{}\"/>", view.path(vehicle.states.iter().map(place)));
@@ -201,12 +208,50 @@ fn drawn(view: &View, vehicle: &VehicleTrajectory, index: usize, placement: &mut
     if let (true, Some(first)) = (moving, vehicle.states.first()) {
         out += &marks(view.at(&place(first)), middle);
     }
-    let label = vehicle.id.to_string();
-    // Twelve pixel letters are some seven wide.
-    if let Some((x, y)) = placement.beside(middle, (7.0 * label.len() as f64 + 2.0, 12.0)) {
-        out += &format!("<text class=\"label\" x=\"{}\" y=\"{}\">{label}</text>", px(x), px(y));
-    }
     out + "</g>\n"
+}
+
+/// The state whose outline is drawn: the last one of a moving vehicle, the one known best of a parked one.
+fn shown(vehicle: &VehicleTrajectory) -> Option<&VehicleState> {
+    if moves(vehicle) { vehicle.states.last() } else { surest(vehicle) }
+}
+
+/// Identities beside the outlines, where there is room; all others are told under the mouse.
+fn labels(view: &View, vehicles: &[VehicleTrajectory]) -> String {
+    let mut placement = Placement::new(view.frame());
+    let outlines: Vec<_> = vehicles
+        .iter()
+        .enumerate()
+        .filter_map(|(k, vehicle)| {
+            let corners = footprint(vehicle, shown(vehicle)?).map(|corner| view.at(&corner));
+            Some((k, vehicle, bounds(&corners)))
+        })
+        .collect();
+    for (.., outline) in &outlines {
+        placement.take(*outline);
+    }
+    let mut out = String::new();
+    for (k, vehicle, outline) in outlines {
+        let label = vehicle.id.to_string();
+        // Twelve pixel letters are some seven wide.
+        let Some((x, y)) = placement.beside(outline, (7.0 * label.len() as f64 + 2.0, 11.0)) else {
+            continue;
+        };
+        let kind = if moves(vehicle) { "moving" } else { "parked" };
+        out += &format!(
+            "<g class=\"vehicle {kind}\" data-vehicle=\"{label}\" style=\"--h:{}\"><text class=\"label\" x=\"{}\" y=\"{}\">{label}</text></g>\n",
+            hue(k),
+            px(x),
+            px(y)
+        );
+    }
+    out
+}
+
+/// x1, y1, x2, y2 around points.
+fn bounds(points: &[(f64, f64)]) -> [f64; 4] {
+    let start = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
+    points.iter().fold(start, |b, p| [b[0].min(p.0), b[1].min(p.1), b[2].max(p.0), b[3].max(p.1)])
 }
 
 fn legend(truth: bool) -> String {
@@ -229,6 +274,7 @@ fn legend(truth: bool) -> String {
     out += &item(body, "parked vehicle, to size; the line points forward");
     out += &item("<g class=\"camera\"><circle class=\"start\" cx=\"17\" cy=\"7\" r=\"5\"/></g>", "start");
     out += &item("<g class=\"camera\"><circle class=\"end\" cx=\"17\" cy=\"7\" r=\"5\"/></g>", "end");
+    out += "</p>\n<p class=\"legend toggles\">Show:";
     let toggle = |name: &str, text: &str| {
         format!(
             "<label class=\"toggle\"><input type=\"checkbox\" checked data-toggle=\"{name}\"> {text}</label>"

@@ -12,14 +12,20 @@ impl Placement {
         Self { area, taken: Vec::new() }
     }
 
-    /// Baseline start for a text of a size beside a point, where there is room; none when all sides are taken.
-    pub(crate) fn beside(&mut self, (x, y): (f64, f64), (width, height): (f64, f64)) -> Option<(f64, f64)> {
-        let gap = 6.0;
+    /// Keeps labels off a place.
+    pub(crate) fn take(&mut self, place: [f64; 4]) {
+        self.taken.push(place);
+    }
+
+    /// Baseline start for a text of a size beside an outline, where there is room; none when all sides are taken.
+    pub(crate) fn beside(&mut self, outline: [f64; 4], (width, height): (f64, f64)) -> Option<(f64, f64)> {
+        let gap = 2.0;
+        let (x, y) = (0.5 * (outline[0] + outline[2]), 0.5 * (outline[1] + outline[3]));
         let corners = [
-            (x + gap, y - 0.5 * height),
-            (x - gap - width, y - 0.5 * height),
-            (x - 0.5 * width, y - gap - height),
-            (x - 0.5 * width, y + gap),
+            (x - 0.5 * width, outline[1] - gap - height),
+            (x - 0.5 * width, outline[3] + gap),
+            (outline[2] + gap, y - 0.5 * height),
+            (outline[0] - gap - width, y - 0.5 * height),
         ];
         for (left, top) in corners {
             let place = [left, top, left + width, top + height];
@@ -29,7 +35,7 @@ impl Placement {
                 && place[3] <= self.area[3];
             if inside && !self.taken.iter().any(|other| overlap(&place, other)) {
                 self.taken.push(place);
-                return Some((left, top + 0.8 * height));
+                return Some((left, top + 0.9 * height));
             }
         }
         None
@@ -47,8 +53,13 @@ mod tests {
     #[test]
     fn a_fifth_label_at_one_point_finds_no_room() {
         let mut placement = Placement::new([0.0, 0.0, 100.0, 100.0]);
-        let found: Vec<_> = (0..5).map(|_| placement.beside((50.0, 50.0), (10.0, 10.0)).is_some()).collect();
+        let found: Vec<_> =
+            (0..5).map(|_| placement.beside([48.0, 48.0, 52.0, 52.0], (10.0, 10.0)).is_some()).collect();
         assert_eq!(found, [true, true, true, true, false]);
-        assert!(placement.beside((99.0, 1.0), (10.0, 10.0)).is_none_or(|(x, _)| x < 90.0));
+        // Near an edge the label goes to the inside; on a place taken it goes nowhere.
+        let (x, y) = placement.beside([98.0, 0.0, 100.0, 2.0], (10.0, 10.0)).unwrap();
+        assert!(x + 10.0 <= 100.0 && y <= 20.0, "{x} {y}");
+        placement.take([0.0, 0.0, 100.0, 100.0]);
+        assert_eq!(placement.beside([20.0, 20.0, 22.0, 22.0], (10.0, 10.0)), None);
     }
 }
