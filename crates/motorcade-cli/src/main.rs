@@ -2,6 +2,7 @@
 
 mod arguments;
 mod exit;
+mod fingerprint;
 mod inspect;
 mod progress;
 mod run;

@@ -7,14 +7,20 @@ use motorcade_perception::{ModelOptions, Perception, PerceptionOptions};
 
 use crate::arguments::{PresetName, RunArguments};
 use crate::exit;
+use crate::fingerprint::{already_done, fingerprint};
 use crate::progress::Reporter;
 
 /// Runs the pipeline and writes its directory.
 pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     let config = configuration(arguments)?;
-    output::prepare(&arguments.out, arguments.force)?;
     let sequence = Sequence::open(&arguments.input.input, &arguments.input.options())?;
     let height_m = sequence.height_m(arguments.height)?;
+    let fingerprint = fingerprint(arguments, &sequence, height_m, &config);
+    if !arguments.force && already_done(&arguments.out, &fingerprint) {
+        exit::print(&format!("{} already holds this run; --force repeats it", arguments.out.display()));
+        return Ok(exit::FINE);
+    }
+    output::prepare(&arguments.out, arguments.force)?;
     // Asked for before the first network is loaded: without it nothing can run.
     sequence.camera()?;
     let perception = Perception::open(&perception_options(arguments), sequence.size())?;
@@ -31,6 +37,7 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
         input: sequence.summary(),
         perception: perception.describe(),
         command: std::env::args().collect(),
+        fingerprint,
     };
     let report = motorcade_viewer::report(&result, &context, None).into_bytes();
     let extras = [output::Extra { name: "report.html".into(), content: report }];

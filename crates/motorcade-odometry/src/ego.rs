@@ -49,12 +49,27 @@ impl EgoTrajectory {
     /// All lengths are proportional to `height_m`, exactly. A segment without any road measurement goes on at the
     /// metric speed of the one before it.
     pub fn new(odometry: &UpToScale, measurements: &[RoadMeasurement], height_m: f64) -> Self {
+        Self::build(odometry, measurements, height_m, smooth_segment)
+    }
+
+    /// As [`EgoTrajectory::new`], but each frame keeps the scale measured in it, as in the paper; frames without one take
+    /// that of the frame before. The road is level and the camera looks along it.
+    pub fn unsmoothed(odometry: &UpToScale, measurements: &[RoadMeasurement], height_m: f64) -> Self {
+        Self::build(odometry, measurements, height_m, keep_segment)
+    }
+
+    fn build(
+        odometry: &UpToScale,
+        measurements: &[RoadMeasurement],
+        height_m: f64,
+        fill: FillSegment,
+    ) -> Self {
         let steps = steps(odometry);
         let n = odometry.frames.len();
         let mut states: Vec<Option<SmoothedState>> = vec![None; n];
         let mut noise = Vec::new();
         for segment in 0..odometry.keyframes.len() {
-            noise.push(smooth_segment(odometry, &steps, measurements, segment, height_m, &mut states));
+            noise.push(fill(odometry, &steps, measurements, segment, height_m, &mut states));
         }
         let mut ego = Self { frames: Vec::with_capacity(n), height_m, noise };
         let mut last_step = Pose::<Camera, Camera>::identity();
@@ -169,6 +184,41 @@ fn steps(odometry: &UpToScale) -> Vec<Option<Pose<Camera, Camera>>> {
         same.then(|| Some((poses[k - 1]? * poses[k]?.inverse()).cast())).flatten()
     };
     (0..n).map(step).collect()
+}
+
+/// Fills in the states of a segment's frames.
+type FillSegment = fn(
+    &UpToScale,
+    &[Option<Pose<Camera, Camera>>],
+    &[RoadMeasurement],
+    usize,
+    f64,
+    &mut [Option<SmoothedState>],
+) -> Option<NoiseModel>;
+
+fn keep_segment(
+    odometry: &UpToScale,
+    _steps: &[Option<Pose<Camera, Camera>>],
+    measurements: &[RoadMeasurement],
+    segment: usize,
+    height_m: f64,
+    states: &mut [Option<SmoothedState>],
+) -> Option<NoiseModel> {
+    let of = |m: &RoadMeasurement| SmoothedState {
+        value: Vector3::new(m.value.x + height_m.ln(), m.value.y, m.value.z),
+        covariance: m.covariance,
+    };
+    let mut own = measurements.iter().filter(|m| odometry.frames[m.frame].segment == segment).peekable();
+    let mut present = own.peek().map(|m| of(m))?;
+    for (k, state) in states.iter_mut().enumerate() {
+        while let Some(m) = own.next_if(|m| m.frame <= k) {
+            present = of(m);
+        }
+        if odometry.frames[k].segment == segment {
+            *state = Some(present);
+        }
+    }
+    None
 }
 
 fn smooth_segment(

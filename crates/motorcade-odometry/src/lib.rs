@@ -23,6 +23,7 @@
 //! ```
 
 mod bundle;
+mod closed_form;
 mod corners;
 mod ego;
 mod klt;
@@ -37,6 +38,7 @@ mod static_mask;
 mod window;
 
 pub use bundle::BundleOptions;
+pub use closed_form::ClosedFormScale;
 pub use corners::{CornerOptions, detect};
 pub use ego::{EgoFrame, EgoTrajectory};
 pub use klt::{KltOptions, Request, track, track_checked};

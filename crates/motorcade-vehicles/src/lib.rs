@@ -34,4 +34,4 @@ pub use silhouette::{image_box, standing_pose};
 pub use single_view::{SeenBox, SingleView, locate};
 pub use size::{Dimensions, SizePrior};
 pub use tracker::{Track, TrackBox, TrackerOptions, track_vehicles};
-pub use trajectory::{Source, TrafficSide, VehicleState, VehicleTrajectory, estimate_track};
+pub use trajectory::{Measured, Source, TrafficSide, VehicleState, VehicleTrajectory, estimate_track};

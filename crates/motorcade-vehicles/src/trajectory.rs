@@ -1,6 +1,6 @@
 //! One vehicle's way through the world, from the boxes of its track.
 
-use motorcade_geometry::{PinholeCamera, Pose, Vehicle, World};
+use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle, World};
 use motorcade_perception::{BoundingBox, VehicleClass};
 use nalgebra::{Matrix3, Matrix6, Point3, Vector3};
 
@@ -54,6 +54,17 @@ pub struct VehicleState {
     pub yaw_rate_radps: f64,
     /// Where the state comes from.
     pub source: Source,
+    /// What this frame's box alone says, given the track's size and heading.
+    pub measured: Option<Measured>,
+}
+
+/// A single frame's view of a vehicle, before any smoothing.
+#[derive(Clone, Copy, Debug)]
+pub struct Measured {
+    /// Pose in the camera \[m\].
+    pub camera_from_vehicle: Pose<Camera, Vehicle>,
+    /// Covariance (6×6 `[ω, ν]`, vehicle frame).
+    pub covariance: Matrix6<f64>,
 }
 
 /// A vehicle and its way.
@@ -305,14 +316,34 @@ fn assemble(
             speed_sigma_mps,
             yaw_rate_radps,
             source: if found.is_some() { Source::Box } else { Source::Predicted },
+            measured: views
+                .views
+                .iter()
+                .find(|(f, _)| *f == start + k)
+                .map(|(_, v)| measured(v, ground, &forward)),
         });
     }
     out
 }
 
+fn measured(view: &SingleView, ground: &GroundFrame, forward: &Vector3<f64>) -> Measured {
+    /// A box tells heading badly; it comes from the way the vehicle goes, or from all its boxes together.
+    const HEADING_SIGMA_RAD: f64 = 0.15;
+    /// Upright on the road, whose cross-fall and crown are a degree or two.
+    const TILT_SIGMA_RAD: f64 = 0.03;
+    let camera_from_vehicle = standing_pose(&view.position_in_camera, forward, &ground.up);
+    let r = camera_from_vehicle.rotation_matrix();
+    let mut covariance = Matrix6::zeros();
+    covariance[(0, 0)] = TILT_SIGMA_RAD * TILT_SIGMA_RAD;
+    covariance[(1, 1)] = TILT_SIGMA_RAD * TILT_SIGMA_RAD;
+    covariance[(2, 2)] = HEADING_SIGMA_RAD * HEADING_SIGMA_RAD;
+    covariance.fixed_view_mut::<3, 3>(3, 3).copy_from(&(r.transpose() * view.covariance * r));
+    Measured { camera_from_vehicle, covariance }
+}
+
 fn projected(
     camera: &PinholeCamera,
-    pose: &Pose<motorcade_geometry::Camera, Vehicle>,
+    pose: &Pose<Camera, Vehicle>,
     class: VehicleClass,
     size: &Dimensions,
 ) -> Option<BoundingBox> {

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use crate::error::{Error, Result};
+use crate::multibody::GraphOptions;
 
 /// Ready-made configurations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -88,6 +89,8 @@ pub struct Config {
     pub tracker: TrackerOptions,
     /// Vehicles.
     pub vehicles: VehicleOptions,
+    /// Multi-object graph.
+    pub graph: GraphOptions,
 }
 
 impl Config {
@@ -96,7 +99,11 @@ impl Config {
         let base = Self { preset, ..Self::default() };
         match preset {
             Preset::Default => base,
-            Preset::Paper => Self { scale: ScaleOptions { closed_form: true, ..base.scale }, ..base },
+            Preset::Paper => Self {
+                scale: ScaleOptions { closed_form: true, ..base.scale },
+                graph: GraphOptions { constant_weights: true, ..base.graph },
+                ..base
+            },
         }
     }
 

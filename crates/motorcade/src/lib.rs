@@ -21,13 +21,16 @@
 
 mod config;
 mod error;
+pub mod multibody;
 pub mod output;
 mod pipeline;
 mod progress;
+mod scale_source;
 mod timing;
 
 pub use config::{Config, Preset, RunOptions, ScaleOptions, VehicleMask, VehicleOptions};
 pub use error::{Error, Result};
+pub use multibody::GraphOptions;
 pub use output::{RunContext, write_run};
 pub use pipeline::{FrameInfo, RunResult, run};
 pub use progress::{Progress, Silent};

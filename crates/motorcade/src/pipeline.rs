@@ -4,15 +4,15 @@ use std::sync::mpsc::sync_channel;
 
 use motorcade_dataset::{BadFrame, Frame, Sequence};
 use motorcade_geometry::PinholeCamera;
-use motorcade_odometry::{
-    EgoTrajectory, FrameStatus, Odometry, Rectangle, RoadMeasurement, RoadTracker, StaticMask,
-};
+use motorcade_odometry::{EgoTrajectory, FrameStatus, Odometry, Rectangle, RoadMeasurement, StaticMask};
 use motorcade_perception::{Detection, Perception, Percepts};
 use motorcade_vehicles::{GroundFrame, Track, VehicleTrajectory, estimate_track, track_vehicles};
 
 use crate::config::{Config, VehicleMask};
 use crate::error::Result;
+use crate::multibody::Multibody;
 use crate::progress::Progress;
+use crate::scale_source::ScaleSource;
 use crate::timing::Stopwatch;
 
 /// A frame of the input as the run saw it.
@@ -27,7 +27,6 @@ pub struct FrameInfo {
 }
 
 /// What a run found.
-#[derive(Debug)]
 pub struct RunResult {
     /// Intrinsics of the (undistorted) frames.
     pub camera: PinholeCamera,
@@ -39,8 +38,12 @@ pub struct RunResult {
     pub road_measurements: Vec<RoadMeasurement>,
     /// Vehicles.
     pub vehicles: Vec<VehicleTrajectory>,
-    /// Detections handed in by perception.
-    pub detections: usize,
+    /// The multi-object graph, solved.
+    pub graph: Option<Multibody>,
+    /// How its solution went.
+    pub graph_report: Option<motorcade_graph::Report>,
+    /// Detections handed in by perception, frame by frame.
+    pub detections: Vec<Vec<Detection>>,
     /// False when nobody looked for vehicles.
     pub looked_for_vehicles: bool,
     /// Times.
@@ -110,7 +113,7 @@ pub fn run(
             Ok(())
         })?;
     }
-    Ok(drive.finish(perception, height_m, config, progress, interrupted))
+    Ok(drive.finish(perception, height_m, config, progress, interrupted, threads))
 }
 
 fn perceive(perception: &Perception, frame: std::result::Result<Frame, BadFrame>) -> Result<Perceived> {
@@ -126,7 +129,7 @@ fn perceive(perception: &Perception, frame: std::result::Result<Frame, BadFrame>
 struct Drive {
     camera: PinholeCamera,
     odometry: Odometry,
-    road: RoadTracker,
+    scale: ScaleSource,
     frames: Vec<FrameInfo>,
     detections: Vec<Vec<Detection>>,
     stopwatch: Stopwatch,
@@ -138,7 +141,7 @@ impl Drive {
         Self {
             camera,
             odometry: Odometry::new(camera, config.odometry),
-            road: RoadTracker::new(camera, config.road),
+            scale: ScaleSource::new(camera, config),
             frames: Vec::new(),
             detections: Vec::new(),
             stopwatch: Stopwatch::default(),
@@ -179,10 +182,8 @@ impl Drive {
         let hidden = StaticMask { boxes: &boxes, ignore: frame.ignore.as_ref() };
         let road = percepts.road.as_ref();
         let usable = |p: &nalgebra::Point2<f64>| hidden.allows(p) && road.is_none_or(|r| r.is_road(p.x, p.y));
-        let (tracker, segment) = (&mut self.road, so_far.frames[index].segment);
-        self.stopwatch.time("road", || {
-            tracker.process(index, segment, &pyramid, |k| so_far.camera_from_world(k), usable)
-        });
+        let (scale, segment) = (&mut self.scale, so_far.frames[index].segment);
+        self.stopwatch.time("road", || scale.process(index, segment, &pyramid, so_far, usable));
         self.frames.push(FrameInfo { number: frame.number, timestamp_ns: frame.timestamp_ns, problem: None });
         self.detections.push(percepts.detections);
     }
@@ -194,11 +195,12 @@ impl Drive {
         config: &Config,
         progress: &dyn Progress,
         interrupted: bool,
+        threads: usize,
     ) -> RunResult {
-        let road_measurements = self.road.measurements().to_vec();
+        let road_measurements = self.scale.measurements().to_vec();
         let up_to_scale = self.odometry.finish();
-        let ego =
-            self.stopwatch.time("scale", || EgoTrajectory::new(&up_to_scale, &road_measurements, height_m));
+        let scale = &self.scale;
+        let ego = self.stopwatch.time("scale", || scale.ego(&up_to_scale, height_m));
         let grounds = grounds(&ego, &self.frames);
         progress.begin("vehicles", None);
         let tracks: Vec<Track> = self
@@ -206,8 +208,21 @@ impl Drive {
             .time("tracking", || track_vehicles(&self.camera, &grounds, &self.detections, &config.tracker));
         let side = config.vehicles.traffic_side;
         let estimate = |track: &Track| estimate_track(&self.camera, &grounds, track, side);
-        let vehicles: Vec<VehicleTrajectory> =
+        let mut vehicles: Vec<VehicleTrajectory> =
             self.stopwatch.time("vehicles", || tracks.iter().filter_map(estimate).collect());
+        progress.begin("graph", None);
+        let mut ego = ego;
+        let solved = self.stopwatch.time("graph", || solve_graph(&mut ego, &mut vehicles, config, threads));
+        let (graph, graph_report) = match solved {
+            Ok(solved) => solved,
+            Err(error) => {
+                let warning =
+                    format!("the multi-object graph was not solved ({error}); front-end estimates stand");
+                progress.warn(&warning);
+                self.warnings.push(warning);
+                (None, None)
+            }
+        };
         let looked_for_vehicles = perception.looks_for_vehicles();
         let mut result = RunResult {
             camera: self.camera,
@@ -215,7 +230,9 @@ impl Drive {
             ego,
             road_measurements,
             vehicles,
-            detections: self.detections.iter().map(Vec::len).sum(),
+            graph,
+            graph_report,
+            detections: self.detections,
             looked_for_vehicles,
             stopwatch: self.stopwatch,
             warnings: self.warnings,
@@ -227,6 +244,22 @@ impl Drive {
         }
         result
     }
+}
+
+type Solved = (Option<Multibody>, Option<motorcade_graph::Report>);
+
+fn solve_graph(
+    ego: &mut EgoTrajectory,
+    vehicles: &mut [VehicleTrajectory],
+    config: &Config,
+    threads: usize,
+) -> std::result::Result<Solved, motorcade_graph::GraphError> {
+    if !config.graph.enabled || ego.frames.is_empty() {
+        return Ok((None, None));
+    }
+    let mut graph = Multibody::new(ego, vehicles, &config.graph)?;
+    let report = graph.solve(ego, vehicles, &config.graph, threads)?;
+    Ok((Some(graph), Some(report)))
 }
 
 /// A box less certain than this masks nothing: it is more often a shadow than a vehicle.

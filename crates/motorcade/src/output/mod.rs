@@ -1,6 +1,8 @@
 //! The directory of a run: written beside its place and renamed when complete.
 
 mod camera;
+mod detections;
+mod graph;
 mod record;
 mod tracks;
 
@@ -28,6 +30,8 @@ pub struct RunContext {
     pub perception: (String, String),
     /// The command that was run.
     pub command: Vec<String>,
+    /// Hash of all that decides the results; a finished run with the same one need not be repeated.
+    pub fingerprint: String,
 }
 
 /// A file of a run, or more of them: name relative to the directory and content.
@@ -77,6 +81,8 @@ pub fn write_run(directory: &Path, result: &RunResult, context: &RunContext, ext
     let folder = staging.path();
     camera::write(folder, result)?;
     tracks::write(folder, result, context)?;
+    detections::write(folder, result)?;
+    graph::write(folder, result)?;
     record::write(folder, result, context)?;
     for extra in extras {
         file(&folder.join(&extra.name), |out| out.write_all(&extra.content))?;

@@ -26,6 +26,7 @@ fn record(result: &RunResult, context: &RunContext) -> serde_json::Value {
     json!({
         "motorcade": env!("CARGO_PKG_VERSION"),
         "command": context.command,
+        "fingerprint": context.fingerprint,
         "configuration": context.config,
         "input": context.input,
         "camera_height_m": result.ego.height_m,
@@ -36,7 +37,7 @@ fn record(result: &RunResult, context: &RunContext) -> serde_json::Value {
             "frames": result.frames.len(),
             "frames_by_status": statuses,
             "road_measurements": result.road_measurements.len(),
-            "detections": result.detections,
+            "detections": result.detections.iter().map(Vec::len).sum::<usize>(),
             "vehicles": result.vehicles.len(),
             "vehicles_moving": result.vehicles.iter().filter(|v| v.p_moving > 0.5).count(),
         },

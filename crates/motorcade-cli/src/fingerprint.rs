@@ -1,0 +1,58 @@
+//! A hash of all that decides a run's results, to recognise a run that is already there.
+
+use std::fs;
+use std::path::Path;
+
+use motorcade::Config;
+use motorcade_dataset::Sequence;
+
+use crate::arguments::RunArguments;
+
+/// 64-bit FNV-1a.
+struct Fnv(u64);
+
+impl Fnv {
+    fn add(&mut self, bytes: &[u8]) {
+        for byte in bytes.iter().chain(&[0xff]) {
+            self.0 = (self.0 ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+    }
+    /// A file by its content, a folder by its files' names and sizes.
+    fn add_path(&mut self, path: &Path) {
+        self.add(path.as_os_str().as_encoded_bytes());
+        if let Ok(entries) = fs::read_dir(path) {
+            let describe = |e: fs::DirEntry| (e.file_name(), e.metadata().map_or(0, |m| m.len()));
+            let mut files: Vec<_> = entries.flatten().map(describe).collect();
+            files.sort();
+            for (name, size) in files {
+                self.add(name.as_encoded_bytes());
+                self.add(&size.to_le_bytes());
+            }
+        } else if let Ok(content) = fs::read(path) {
+            self.add(&content);
+        }
+    }
+}
+
+/// The fingerprint of a run: program, input, configuration, height, perception. Threads and progress do not matter.
+pub fn fingerprint(arguments: &RunArguments, sequence: &Sequence, height_m: f64, config: &Config) -> String {
+    let mut hash = Fnv(0xcbf2_9ce4_8422_2325);
+    hash.add(env!("CARGO_PKG_VERSION").as_bytes());
+    hash.add(sequence.summary().input_hash.as_bytes());
+    hash.add(&height_m.to_le_bytes());
+    hash.add(serde_json::to_string(config).unwrap_or_default().as_bytes());
+    for path in [&arguments.models, &arguments.detections, &arguments.road_masks, &arguments.input.ignore] {
+        match path {
+            Some(path) => hash.add_path(path),
+            None => hash.add(b"-"),
+        }
+    }
+    format!("{:016x}", hash.0)
+}
+
+/// True when `directory` holds a finished run with this fingerprint.
+pub fn already_done(directory: &Path, fingerprint: &str) -> bool {
+    let Ok(text) = fs::read_to_string(directory.join("run.json")) else { return false };
+    let Ok(record) = serde_json::from_str::<serde_json::Value>(&text) else { return false };
+    record["fingerprint"] == fingerprint && record["interrupted"] == false
+}

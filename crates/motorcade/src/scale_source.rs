@@ -1,0 +1,57 @@
+//! Where metres come from: the aligned road, or the paper's closed form.
+
+use std::sync::Arc;
+
+use motorcade_geometry::PinholeCamera;
+use motorcade_odometry::{ClosedFormScale, EgoTrajectory, Pyramid, RoadMeasurement, RoadTracker, UpToScale};
+use nalgebra::Point2;
+
+use crate::config::Config;
+
+/// The height that T of the paper is given for \[m\]: KITTI's.
+const PAPER_HEIGHT_M: f64 = 1.65;
+
+/// One of the two ways to measure scale on the road.
+pub(crate) enum ScaleSource {
+    Aligned(Box<RoadTracker>),
+    ClosedForm(Box<ClosedFormScale>),
+}
+
+impl ScaleSource {
+    pub(crate) fn new(camera: PinholeCamera, config: &Config) -> Self {
+        if config.scale.closed_form {
+            Self::ClosedForm(Box::new(ClosedFormScale::new(camera, config.scale.farthest_m / PAPER_HEIGHT_M)))
+        } else {
+            Self::Aligned(Box::new(RoadTracker::new(camera, config.road)))
+        }
+    }
+
+    pub(crate) fn process(
+        &mut self,
+        frame: usize,
+        segment: usize,
+        pyramid: &Arc<Pyramid>,
+        so_far: &UpToScale,
+        usable: impl Fn(&Point2<f64>) -> bool,
+    ) {
+        let pose_of = |k: usize| so_far.camera_from_world(k);
+        match self {
+            Self::Aligned(road) => road.process(frame, segment, pyramid, pose_of, usable),
+            Self::ClosedForm(scale) => scale.process(frame, segment, pyramid, pose_of, usable),
+        }
+    }
+
+    pub(crate) fn measurements(&self) -> &[RoadMeasurement] {
+        match self {
+            Self::Aligned(road) => road.measurements(),
+            Self::ClosedForm(scale) => scale.measurements(),
+        }
+    }
+
+    pub(crate) fn ego(&self, odometry: &UpToScale, height_m: f64) -> EgoTrajectory {
+        match self {
+            Self::Aligned(road) => EgoTrajectory::new(odometry, road.measurements(), height_m),
+            Self::ClosedForm(scale) => EgoTrajectory::unsmoothed(odometry, scale.measurements(), height_m),
+        }
+    }
+}

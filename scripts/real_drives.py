@@ -1,0 +1,88 @@
+#!/usr/bin/env python3
+"""Runs motorcade on the real drives of a shared folder, from pixels, and judges the results with its independent judge.
+
+    scripts/real_drives.py [--shared ../shared] [--motorcade target/release/motorcade] [--out DIR]
+
+Prints a table and fails when a bound is missed. The bounds are those to be reached on any machine, not the best seen.
+"""
+import argparse
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+parser.add_argument("--shared", default="../shared", type=pathlib.Path)
+parser.add_argument("--motorcade", default="target/release/motorcade", type=pathlib.Path)
+parser.add_argument("--out", type=pathlib.Path)
+options = parser.parse_args()
+out = options.out or pathlib.Path(tempfile.mkdtemp(prefix="motorcade-real-"))
+tracking = options.shared / "kitti/tracking/training"
+odometry = options.shared / "kitti/odometry/00"
+models = options.shared / "models"
+
+
+def run(name, *arguments):
+    command = [str(options.motorcade), "run", *map(str, arguments), "--out", str(out / name), "--force", "--progress", "none"]
+    done = subprocess.run(command, check=False, stdout=subprocess.PIPE, text=True)
+    print(done.stdout.strip())
+    if done.returncode != 0:
+        sys.exit(f"{name}: exit code {done.returncode}")
+    return out / name
+
+
+def judge(folder, root, sequence, camera, first):
+    command = [sys.executable, str(options.shared / "tools/judge.py"), str(folder), "--kitti", str(root)]
+    command += ["--seq", sequence, "--camera", str(camera), "--first", str(first)]
+    return json.loads(subprocess.check_output(command, text=True))
+
+
+def odometry_root():
+    """The judge reads tracking folders: the odometry drive dressed as one."""
+    root = out / "odometry-as-tracking"
+    for folder in ("calib", "gt_poses", "label_02"):
+        (root / folder).mkdir(parents=True, exist_ok=True)
+    row = "718.856 0 607.1928 0 0 718.856 185.2157 0 0 0 1 0"
+    (root / "calib/00.txt").write_text("".join(f"P{k}: {row}\n" for k in range(4)))
+    (root / "gt_poses/00.txt").write_text((odometry / "gt_poses.txt").read_text())
+    (root / "label_02/00.txt").write_text("")
+    return root
+
+
+def camera_file():
+    path = out / "odometry.toml"
+    out.mkdir(parents=True, exist_ok=True)
+    path.write_text("fx = 718.856\nfy = 718.856\ncx = 607.1928\ncy = 185.2157\n")
+    return path
+
+
+failures = []
+
+
+def check(name, what, value, most=None, least=None):
+    bad = value is None or (most is not None and value > most) or (least is not None and value < least)
+    bound = f"<= {most}" if most is not None else f">= {least}"
+    print(f"{name:28} {what:34} {value if value is None else round(value, 3):>8}   {bound}{'   MISSED' if bad else ''}")
+    if bad:
+        failures.append(f"{name}: {what}")
+
+
+drives = [
+    ("tracking 0005 camera 3", lambda: judge(run("0005", tracking, "--sequence", "0005", "--camera", 3, "--models", models), tracking, "0005", 3, 0), 0.8, 2.0),
+    ("tracking 0003 frames 16-100", lambda: judge(run("0003", tracking, "--sequence", "0003", "--frames", "16..101", "--ignore", tracking / "mask_02/0003", "--models", models), tracking, "0003", 2, 16), 0.5, None),
+    ("odometry 00 frames 0-199", lambda: judge(run("o00", odometry, "--calibration", camera_file()), odometry_root(), "00", 2, 0), 1.0, None),
+]
+for name, drive, most_se3, most_origin in drives:
+    result = drive()
+    ego = result["ego"]
+    check(name, "ego ATE, SE(3)-aligned [m]", ego["ate_se3_m"], most=most_se3)
+    if most_origin:
+        check(name, "ego ATE, first poses identified [m]", ego["ate_origin_m"], most=most_origin)
+    vehicles = result.get("vehicles") or {}
+    if vehicles:
+        mean = result["vehicles_mean"]
+        check(name, "vehicle coverage", mean["coverage"], least=0.85)
+        check(name, "vehicle ATE, first poses id. [m]", mean["ate_origin_m"], most=2.5)
+if failures:
+    sys.exit("missed: " + ", ".join(failures))
