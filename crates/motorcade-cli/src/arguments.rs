@@ -1,9 +1,15 @@
 //! The command line.
 
+mod evaluate;
+mod graph;
+
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use motorcade_dataset::{Format, FrameRange};
+
+pub use self::evaluate::EvaluateArguments;
+pub use self::graph::{CompareArguments, GraphCommand, InfoArguments, OptimiseArguments};
 
 /// Monocular multi-body SLAM for driving video: one camera in, metric trajectories of the camera and of every vehicle out.
 #[derive(Debug, Parser)]
@@ -12,6 +18,8 @@ use motorcade_dataset::{Format, FrameRange};
   motorcade inspect drive.mp4
   motorcade run drive.mp4 --calibration camera.toml --height 1.4 --models models --out runs/drive
   motorcade run kitti/training --sequence 0005 --camera 3 --models models --out runs/0005
+  motorcade evaluate runs/0005 --kitti kitti/training --sequence 0005 --camera 3
+  motorcade graph optimise sphere.g2o --out solved.g2o
 
 Exit codes: 0 fine, 1 usage, 2 a bug, 3 input unreadable, 4 tracking failed on too many frames (results written),
 5 resources, 130 interrupted (results written).")]
@@ -28,6 +36,11 @@ pub enum Command {
     Run(Box<RunArguments>),
     /// What an input is recognised as: frames, size, calibration, gaps, duplicates.
     Inspect(InspectArguments),
+    /// Errors of a run against the ground truth of a KITTI tracking sequence.
+    Evaluate(EvaluateArguments),
+    /// Optimises, describes and compares pose graphs in g2o files.
+    #[command(subcommand)]
+    Graph(GraphCommand),
     /// Shell completions on stdout.
     #[command(
         after_help = "Example:\n  motorcade completions bash > ~/.local/share/bash-completion/completions/motorcade"

@@ -53,9 +53,27 @@ fn code_of(error: &anyhow::Error) -> u8 {
         if let Some(e) = cause.downcast_ref::<motorcade_perception::Error>() {
             return e.exit_code();
         }
+        if let Some(e) = cause.downcast_ref::<motorcade_evaluate::Error>() {
+            return e.exit_code();
+        }
+        if let Some(e) = cause.downcast_ref::<motorcade_graph::GraphError>() {
+            return code_of_graph(e);
+        }
         if cause.downcast_ref::<std::io::Error>().is_some() {
             return 3;
         }
     }
     1
+}
+
+fn code_of_graph(error: &motorcade_graph::GraphError) -> u8 {
+    use motorcade_graph::GraphError as E;
+    match error {
+        E::Option { .. } => 1,
+        E::Threads(_) => 5,
+        // The files are the only source of these here.
+        E::Parse { .. } | E::Io { .. } | E::Information(_) | E::NotFinite | E::Singular => 3,
+        // A graph that was read is consistent in itself: anything else is ours.
+        _ => 2,
+    }
 }

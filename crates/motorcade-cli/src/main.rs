@@ -1,9 +1,12 @@
 //! The `motorcade` program.
 
 mod arguments;
+mod evaluate;
 mod exit;
+mod files;
 mod fingerprint;
 mod given;
+mod graph;
 mod inspect;
 mod pixel_free;
 mod progress;
@@ -27,6 +30,8 @@ fn main() -> ExitCode {
     let outcome = match cli.command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Inspect(arguments) => inspect::inspect(&arguments),
+        Command::Evaluate(arguments) => evaluate::evaluate(&arguments),
+        Command::Graph(command) => graph::graph(&command),
         Command::Completions { shell } => {
             clap_complete::generate(shell, &mut Cli::command(), "motorcade", &mut std::io::stdout());
             Ok(exit::FINE)

@@ -55,7 +55,9 @@ pub fn finished_before(arguments: &RunArguments, fingerprint: &str) -> bool {
 
 /// Writes the results and says where they are.
 pub fn conclude(arguments: &RunArguments, result: &RunResult, context: &RunContext) -> anyhow::Result<u8> {
-    write_run(&arguments.out, result, context, &[])?;
+    let report = motorcade_viewer::report(result, context, None).into_bytes();
+    let extras = [output::Extra { name: "report.html".into(), content: report }];
+    write_run(&arguments.out, result, context, &extras)?;
     exit::print(&summary(result, arguments));
     Ok(code(result, &context.config))
 }

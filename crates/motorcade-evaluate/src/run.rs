@@ -31,6 +31,9 @@ pub struct Report {
     pub vehicles: Option<Vec<VehicleReport>>,
     /// Their means; none when no labelled vehicle has an estimate.
     pub vehicles_mean: Option<VehicleMeans>,
+    /// True positions of the camera, one a row, in the camera of row 0 \[m\]: the world of a run. Not part of the JSON.
+    #[serde(skip)]
+    pub truth_path_m: Vec<[f64; 3]>,
 }
 
 /// Evaluates a run directory (`ego.kitti.txt` or `ego.tum`, and `tracks.kitti.txt` when there) against the KITTI
@@ -80,6 +83,7 @@ pub fn evaluate_run(run: &Path, kitti_root: &Path, sequence: &str, camera: u8, f
         ego: report(&compared),
         vehicles_mean: vehicles.as_deref().and_then(means),
         vehicles,
+        truth_path_m: compared.truth.iter().map(|pose| pose.translation().into()).collect(),
     })
 }
 

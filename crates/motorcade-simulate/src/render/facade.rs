@@ -10,12 +10,18 @@ pub(super) fn wall(textures: &Textures, b: &Building, f: &Fragment) -> Colour {
     let [fu, fv] = print.extent();
     let shift = (b.seed % 97) as f32;
     let fine = textures.noise.sample(u + shift, v, &print, 4.7);
-    let coarse = textures.noise.sample(v + shift, u, &super::tile::Footprint { dx: [print.dx[1], print.dx[0]], dy: [print.dy[1], print.dy[0]] }, 31.0);
+    let coarse = textures.noise.sample(
+        v + shift,
+        u,
+        &super::tile::Footprint { dx: [print.dx[1], print.dx[0]], dy: [print.dy[1], print.dy[0]] },
+        31.0,
+    );
     let mut tone = 1.0 + 0.14 * fine + 0.2 * coarse;
     if b.brick {
         let row = (v / 0.25).floor();
         let stagger = if row as i64 % 2 == 0 { 0.0 } else { 0.25 };
-        let seams = cover_periodic(v, 0.0, 0.03, 0.25, fv).max(cover_periodic(u + stagger, 0.0, 0.03, 0.5, fu));
+        let seams =
+            cover_periodic(v, 0.0, 0.03, 0.25, fv).max(cover_periodic(u + stagger, 0.0, 0.03, 0.5, fu));
         let near = (1.0 - fu.max(fv) / 0.4).clamp(0.0, 1.0);
         let lot = hash::unit(b.seed, ((u + stagger) / 0.5).floor() as i64, row as i64) - 0.5;
         tone += near * 0.3 * lot + 0.25 * seams;
@@ -33,7 +39,9 @@ pub(super) fn wall(textures: &Textures, b: &Building, f: &Fragment) -> Colour {
     let rows = cover(v, 1.9, b.height_m - 0.5, fv);
     let up = v - 1.6;
     let (lu, lv) = (0.5 * (pu - wu), 0.5 * (pv - wv));
-    let frame = cover_periodic(u, lu - 0.09, lu + wu + 0.09, pu, fu) * cover_periodic(up, lv - 0.12, lv + wv + 0.09, pv, fv) * rows;
+    let frame = cover_periodic(u, lu - 0.09, lu + wu + 0.09, pu, fu)
+        * cover_periodic(up, lv - 0.12, lv + wv + 0.09, pv, fv)
+        * rows;
     let pane = cover_periodic(u, lu, lu + wu, pu, fu) * cover_periodic(up, lv, lv + wv, pv, fv) * rows;
     let bar = cover_periodic(u, 0.5 * pu - 0.04, 0.5 * pu + 0.04, pu, fu);
     let (i, j) = ((u / pu).floor() as i64, (up / pv).floor() as i64);

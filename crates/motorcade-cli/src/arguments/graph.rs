@@ -1,0 +1,82 @@
+//! Arguments of `motorcade graph`.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+use motorcade_graph::command::{RobustKernel, Start};
+use motorcade_graph::factors::PoseResidual;
+use motorcade_graph::solver::Method;
+
+/// `motorcade graph`.
+#[derive(Debug, Subcommand)]
+#[command(after_help = "Examples:
+  motorcade graph optimise sphere.g2o --out solved.g2o
+  motorcade graph info sphere.g2o
+  motorcade graph compare solved.g2o other.g2o")]
+pub enum GraphCommand {
+    /// Optimises a g2o pose graph.
+    #[command(visible_alias = "optimize")]
+    Optimise(OptimiseArguments),
+    /// What a g2o file holds: vertices, edges, components, cost.
+    Info(InfoArguments),
+    /// How the vertices of two g2o files differ, and the cost of both under the edges of the first.
+    Compare(CompareArguments),
+}
+
+/// `motorcade graph optimise`.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  motorcade graph optimise sphere.g2o --out solved.g2o --init chordal
+  motorcade graph optimise city.g2o --out solved.g2o --method dogleg --robust cauchy:1.0 --json report.json")]
+pub struct OptimiseArguments {
+    /// The graph.
+    pub input: PathBuf,
+    /// Where the optimised graph goes.
+    #[arg(long, value_name = "FILE")]
+    pub out: PathBuf,
+    /// Step: lm, gn or dogleg.
+    #[arg(long, default_value = "lm")]
+    pub method: Method,
+    /// Residual of 3D edges: log (of the relative pose) or mqt (g2o's translation and quaternion).
+    #[arg(long, default_value = "log")]
+    pub cost: PoseResidual,
+    /// Robust kernel of all edges and its scale: huber, cauchy, geman-mcclure, dcs or gnc, such as cauchy:1.0.
+    #[arg(long, value_name = "KERNEL:SCALE")]
+    pub robust: Option<RobustKernel>,
+    /// Where to start: file, spanning-tree or chordal.
+    #[arg(long, default_value = "file")]
+    pub init: Start,
+    /// Most iterations.
+    #[arg(long, default_value_t = 100)]
+    pub iterations: usize,
+    /// Threads; the results do not depend on it. 0 takes all cores.
+    #[arg(long, default_value_t = 1)]
+    pub threads: usize,
+    /// Also write what was done, iteration by iteration, as JSON.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+}
+
+/// `motorcade graph info`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  motorcade graph info sphere.g2o --json")]
+pub struct InfoArguments {
+    /// The graph.
+    pub input: PathBuf,
+    /// As JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `motorcade graph compare`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  motorcade graph compare mine.g2o gtsam.g2o")]
+pub struct CompareArguments {
+    /// First graph; its edges define the costs.
+    pub first: PathBuf,
+    /// Second graph.
+    pub second: PathBuf,
+    /// As JSON.
+    #[arg(long)]
+    pub json: bool,
+}

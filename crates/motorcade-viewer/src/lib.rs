@@ -1,0 +1,29 @@
+//! A run as a page to look at: one HTML file that needs no network and no other file.
+//!
+//! [`report`] draws what a run found: trajectories from above, to scale; speeds, metric scale and road over time; tables of
+//! vehicles, timings, warnings and settings. The same run gives the same bytes. Drawings are SVG inside the page; a small
+//! script adds a crosshair and highlights one vehicle, and everything is readable without it.
+//!
+//! ```no_run
+//! # fn page(result: &motorcade::RunResult, context: &motorcade::RunContext) -> std::io::Result<()> {
+//! std::fs::write("report.html", motorcade_viewer::report(result, context, None))
+//! # }
+//! ```
+
+mod axis;
+mod chart;
+mod details;
+mod evaluation;
+mod headline;
+mod hue;
+mod map;
+mod outline;
+mod page;
+mod placement;
+mod road;
+mod speed;
+mod strip;
+mod text;
+mod vehicles;
+
+pub use page::report;
