@@ -2,6 +2,7 @@
 
 mod evaluate;
 mod graph;
+mod simulate;
 
 use std::path::PathBuf;
 
@@ -10,11 +11,13 @@ use motorcade_dataset::{Format, FrameRange};
 
 pub use self::evaluate::EvaluateArguments;
 pub use self::graph::{CompareArguments, GraphCommand, InfoArguments, OptimiseArguments};
+pub use self::simulate::{DemoArguments, SimulateArguments};
 
 /// Monocular multi-body SLAM for driving video: one camera in, metric trajectories of the camera and of every vehicle out.
 #[derive(Debug, Parser)]
 #[command(name = "motorcade", version, propagate_version = true, max_term_width = 110)]
 #[command(after_help = "Examples:
+  motorcade demo
   motorcade inspect drive.mp4
   motorcade run drive.mp4 --calibration camera.toml --height 1.4 --models models --out runs/drive
   motorcade run kitti/training --sequence 0005 --camera 3 --models models --out runs/0005
@@ -38,6 +41,10 @@ pub enum Command {
     Inspect(InspectArguments),
     /// Errors of a run against the ground truth of a KITTI tracking sequence.
     Evaluate(EvaluateArguments),
+    /// Renders a synthetic drive, runs everything on it, evaluates and writes the report. Needs nothing.
+    Demo(DemoArguments),
+    /// Renders a synthetic drive with exact ground truth, in the shape of KITTI tracking.
+    Simulate(SimulateArguments),
     /// Optimises, describes and compares pose graphs in g2o files.
     #[command(subcommand)]
     Graph(GraphCommand),

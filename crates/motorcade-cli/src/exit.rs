@@ -59,6 +59,10 @@ fn code_of(error: &anyhow::Error) -> u8 {
         if let Some(e) = cause.downcast_ref::<motorcade_graph::GraphError>() {
             return code_of_graph(e);
         }
+        if let Some(motorcade_simulate::Error::Io { .. }) = cause.downcast_ref::<motorcade_simulate::Error>()
+        {
+            return 5;
+        }
         if cause.downcast_ref::<std::io::Error>().is_some() {
             return 3;
         }

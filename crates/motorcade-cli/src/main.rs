@@ -1,6 +1,7 @@
 //! The `motorcade` program.
 
 mod arguments;
+mod demo;
 mod evaluate;
 mod exit;
 mod files;
@@ -11,6 +12,7 @@ mod inspect;
 mod pixel_free;
 mod progress;
 mod run;
+mod simulate;
 
 use std::process::ExitCode;
 
@@ -30,6 +32,8 @@ fn main() -> ExitCode {
     let outcome = match cli.command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Inspect(arguments) => inspect::inspect(&arguments),
+        Command::Demo(arguments) => demo::demo(&arguments),
+        Command::Simulate(arguments) => simulate::simulate(&arguments),
         Command::Evaluate(arguments) => evaluate::evaluate(&arguments),
         Command::Graph(command) => graph::graph(&command),
         Command::Completions { shell } => {
