@@ -166,12 +166,12 @@ fn backward(travelled: &[f64], filtered: &[Filtered], model: &NoiseModel) -> Vec
     let mut out: Vec<SmoothedState> = Vec::with_capacity(filtered.len());
     for k in (0..filtered.len()).rev() {
         let (mut x, mut p) = filtered[k].updated;
-        if let (Some(next), Some(ahead)) = (out.last(), filtered.get(k + 1)) {
-            if let Some(inverse) = ahead.predicted.1.try_inverse() {
-                let gain = p * f.transpose() * inverse;
-                x += gain * (next.value - centre - ahead.predicted.0);
-                p += gain * (next.covariance - ahead.predicted.1) * gain.transpose();
-            }
+        if let (Some(next), Some(ahead)) = (out.last(), filtered.get(k + 1))
+            && let Some(inverse) = ahead.predicted.1.try_inverse()
+        {
+            let gain = p * f.transpose() * inverse;
+            x += gain * (next.value - centre - ahead.predicted.0);
+            p += gain * (next.covariance - ahead.predicted.1) * gain.transpose();
         }
         out.push(SmoothedState { value: x + centre, covariance: (p + p.transpose()) * 0.5 });
     }

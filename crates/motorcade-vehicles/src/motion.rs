@@ -61,15 +61,15 @@ pub fn smooth_motion(places: &[Place], times: &[f64], up: &Vector3<f64>) -> Vec<
     let mut out: Vec<Moving> = Vec::with_capacity(times.len());
     for k in (0..filtered.len()).rev() {
         let (mut x, mut p) = filtered[k].1;
-        if let (Some(ahead), Some((predicted, _))) = (out.last(), filtered.get(k + 1)) {
-            if let Some(inverse) = predicted.1.try_inverse() {
-                let gain = p * predicted.2.transpose() * inverse;
-                let mut smoothed = Vector6::zeros();
-                smoothed.fixed_rows_mut::<3>(0).copy_from(&ahead.position);
-                smoothed.fixed_rows_mut::<3>(3).copy_from(&ahead.velocity);
-                x += gain * (smoothed - predicted.0);
-                p += gain * (ahead.covariance - predicted.1) * gain.transpose();
-            }
+        if let (Some(ahead), Some((predicted, _))) = (out.last(), filtered.get(k + 1))
+            && let Some(inverse) = predicted.1.try_inverse()
+        {
+            let gain = p * predicted.2.transpose() * inverse;
+            let mut smoothed = Vector6::zeros();
+            smoothed.fixed_rows_mut::<3>(0).copy_from(&ahead.position);
+            smoothed.fixed_rows_mut::<3>(3).copy_from(&ahead.velocity);
+            x += gain * (smoothed - predicted.0);
+            p += gain * (ahead.covariance - predicted.1) * gain.transpose();
         }
         out.push(Moving {
             position: x.fixed_rows::<3>(0).into_owned(),

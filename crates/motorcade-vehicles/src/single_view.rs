@@ -74,7 +74,7 @@ pub struct SingleView {
 
 /// Standard deviation of a detector's edge \[px\]: a floor, and a share of the box for its habits (mirrors, shadows).
 fn edge_sigma_px(bbox: &BoundingBox, edge: usize) -> f64 {
-    let side = if edge % 2 == 0 { bbox.width() } else { bbox.height() };
+    let side = if edge.is_multiple_of(2) { bbox.width() } else { bbox.height() };
     (1.2_f64.powi(2) + (0.025 * side).powi(2)).sqrt()
 }
 
