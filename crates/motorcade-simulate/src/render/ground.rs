@@ -1,6 +1,7 @@
 //! The ground: carriageway with markings, patches, cracks and manholes, kerb stones, pavement, verge.
 
 use super::shade::{Colour, Fragment, Scene, cover, cover_periodic, mixed, scaled};
+use super::tile::floor;
 use crate::hash;
 use crate::motion::CROSSING_HALF_WIDTH_M;
 
@@ -53,9 +54,9 @@ pub(super) fn colour(scene: &Scene<'_>, f: &Fragment) -> (Colour, f32) {
         let joint = cover_periodic(s, 0.0, 0.02, 1.0, fs);
         let kerb_colour = scaled([0.60, 0.60, 0.58], 1.0 + 0.16 * fine + 0.12 * coarse - 0.4 * joint);
         let joints = cover_periodic(s, 0.0, 0.015, 0.6, fs).max(cover_periodic(d, 0.0, 0.015, 0.6, fd));
-        let slab = (hash::unit(7, (s / 0.6).floor() as i64, (d / 0.6).floor() as i64) - 0.5)
+        let slab = (hash::unit(7, floor(s / 0.6) as i64, floor(d / 0.6) as i64) - 0.5)
             * (1.0 - fs.max(fd) / 0.6).clamp(0.0, 1.0);
-        let pavement_colour = scaled([0.52, 0.50, 0.47], 1.0 + 0.2 * fine + 0.22 * coarse + 0.25 * slab - 0.35 * joints);
+        let pavement_colour = scaled([0.52, 0.50, 0.47], 1.0 + 0.16 * fine + 0.15 * coarse + 0.25 * slab - 0.35 * joints);
         let verge_colour = mixed([0.30, 0.37, 0.17], [0.42, 0.38, 0.26], (0.5 + 0.9 * coarse).clamp(0.0, 1.0));
         let verge_colour = scaled(verge_colour, 1.0 + 0.4 * fine + 0.25 * coarse);
         let off: Colour = std::array::from_fn(|i| {
@@ -81,13 +82,15 @@ fn asphalt(
     half: f32,
     on_crossing: f32,
 ) -> Colour {
-    let cracks = scene.textures.cracks.sample(s, d, print, 17.0);
-    let mut grey = 0.37 + 0.11 * fine + 0.075 * coarse + 0.16 * cracks;
+    // Cracks are thinner than any far pixel: they fade out before they cost anything.
+    let near = (1.2 - 4.0 * fs.min(fd).max(0.25 * fs.max(fd))).clamp(0.0, 1.0);
+    let cracks = if near > 0.0 { near * scene.textures.cracks.sample(s, d, print, 17.0) } else { 0.0 };
+    let mut grey = 0.36 + 0.075 * fine + 0.05 * coarse + 0.12 * cracks;
     // Wheel tracks are a little darker.
     let lane = (d.abs() - 1.75).abs();
     grey -= 0.025 * (1.0 - ((lane - 0.75) / 0.35).powi(2)).max(0.0);
     // Mended places: one in most stretches of eight metres of each lane.
-    let cell = (s / 8.0).floor();
+    let cell = floor(s / 8.0);
     for lane in [-1_i64, 1] {
         let lot = |k: i64| hash::unit(scene.drive.seed ^ 0xa5fa, cell as i64 * 2 + lane.max(0), k);
         if lot(0) < 0.7 {
@@ -101,10 +104,10 @@ fn asphalt(
         }
     }
     // A manhole cover now and then.
-    let cell = (s / 21.0).floor();
+    let cell = floor(s / 21.0);
     let lot = |k: i64| hash::unit(scene.drive.seed ^ 0x3a9, cell as i64, k);
     let (mx, my) = (cell * 21.0 + 3.0 + 15.0 * lot(0), (lot(1) - 0.5) * (half * 1.2));
-    let radius = (s - mx).hypot(d - my);
+    let radius = ((s - mx).powi(2) + (d - my).powi(2)).sqrt();
     grey -= 0.16 * cover(radius, -0.33, 0.33, fs.min(2.0).max(fd)) * (1.0 - 0.35 * cover(radius, 0.14, 0.24, fs.max(fd)));
     let mut colour = [grey, grey, grey * 1.02];
 

@@ -294,19 +294,18 @@ fn resolve(
             let at = |k: usize| (2 * r + k / 2) * band.columns + 2 * x + k % 2;
             let ids: [u32; 4] = std::array::from_fn(|k| band.drawn[at(k)]);
             let nearest = (0..4).map(|k| band.inverse_depth[at(k)]).fold(0.0, f32::max);
-            let (mut light, mut road, mut owners) = ([0.0_f32; 3], 0.0_f32, [0_u16; 4]);
-            for k in 0..4 {
-                if ids[..k].contains(&ids[k]) {
-                    owners[k] = ids[..k].iter().position(|id| *id == ids[k]).map_or(0, |j| owners[j]);
-                    continue;
-                }
-                // Shade once, in the middle of the samples it has.
-                let offsets = (0..4).filter(|j| ids[*j] == ids[k]).map(|j| {
-                    ((j % 2) as f64 * 0.5 - 0.25, (j / 2) as f64 * 0.5 - 0.25)
-                });
+            // The first sample that shows the same surface.
+            let mut first = [0; 4];
+            for k in 1..4 {
+                first[k] = (0..k).find(|j| first[*j] == *j && same_surface(surfaces, drawn, ids[*j], ids[k])).unwrap_or(k);
+            }
+            let owners = ids.map(|id| drawn.get(id as usize).map_or(0, |d| surfaces[d.surface as usize].owner));
+            let (mut light, mut road) = ([0.0_f32; 3], 0.0_f32);
+            for k in (0..4).filter(|k| first[*k] == *k) {
+                // Shaded once, in the middle of its samples.
                 let (mut count, mut px, mut py) = (0.0, 0.0, 0.0);
-                for (ox, oy) in offsets {
-                    (count, px, py) = (count + 1.0, px + ox, py + oy);
+                for j in (k..4).filter(|j| first[*j] == k) {
+                    (count, px, py) = (count + 1.0, px + (j % 2) as f64 * 0.5 - 0.25, py + (j / 2) as f64 * 0.5 - 0.25);
                 }
                 let (px, py) = (x as f64 + px / count, y as f64 + py / count);
                 let share = 0.25 * count as f32;
@@ -318,7 +317,6 @@ fn resolve(
                     }
                     Some(triangle) => {
                         let surface = &surfaces[triangle.surface as usize];
-                        owners[k] = surface.owner;
                         let fragment = fragment(pose, surface, triangle, &ray_in_camera, px, py);
                         let shaded = shade(scene, &fragment);
                         road += share * shaded.road;
@@ -347,6 +345,16 @@ fn resolve(
         }
     }
     out
+}
+
+/// True for two triangles that go on into each other: one shading serves both.
+fn same_surface(surfaces: &[Surface], drawn: &[Drawn], a: u32, b: u32) -> bool {
+    if a == b {
+        return true;
+    }
+    let (Some(a), Some(b)) = (drawn.get(a as usize), drawn.get(b as usize)) else { return false };
+    let (a, b) = (&surfaces[a.surface as usize], &surfaces[b.surface as usize]);
+    a.owner == b.owner && a.material == b.material && a.normal.dot(&b.normal) > 0.99
 }
 
 fn fragment(
