@@ -55,7 +55,8 @@ pub(crate) fn path(road: &Road, route: &Route, width_m: f64) -> Result<(Path, f6
             (line(s_m - 12.0, *s_m, |s| road.point(s, d).xy()), 12.0)
         }
     };
-    let path = Path::through(points).ok_or_else(|| Error::Plan("a route starts beyond the end of the road".into()))?;
+    let path = Path::through(points)
+        .ok_or_else(|| Error::Plan("a route starts beyond the end of the road".into()))?;
     Ok((path, start_m))
 }
 
@@ -102,7 +103,8 @@ fn join(points: &mut Vec<Point2<f64>>, rest: Vec<Point2<f64>>) {
         let steps = ((c - b).norm() / STEP_M).ceil().max(2.0) as usize;
         for i in 1..steps {
             let t = i as f64 / steps as f64;
-            let point = b.coords * (1.0 - t).powi(2) + corner.coords * (2.0 * t * (1.0 - t)) + c.coords * (t * t);
+            let point =
+                b.coords * (1.0 - t).powi(2) + corner.coords * (2.0 * t * (1.0 - t)) + c.coords * (t * t);
             points.push(point.into());
         }
     }

@@ -17,7 +17,7 @@ use crate::site::Site;
 use crate::vehicle::{AXLES, SimulatedVehicle, draw_colour, draw_size};
 
 /// Road before the start and after the end of the camera's way \[m\]: nothing may end in sight.
-const MARGIN_M: (f64, f64) = (70.0, 260.0);
+pub(crate) const MARGIN_M: (f64, f64) = (70.0, 260.0);
 
 /// Drives a scenario for a number of frames. The same seed gives the same drive.
 ///
@@ -36,13 +36,14 @@ pub fn simulate(scenario: &Scenario, frames: usize, seed: u64, render: &RenderOp
     let ego_axles = Axles { wheelbase_m: 2.7, rear_to_centre_m: 1.3 };
     let (path, start_m) = route::path(&road, &plan.ego_route, 1.8)?;
     let stances = follow(&path, start_m, ego_axles, &plan.ego_speed, frames, render.fps);
-    let sway = Sway::new(&plan.rig, &mut rng);
+    let sway = Sway::new(&mut rng);
     let site_from_camera = stances
         .iter()
         .enumerate()
         .map(|(i, s)| {
             let time_s = i as f64 / render.fps;
-            standing(&road, &s.centre, s.heading_rad) * sway.vehicle_from_camera(&plan.rig, time_s, s.speed_m_s)
+            standing(&road, &s.centre, s.heading_rad)
+                * sway.vehicle_from_camera(&plan.rig, time_s, s.speed_m_s)
         })
         .collect();
 
@@ -65,7 +66,8 @@ fn drive(
     let size = draw_size(driver.class, rng);
     let (shape, colour) = (rng.random::<f64>(), draw_colour(driver.class, rng));
     let (poses, speeds_m_s) = if let Route::Parked { s_m, side } = driver.route {
-        let d = side.sign() * (road.half_width_m - PARKING_INSET_M - 0.5 * size.width_m + rng.random_range(-0.08..0.08));
+        let d = side.sign()
+            * (road.half_width_m - PARKING_INSET_M - 0.5 * size.width_m + rng.random_range(-0.08..0.08));
         let turned = if side == Side::Left { std::f64::consts::PI } else { 0.0 };
         let heading = road.at(s_m).heading_rad + turned + rng.random_range(-0.02..0.02);
         (vec![Some(standing(road, &road.point(s_m, d).xy(), heading)); frames], vec![0.0; frames])
@@ -125,8 +127,7 @@ struct Sway {
 }
 
 impl Sway {
-    fn new(rig: &Rig, rng: &mut ChaCha8Rng) -> Self {
-        let _ = rig;
+    fn new(rng: &mut ChaCha8Rng) -> Self {
         Self { phases: std::array::from_fn(|_| rng.random_range(0.0..std::f64::consts::TAU)) }
     }
 
@@ -135,7 +136,8 @@ impl Sway {
         let hz = rig.oscillation_hz;
         // A standing car does not rock.
         let amplitude = rig.oscillation_rad * (speed_m_s / 5.0).clamp(0.0, 1.0);
-        let pitch = rig.pitch_rad + amplitude * (0.7 * wave(hz, self.phases[0]) + 0.5 * wave(0.62 * hz, self.phases[1]));
+        let pitch = rig.pitch_rad
+            + amplitude * (0.7 * wave(hz, self.phases[0]) + 0.5 * wave(0.62 * hz, self.phases[1]));
         let roll = rig.roll_rad + 0.5 * amplitude * wave(0.8 * hz, self.phases[2]);
         // 0.2 degrees of pitch go with about 8 mm of heave.
         let heave_m = 2.3 * amplitude * wave(0.9 * hz, self.phases[3]);

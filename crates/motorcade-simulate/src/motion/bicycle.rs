@@ -67,7 +67,9 @@ mod tests {
 
     #[test]
     fn a_circle_is_followed_without_side_slip() {
-        let circle = |i: i32| Point2::new(20.0 * (f64::from(i) / 40.0).sin(), 20.0 * (1.0 - (f64::from(i) / 40.0).cos()));
+        let circle = |i: i32| {
+            Point2::new(20.0 * (f64::from(i) / 40.0).sin(), 20.0 * (1.0 - (f64::from(i) / 40.0).cos()))
+        };
         let path = Path::through((0..200).map(circle)).unwrap();
         let stances = follow(&path, 5.0, AXLES, &SpeedPlan::constant(6.0), 60, 10.0);
         assert_eq!(stances.len(), 60);
@@ -75,7 +77,8 @@ mod tests {
             let off = (pair[1].centre - Point2::new(0.0, 20.0)).norm() - 20.0;
             assert!(off.abs() < 0.4, "{off} m off the circle");
             // The rear axle moves where the car points.
-            let rear = |s: &Stance| s.centre - super::super::road::axes(s.heading_rad).0 * AXLES.rear_to_centre_m;
+            let rear =
+                |s: &Stance| s.centre - super::super::road::axes(s.heading_rad).0 * AXLES.rear_to_centre_m;
             let moved = rear(&pair[1]) - rear(&pair[0]);
             let left = super::super::road::axes(0.5 * (pair[0].heading_rad + pair[1].heading_rad)).1;
             assert!(moved.dot(&left).abs() < 2e-3 && (moved.norm() - 0.6).abs() < 2e-3);

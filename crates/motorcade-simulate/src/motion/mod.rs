@@ -7,6 +7,6 @@ mod speed;
 
 pub(crate) use bicycle::{Axles, Stance, follow};
 pub(crate) use path::Path;
-pub(crate) use road::{CROSSING_HALF_WIDTH_M, axes};
 pub use road::{Bend, Grade, Road, RoadPlan, RoadPoint};
+pub(crate) use road::{CROSSING_HALF_WIDTH_M, axes};
 pub use speed::SpeedPlan;

@@ -29,7 +29,12 @@ impl Default for DetectorOptions {
 }
 
 /// Detections of a frame as result lines; track −1, as a detector knows no identities.
-pub(crate) fn of_frame(drive: &Drive, frame: usize, picture: &Picture, options: &DetectorOptions) -> Vec<Label> {
+pub(crate) fn of_frame(
+    drive: &Drive,
+    frame: usize,
+    picture: &Picture,
+    options: &DetectorOptions,
+) -> Vec<Label> {
     // A stream of its own for every frame: frames can be made in any order.
     let mut rng = ChaCha8Rng::seed_from_u64(hash::mix(drive.seed ^ 0xde7ec7) ^ frame as u64);
     let camera = drive.camera();
@@ -50,7 +55,8 @@ pub(crate) fn of_frame(drive: &Drive, frame: usize, picture: &Picture, options: 
     }
     if rng.random_bool(options.false_boxes.clamp(0.0, 1.0)) {
         let height = rng.random_range(18.0..60.0);
-        let (width, x) = (height * rng.random_range(0.8..1.8), rng.random_range(0.0..0.9) * f64::from(camera.width));
+        let (width, x) =
+            (height * rng.random_range(0.8..1.8), rng.random_range(0.0..0.9) * f64::from(camera.width));
         let y = camera.cy + rng.random_range(-30.0..30.0);
         let bbox = BoundingBox::new([x, y, x + width, y + height]).clipped(camera.width, camera.height);
         if bbox.area() > 50.0 {

@@ -73,7 +73,9 @@ impl Drive {
     ) -> Result<Written> {
         let name = &options.sequence;
         if name.is_empty() || !name.chars().all(|c| c.is_ascii_alphanumeric() || "-_".contains(c)) {
-            return Err(Error::Plan(format!("`{name}` is no name for a sequence; use letters, digits, - and _")));
+            return Err(Error::Plan(format!(
+                "`{name}` is no name for a sequence; use letters, digits, - and _"
+            )));
         }
         let folders = Folders::create(folder, options)?;
         let renderer = Renderer::new(self);
@@ -82,7 +84,10 @@ impl Drive {
             let Some(picture) = renderer.render(i) else { return Ok(Default::default()) };
             folders.write(i, &picture)?;
             progress(done.fetch_add(1, Ordering::Relaxed) + 1);
-            Ok((labels::of_frame(self, i, &picture), detections::of_frame(self, i, &picture, &options.detector)))
+            Ok((
+                labels::of_frame(self, i, &picture),
+                detections::of_frame(self, i, &picture, &options.detector),
+            ))
         };
         let frames: Vec<(Vec<Label>, Vec<Label>)> =
             (0..self.len()).into_par_iter().map(frame).collect::<Result<_>>()?;
@@ -92,7 +97,9 @@ impl Drive {
         self.write_calibration(&file("calib"))?;
         let poses = file("gt_poses");
         let mut out = BufWriter::new(File::create(&poses).map_err(Error::io(&poses))?);
-        write_kitti(&mut out, &self.world_from_camera()).and_then(|()| out.flush()).map_err(Error::io(&poses))?;
+        write_kitti(&mut out, &self.world_from_camera())
+            .and_then(|()| out.flush())
+            .map_err(Error::io(&poses))?;
         Ok(Written {
             sequence: name.clone(),
             detections: file("detections"),
@@ -104,11 +111,14 @@ impl Drive {
 
     fn write_calibration(&self, path: &Path) -> Result<()> {
         let c = self.camera();
-        let projection =
-            [c.fx, 0.0, c.cx, 0.0, 0.0, c.fy, c.cy, 0.0, 0.0, 0.0, 1.0, 0.0].map(|v| format!("{v:.12e}")).join(" ");
+        let projection = [c.fx, 0.0, c.cx, 0.0, 0.0, c.fy, c.cy, 0.0, 0.0, 0.0, 1.0, 0.0]
+            .map(|v| format!("{v:.12e}"))
+            .join(" ");
         let unit = "1 0 0 0 1 0 0 0 1";
         let mut text: String = (0..4).map(|i| format!("P{i}: {projection}\n")).collect();
-        text.push_str(&format!("R_rect {unit}\nTr_velo_cam 0 -1 0 0 0 0 -1 0 1 0 0 0\nTr_imu_velo 1 0 0 0 0 1 0 0 0 0 1 0\n"));
+        text.push_str(&format!(
+            "R_rect {unit}\nTr_velo_cam 0 -1 0 0 0 0 -1 0 1 0 0 0\nTr_imu_velo 1 0 0 0 0 1 0 0 0 0 1 0\n"
+        ));
         fs::write(path, text).map_err(Error::io(path))
     }
 }

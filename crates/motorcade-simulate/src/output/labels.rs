@@ -20,7 +20,9 @@ pub(crate) fn of_frame(drive: &Drive, frame: usize, picture: &Picture) -> Vec<La
         if view.visible_samples < FEWEST_SAMPLES {
             continue;
         }
-        let (Some(pose), Some(seen)) = (drive.camera_from_vehicle(i, frame), view.visible_px) else { continue };
+        let (Some(pose), Some(seen)) = (drive.camera_from_vehicle(i, frame), view.visible_px) else {
+            continue;
+        };
         let (bbox, truncated) = match view.projected_px {
             Some(whole) => {
                 let whole = BoundingBox::new(whole);

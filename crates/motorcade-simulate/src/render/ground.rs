@@ -56,8 +56,10 @@ pub(super) fn colour(scene: &Scene<'_>, f: &Fragment) -> (Colour, f32) {
         let joints = cover_periodic(s, 0.0, 0.015, 0.6, fs).max(cover_periodic(d, 0.0, 0.015, 0.6, fd));
         let slab = (hash::unit(7, floor(s / 0.6) as i64, floor(d / 0.6) as i64) - 0.5)
             * (1.0 - fs.max(fd) / 0.6).clamp(0.0, 1.0);
-        let pavement_colour = scaled([0.52, 0.50, 0.47], 1.0 + 0.16 * fine + 0.15 * coarse + 0.25 * slab - 0.35 * joints);
-        let verge_colour = mixed([0.30, 0.37, 0.17], [0.42, 0.38, 0.26], (0.5 + 0.9 * coarse).clamp(0.0, 1.0));
+        let pavement_colour =
+            scaled([0.52, 0.50, 0.47], 1.0 + 0.16 * fine + 0.15 * coarse + 0.25 * slab - 0.35 * joints);
+        let verge_colour =
+            mixed([0.30, 0.37, 0.17], [0.42, 0.38, 0.26], (0.5 + 0.9 * coarse).clamp(0.0, 1.0));
         let verge_colour = scaled(verge_colour, 1.0 + 0.4 * fine + 0.25 * coarse);
         let off: Colour = std::array::from_fn(|i| {
             kerb * kerb_colour[i] + pavement * pavement_colour[i] + verge * verge_colour[i]
@@ -99,7 +101,8 @@ fn asphalt(
             let middle = lane as f32 * (0.5 + (half - 1.6) * lot(3));
             let wide = 0.35 + 0.7 * lot(4);
             let inside = cover(s, from, to, fs) * cover(d, middle - wide, middle + wide, fd);
-            let rim = cover(s, from - 0.05, to + 0.05, fs) * cover(d, middle - wide - 0.05, middle + wide + 0.05, fd);
+            let rim = cover(s, from - 0.05, to + 0.05, fs)
+                * cover(d, middle - wide - 0.05, middle + wide + 0.05, fd);
             grey += (0.14 * lot(5) - 0.11) * inside - 0.12 * (rim - inside);
         }
     }
@@ -108,7 +111,9 @@ fn asphalt(
     let lot = |k: i64| hash::unit(scene.drive.seed ^ 0x3a9, cell as i64, k);
     let (mx, my) = (cell * 21.0 + 3.0 + 15.0 * lot(0), (lot(1) - 0.5) * (half * 1.2));
     let radius = ((s - mx).powi(2) + (d - my).powi(2)).sqrt();
-    grey -= 0.16 * cover(radius, -0.33, 0.33, fs.min(2.0).max(fd)) * (1.0 - 0.35 * cover(radius, 0.14, 0.24, fs.max(fd)));
+    grey -= 0.16
+        * cover(radius, -0.33, 0.33, fs.min(2.0).max(fd))
+        * (1.0 - 0.35 * cover(radius, 0.14, 0.24, fs.max(fd)));
     let mut colour = [grey, grey, grey * 1.02];
 
     // Paint, worn by the noise.
@@ -116,7 +121,9 @@ fn asphalt(
     let open = cover(clear, 9.5, 1e6, fs);
     let dash = cover_periodic(s, 0.0, 3.0, 7.0, fs) * cover(d, -0.07, 0.07, fd) * open;
     let side = cover(d.abs(), 3.45, 3.57, fd) * cover_periodic(s, 0.0, 0.6, 1.4, fs) * open;
-    let zebra = cover(clear, 4.8, 7.8, fs) * cover_periodic(d, 0.25, 0.75, 1.0, fd) * cover(d.abs(), 0.0, half - 0.3, fd);
+    let zebra = cover(clear, 4.8, 7.8, fs)
+        * cover_periodic(d, 0.25, 0.75, 1.0, fd)
+        * cover(d.abs(), 0.0, half - 0.3, fd);
     let stop = cover(clear, 8.6, 9.0, fs) * cover(d.abs(), 0.15, half.min(3.4), fd);
     let paint = (dash + side + zebra + stop).min(1.0) * (1.0 - on_crossing);
     if paint > 0.0 {

@@ -56,8 +56,14 @@ impl RenderOptions {
         // Pixel centres lie at integers: the left edge is at -0.5.
         let scaled = |p: f64| (p + 0.5) * factor - 0.5;
         let height = (f64::from(c.height) * factor).round() as u32;
-        self.camera =
-            PinholeCamera { fx: c.fx * factor, fy: c.fy * factor, cx: scaled(c.cx), cy: scaled(c.cy), width, height };
+        self.camera = PinholeCamera {
+            fx: c.fx * factor,
+            fy: c.fy * factor,
+            cx: scaled(c.cx),
+            cy: scaled(c.cy),
+            width,
+            height,
+        };
         self
     }
 

@@ -65,7 +65,8 @@ pub(super) fn project(
         }
         if (a.point.z >= NEAR_M) != (b.point.z >= NEAR_M) {
             let t = (NEAR_M - a.point.z) / (b.point.z - a.point.z);
-            let attributes = std::array::from_fn(|k| a.attributes[k] + (b.attributes[k] - a.attributes[k]) * t);
+            let attributes =
+                std::array::from_fn(|k| a.attributes[k] + (b.attributes[k] - a.attributes[k]) * t);
             kept.push(Corner { point: a.point + (b.point - a.point) * t, attributes });
         }
     }
@@ -99,14 +100,18 @@ fn setup(camera: &PinholeCamera, corners: &[Corner; 3], surface: u32) -> Option<
     let edges = [edge(1, 2), edge(2, 0), edge(0, 1)];
     let through = |values: [f64; 3]| -> Linear {
         let scale = 1.0 / area.abs();
-        std::array::from_fn(|k| (values[0] * edges[0][k] + values[1] * edges[1][k] + values[2] * edges[2][k]) * scale)
+        std::array::from_fn(|k| {
+            (values[0] * edges[0][k] + values[1] * edges[1][k] + values[2] * edges[2][k]) * scale
+        })
     };
     let inverse = corners.map(|c| 1.0 / c.point.z);
     Some(Drawn {
         rows: ((min_y - 0.5).floor().max(0.0) as i32, (max_y + 1.5).ceil().min(height) as i32),
         edges,
         inverse_depth: through(inverse),
-        attributes: std::array::from_fn(|k| through(std::array::from_fn(|i| corners[i].attributes[k] * inverse[i]))),
+        attributes: std::array::from_fn(|k| {
+            through(std::array::from_fn(|i| corners[i].attributes[k] * inverse[i]))
+        }),
         surface,
     })
 }

@@ -89,7 +89,11 @@ impl<'a> Renderer<'a> {
                 let later = k as f64 / samples as f64 * options.sensor.shutter_s * options.fps;
                 let moved = self.pose_after(frame, later);
                 let more = self.expose_once(&scene, frame, &moved).0;
-                picture.0.par_iter_mut().zip(more).for_each(|(a, b)| *a = std::array::from_fn(|i| a[i] + b[i]));
+                picture
+                    .0
+                    .par_iter_mut()
+                    .zip(more)
+                    .for_each(|(a, b)| *a = std::array::from_fn(|i| a[i] + b[i]));
             }
             let share = 1.0 / samples as f32;
             picture.0.par_iter_mut().for_each(|c| *c = c.map(|v| v * share));
@@ -105,7 +109,9 @@ impl<'a> Renderer<'a> {
         let here = poses[frame];
         match (poses.get(frame + 1), frame.checked_sub(1).and_then(|i| poses.get(i))) {
             (Some(next), _) => here.interpolate(next, fraction),
-            (None, Some(previous)) => here * (previous.inverse() * here).interpolate(&Pose::identity(), 1.0 - fraction),
+            (None, Some(previous)) => {
+                here * (previous.inverse() * here).interpolate(&Pose::identity(), 1.0 - fraction)
+            }
             (None, None) => here,
         }
     }
@@ -132,7 +138,12 @@ impl<'a> Renderer<'a> {
     }
 
     /// Everything but the sensor.
-    fn expose_once(&self, scene: &Scene<'_>, frame: usize, pose: &Pose<Site, Camera>) -> (Vec<Colour>, Picture) {
+    fn expose_once(
+        &self,
+        scene: &Scene<'_>,
+        frame: usize,
+        pose: &Pose<Site, Camera>,
+    ) -> (Vec<Colour>, Picture) {
         let camera = self.drive.render.camera;
         let (width, height) = (camera.width as usize, camera.height as usize);
         let (surfaces, drawn, mut views) = self.draw(&camera, frame, pose);
@@ -173,9 +184,8 @@ impl<'a> Renderer<'a> {
         for (view, seen) in views.iter_mut().zip(&seen) {
             view.visible_samples = seen.samples;
             // A sample stands for a quarter of a pixel about it.
-            view.visible_px = (seen.samples > 0).then(|| {
-                [seen.low[0] - 0.25, seen.low[1] - 0.25, seen.high[0] + 0.25, seen.high[1] + 0.25]
-            });
+            view.visible_px = (seen.samples > 0)
+                .then(|| [seen.low[0] - 0.25, seen.low[1] - 0.25, seen.high[0] + 0.25, seen.high[1] + 0.25]);
         }
         picture.views = views;
         picture.instance = ImageBuffer::from_raw(camera.width, camera.height, instance).unwrap_or_default();
@@ -218,7 +228,11 @@ impl<'a> Renderer<'a> {
                 let normal = site_from_vehicle.transform_vector(&triangle.normal);
                 let at = site_from_vehicle.transform_point(&triangle.corners[0].position);
                 project(camera, triangle, to_camera, surfaces.len() as u32, &mut drawn);
-                surfaces.push(Surface { material: triangle.material, normal: facing(&normal, &(eye - at)), owner: i as u16 + 1 });
+                surfaces.push(Surface {
+                    material: triangle.material,
+                    normal: facing(&normal, &(eye - at)),
+                    owner: i as u16 + 1,
+                });
             }
             views[i].projected_px = projected(camera, mesh, &camera_from_vehicle);
             views[i].own_samples = own_samples(camera, &drawn[first..]);
@@ -297,15 +311,19 @@ fn resolve(
             // The first sample that shows the same surface.
             let mut first = [0; 4];
             for k in 1..4 {
-                first[k] = (0..k).find(|j| first[*j] == *j && same_surface(surfaces, drawn, ids[*j], ids[k])).unwrap_or(k);
+                first[k] = (0..k)
+                    .find(|j| first[*j] == *j && same_surface(surfaces, drawn, ids[*j], ids[k]))
+                    .unwrap_or(k);
             }
-            let owners = ids.map(|id| drawn.get(id as usize).map_or(0, |d| surfaces[d.surface as usize].owner));
+            let owners =
+                ids.map(|id| drawn.get(id as usize).map_or(0, |d| surfaces[d.surface as usize].owner));
             let (mut light, mut road) = ([0.0_f32; 3], 0.0_f32);
             for k in (0..4).filter(|k| first[*k] == *k) {
                 // Shaded once, in the middle of its samples.
                 let (mut count, mut px, mut py) = (0.0, 0.0, 0.0);
                 for j in (k..4).filter(|j| first[*j] == k) {
-                    (count, px, py) = (count + 1.0, px + (j % 2) as f64 * 0.5 - 0.25, py + (j / 2) as f64 * 0.5 - 0.25);
+                    (count, px, py) =
+                        (count + 1.0, px + (j % 2) as f64 * 0.5 - 0.25, py + (j / 2) as f64 * 0.5 - 0.25);
                 }
                 let (px, py) = (x as f64 + px / count, y as f64 + py / count);
                 let share = 0.25 * count as f32;
@@ -334,7 +352,9 @@ fn resolve(
                         out.seen.len() - 1
                     }
                 };
-                out.seen[place].1.add(x as f64 + (k % 2) as f64 * 0.5 - 0.25, y as f64 + (k / 2) as f64 * 0.5 - 0.25);
+                out.seen[place]
+                    .1
+                    .add(x as f64 + (k % 2) as f64 * 0.5 - 0.25, y as f64 + (k / 2) as f64 * 0.5 - 0.25);
             }
             // A pixel belongs to whoever has most of it; of equals to the first.
             let most = (0..4).rev().max_by_key(|k| owners.iter().filter(|o| **o == owners[*k]).count());

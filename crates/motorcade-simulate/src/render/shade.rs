@@ -27,7 +27,8 @@ impl Textures {
         let flat = |cells: usize| if cells < 8 { 0.4 } else { 1.0 };
         let noise = Tile::noise(seed, flat, |v| (1.3 * v).clamp(-1.0, 1.0));
         let line = |v: f32| -(1.0 - v.abs() * 22.0).clamp(0.0, 1.0);
-        let cracks = Tile::noise(seed ^ 0x51, |cells| if cells <= 32 { 1.0 / cells as f32 } else { 0.0 }, line);
+        let cracks =
+            Tile::noise(seed ^ 0x51, |cells| if cells <= 32 { 1.0 / cells as f32 } else { 0.0 }, line);
         let clouds = Tile::noise(seed ^ 0xc1, |cells| 1.0 / cells as f32, |v| (1.6 * v).clamp(-1.0, 1.0));
         Self { noise, cracks, clouds }
     }
@@ -93,18 +94,24 @@ pub(super) fn shade(scene: &Scene<'_>, f: &Fragment) -> Shaded {
             road = share;
             colour
         }
-        Material::Facade(i) => scene.buildings.get(i as usize).map_or(HAZE, |b| facade::wall(scene.textures, b, f)),
-        Material::Roof(i) => scene.buildings.get(i as usize).map_or(HAZE, |b| facade::roof(scene.textures, b, f)),
+        Material::Facade(i) => {
+            scene.buildings.get(i as usize).map_or(HAZE, |b| facade::wall(scene.textures, b, f))
+        }
+        Material::Roof(i) => {
+            scene.buildings.get(i as usize).map_or(HAZE, |b| facade::roof(scene.textures, b, f))
+        }
         Material::Post(colour) => {
             let print = f.footprint(0, 1);
-            let grain = scene.textures.noise.sample(f.attributes[0] as f32, f.attributes[1] as f32, &print, 2.3);
+            let grain =
+                scene.textures.noise.sample(f.attributes[0] as f32, f.attributes[1] as f32, &print, 2.3);
             scaled(colour, 1.0 + 0.25 * grain)
         }
         Material::Leaves(colour) => {
             let print = f.footprint(0, 1);
             let (u, v) = (f.attributes[0] as f32, f.attributes[1] as f32);
             let grain = scene.textures.noise.sample(u, v, &print, 5.1);
-            let clumps = scene.textures.noise.sample(v + 0.3, u, &Footprint { dx: print.dy, dy: print.dx }, 23.0);
+            let clumps =
+                scene.textures.noise.sample(v + 0.3, u, &Footprint { dx: print.dy, dy: print.dx }, 23.0);
             scaled(colour, f.attributes[2] as f32 * (1.0 + 0.55 * grain + 0.3 * clumps))
         }
         Material::Skin(part) => {
@@ -118,7 +125,8 @@ pub(super) fn shade(scene: &Scene<'_>, f: &Fragment) -> Shaded {
     // The sky lights from above, the street throws a little back.
     let sky = 0.5 + 0.5 * f.normal.z as f32;
     let shadow = if f.owner == 0 { shadow(scene, &f.point_in_site) } else { 1.0 };
-    let light = (0.42 + 0.28 * sky) * (0.35 + 0.65 * shadow) + (0.45 * clear * sun + 0.18 * (1.0 - clear)) * shadow;
+    let light =
+        (0.42 + 0.28 * sky) * (0.35 + 0.65 * shadow) + (0.45 * clear * sun + 0.18 * (1.0 - clear)) * shadow;
     let mut colour = scaled(base, light);
     if gloss > 0.0 {
         let mirror = scaled(HAZE, 0.25 + 0.75 * sky * sky);
@@ -148,7 +156,8 @@ fn shadow(scene: &Scene<'_>, point: &Point3<f64>) -> f32 {
         light *= 1.0 - 0.92 * below * below * (3.0 - 2.0 * below);
         let clear = 1.0 - scene.drive.render.overcast;
         let throw = 0.5 * caster.height_m / scene.sun.z.max(0.2);
-        let cast = ((0.10 - outside(dx + throw * scene.sun.x, dy + throw * scene.sun.y)) / 0.25).clamp(0.0, 1.0);
+        let cast =
+            ((0.10 - outside(dx + throw * scene.sun.x, dy + throw * scene.sun.y)) / 0.25).clamp(0.0, 1.0);
         light = light.min(1.0 - 0.55 * clear * cast);
     }
     light as f32

@@ -24,7 +24,12 @@ pub(super) fn colour(textures: &Textures, direction: &Vector3<f64>, pixel_rad: f
         // Clouds on a plane a kilometre up.
         let reach = 1.0 / up;
         let along = angle * reach * reach;
-        let cloud = textures.clouds.sample(x * reach, y * reach, &Footprint { dx: [along, 0.0], dy: [0.0, along] }, 4.3);
+        let cloud = textures.clouds.sample(
+            x * reach,
+            y * reach,
+            &Footprint { dx: [along, 0.0], dy: [0.0, along] },
+            4.3,
+        );
         let fade = ((z - 0.02) / 0.10).clamp(0.0, 1.0);
         let share = (0.25 + 0.4 * overcast as f32 + 1.1 * cloud).clamp(0.0, 1.0) * fade;
         sky = mixed(sky, [0.93, 0.94, 0.95], share * 0.85);

@@ -34,15 +34,22 @@ impl Footprint {
 
 impl Tile {
     /// `weight(cells)` says how strong the octave with so many cells a period is; `shape` bends the sum.
-    pub(crate) fn noise(seed: u64, weight: impl Fn(usize) -> f32 + Sync, shape: impl Fn(f32) -> f32 + Sync) -> Self {
+    pub(crate) fn noise(
+        seed: u64,
+        weight: impl Fn(usize) -> f32 + Sync,
+        shape: impl Fn(f32) -> f32 + Sync,
+    ) -> Self {
         let octaves: Vec<(usize, f32)> =
             (2..9).map(|o| 1usize << o).map(|cells| (cells, weight(cells))).filter(|o| o.1 != 0.0).collect();
         let total = octaves.iter().map(|o| o.1 * o.1).sum::<f32>().sqrt().max(1e-6);
         let row = |y: usize| {
-            (0..SIZE).map(|x| {
-                let octave = |&(cells, w): &(usize, f32)| w * value_noise(seed ^ cells as u64, x, y, cells);
-                shape(octaves.iter().map(octave).sum::<f32>() / total)
-            }).collect::<Vec<f32>>()
+            (0..SIZE)
+                .map(|x| {
+                    let octave =
+                        |&(cells, w): &(usize, f32)| w * value_noise(seed ^ cells as u64, x, y, cells);
+                    shape(octaves.iter().map(octave).sum::<f32>() / total)
+                })
+                .collect::<Vec<f32>>()
         };
         let finest: Vec<f32> = (0..SIZE).into_par_iter().flat_map_iter(row).collect();
         let mut levels = vec![finest];
@@ -146,6 +153,9 @@ mod tests {
         let narrow = Footprint { dx: [0.1, 0.0], dy: [0.0, 0.1] };
         assert!((tile.sample(7.5, 4.5, &narrow, 512.0) - tile.levels[0][4 * SIZE + 7]).abs() < 1e-5);
         // One period on is the same place.
-        assert!((tile.sample(7.5 - 512.0, 4.5 + 512.0, &narrow, 512.0) - tile.levels[0][4 * SIZE + 7]).abs() < 1e-5);
+        assert!(
+            (tile.sample(7.5 - 512.0, 4.5 + 512.0, &narrow, 512.0) - tile.levels[0][4 * SIZE + 7]).abs()
+                < 1e-5
+        );
     }
 }

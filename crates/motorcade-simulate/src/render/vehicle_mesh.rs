@@ -36,8 +36,12 @@ const VAN: [Station; 9] = [
     [0.5, 0.18, 0.35, 0.36],
 ];
 /// The cab of a truck.
-const CAB: [Station; 4] =
-    [[0.27, 0.16, 0.84, 0.475], [0.43, 0.13, 0.86, 0.485], [0.485, 0.12, 0.60, 0.48], [0.5, 0.14, 0.42, 0.46]];
+const CAB: [Station; 4] = [
+    [0.27, 0.16, 0.84, 0.475],
+    [0.43, 0.13, 0.86, 0.485],
+    [0.485, 0.12, 0.60, 0.48],
+    [0.5, 0.14, 0.42, 0.46],
+];
 /// Its load.
 const CARGO: [Station; 2] = [[-0.5, 0.22, 1.0, 0.50], [0.25, 0.22, 1.0, 0.50]];
 /// A bus.
@@ -103,7 +107,13 @@ impl Builder {
     fn loft(&mut self, stations: &[Station], part: Part, shoulder: f64) {
         let ring = |[x, low, high, half]: Station| -> [[f64; 3]; 10] {
             let z = |f: f64| low + (high - low) * f;
-            let right = [[half * 0.90, low], [half * 0.985, z(0.15)], [half, z(0.55)], [half * 0.97, z(0.90)], [half * shoulder, high]];
+            let right = [
+                [half * 0.90, low],
+                [half * 0.985, z(0.15)],
+                [half, z(0.55)],
+                [half * 0.97, z(0.90)],
+                [half * shoulder, high],
+            ];
             std::array::from_fn(|i| {
                 let (side, k) = if i < 5 { (1.0, i) } else { (-1.0, 9 - i) };
                 [x, side * right[k][0], right[k][1]]
@@ -166,9 +176,19 @@ impl Builder {
                     [axle + share * along * angle.sin(), side * y, radius * (1.0 - share * angle.cos())]
                 };
                 for i in 0..SIDES {
-                    let wall = [rim(i, 0.62, outer), rim(i + 1, 0.62, outer), rim(i + 1, 1.0, outer), rim(i, 1.0, outer)];
+                    let wall = [
+                        rim(i, 0.62, outer),
+                        rim(i + 1, 0.62, outer),
+                        rim(i + 1, 1.0, outer),
+                        rim(i, 1.0, outer),
+                    ];
                     self.face(wall, Part::Tyre);
-                    let tread = [rim(i, 1.0, outer), rim(i + 1, 1.0, outer), rim(i + 1, 1.0, inner), rim(i, 1.0, inner)];
+                    let tread = [
+                        rim(i, 1.0, outer),
+                        rim(i + 1, 1.0, outer),
+                        rim(i + 1, 1.0, inner),
+                        rim(i, 1.0, inner),
+                    ];
                     self.face(tread, Part::Tyre);
                     let centre = [axle, side * outer, radius];
                     let disc = [rim(i, 0.62, outer), rim(i + 1, 0.62, outer), centre].map(|c| self.at(c));

@@ -86,9 +86,12 @@ fn body(vehicle: &SimulatedVehicle, place: &Place, grain: f32) -> Paint {
     // Seams of the doors and the sill.
     let flank = place.beside(1, 0.44, 1.0);
     let seams = [-0.27, -0.07, 0.17].map(|at| place.within(0, at - 0.0025, at + 0.0025));
-    colour = mixed(colour, TRIM, 0.7 * flank * seams.iter().sum::<f32>().min(1.0) * place.within(2, 0.16, 0.62));
+    colour =
+        mixed(colour, TRIM, 0.7 * flank * seams.iter().sum::<f32>().min(1.0) * place.within(2, 0.16, 0.62));
     colour = mixed(colour, TRIM, 0.8 * place.within(2, 0.0, 0.19));
-    let handle = flank * (place.within(0, -0.19, -0.155) + place.within(0, -0.055, -0.02)) * place.within(2, 0.545, 0.56);
+    let handle = flank
+        * (place.within(0, -0.19, -0.155) + place.within(0, -0.055, -0.02))
+        * place.within(2, 0.545, 0.56);
     colour = mixed(colour, TRIM, 0.6 * handle);
     // Wheel arches: dark round the wheels.
     let radius = if class == VehicleClass::Car { 0.255 } else { 0.19 };
@@ -104,12 +107,18 @@ fn body(vehicle: &SimulatedVehicle, place: &Place, grain: f32) -> Paint {
         let lamp = place.within(0, -1.0, -0.44) * place.beside(1, 0.28, 0.47) * place.within(2, low, high);
         colour = mixed(colour, [0.62, 0.05, 0.05], lamp);
         let plate = place.within(0, -1.0, -0.45) * place.within(1, -0.145, 0.145);
-        let rows = if class == VehicleClass::Car { place.within(2, 0.345, 0.42) } else { place.within(2, 0.22, 0.27) };
+        let rows = if class == VehicleClass::Car {
+            place.within(2, 0.345, 0.42)
+        } else {
+            place.within(2, 0.22, 0.27)
+        };
         colour = mixed(colour, [0.90, 0.89, 0.80], plate * rows);
         colour = mixed(colour, TRIM, place.within(0, -1.0, -0.45) * place.within(2, 0.20, 0.27) * 0.8);
     }
     if x > 0.40 {
-        let lamp = place.within(0, 0.42, 1.0) * place.beside(1, 0.25, 0.45) * place.within(2, low - 0.07, high - 0.07);
+        let lamp = place.within(0, 0.42, 1.0)
+            * place.beside(1, 0.25, 0.45)
+            * place.within(2, low - 0.07, high - 0.07);
         colour = mixed(colour, [0.88, 0.90, 0.93], lamp);
         let grille = place.within(0, 0.45, 1.0) * place.beside(1, 0.0, 0.22) * place.within(2, 0.30, 0.42);
         colour = mixed(colour, TRIM, grille);
@@ -119,13 +128,16 @@ fn body(vehicle: &SimulatedVehicle, place: &Place, grain: f32) -> Paint {
     // Windows of what has no separate cabin.
     let glass = match class {
         VehicleClass::Van => {
-            let screen = place.within(0, 0.235, 0.345) * place.beside(1, 0.0, 0.43) * place.within(2, 0.58, 0.93);
+            let screen =
+                place.within(0, 0.235, 0.345) * place.beside(1, 0.0, 0.43) * place.within(2, 0.58, 0.93);
             let side = flank * place.within(0, 0.02, 0.22) * place.within(2, 0.56, 0.84);
-            let rear = place.within(0, -1.0, -0.47) * place.beside(1, 0.03, 0.40) * place.within(2, 0.58, 0.86);
+            let rear =
+                place.within(0, -1.0, -0.47) * place.beside(1, 0.03, 0.40) * place.within(2, 0.58, 0.86);
             screen.max(side).max(rear)
         }
         VehicleClass::Truck => {
-            let screen = place.within(0, 0.44, 1.0) * place.beside(1, 0.0, 0.43) * place.within(2, 0.55, 0.80);
+            let screen =
+                place.within(0, 0.44, 1.0) * place.beside(1, 0.0, 0.43) * place.within(2, 0.55, 0.80);
             screen.max(flank * place.within(0, 0.36, 0.44) * place.within(2, 0.55, 0.78))
         }
         VehicleClass::Bus => {

@@ -101,11 +101,8 @@ fn straight() -> Plan {
 fn bends() -> Plan {
     let mut plan = street(SpeedPlan::constant(9.0));
     plan.road.bends = vec![bend(30.0, 0.0), bend(50.0, 0.022), bend(20.0, 0.0), bend(55.0, -0.025)];
-    plan.drivers = vec![
-        leading(Car, 16.0, SpeedPlan::constant(9.2)),
-        coming(Car, 90.0, 8.0),
-        coming(Van, 190.0, 9.0),
-    ];
+    plan.drivers =
+        vec![leading(Car, 16.0, SpeedPlan::constant(9.2)), coming(Car, 90.0, 8.0), coming(Van, 190.0, 9.0)];
     plan
 }
 
@@ -118,7 +115,17 @@ fn slope() -> Plan {
 }
 
 fn stop_and_go() -> Plan {
-    let own = [(0.0, 7.0), (2.0, 6.0), (4.5, 0.0), (6.5, 0.0), (9.0, 6.0), (11.0, 6.0), (13.5, 0.0), (15.0, 0.0), (18.0, 8.0)];
+    let own = [
+        (0.0, 7.0),
+        (2.0, 6.0),
+        (4.5, 0.0),
+        (6.5, 0.0),
+        (9.0, 6.0),
+        (11.0, 6.0),
+        (13.5, 0.0),
+        (15.0, 0.0),
+        (18.0, 8.0),
+    ];
     // The car ahead does everything a second earlier.
     let ahead: Vec<(f64, f64)> = own.iter().map(|(t, v)| (t - 1.0, *v)).collect();
     let mut plan = street(SpeedPlan::through(&own));
@@ -146,7 +153,8 @@ fn standing_start() -> Plan {
 fn roundabout() -> Plan {
     let mut plan = street(SpeedPlan::through(&[(0.0, 8.0), (4.0, 5.5), (11.0, 5.5), (14.0, 8.0)]));
     plan.road.bends = vec![bend(32.0, 0.0), bend(17.0, -0.045), bend(34.0, 0.045), bend(17.0, -0.045)];
-    plan.drivers = vec![leading(Car, 14.0, SpeedPlan::through(&[(0.0, 7.8), (3.0, 5.5), (10.0, 5.5), (13.0, 8.0)]))];
+    plan.drivers =
+        vec![leading(Car, 14.0, SpeedPlan::through(&[(0.0, 7.8), (3.0, 5.5), (10.0, 5.5), (13.0, 8.0)]))];
     plan
 }
 
@@ -233,6 +241,10 @@ fn truck() -> Plan {
 fn dense() -> Plan {
     let mut plan = demo();
     plan.parked_chance = 0.4;
-    plan.drivers.extend([coming(Van, 150.0, 8.0), coming(Car, 210.0, 8.5), leading(Car, 32.0, SpeedPlan::constant(9.3))]);
+    plan.drivers.extend([
+        coming(Van, 150.0, 8.0),
+        coming(Car, 210.0, 8.5),
+        leading(Car, 60.0, SpeedPlan::constant(9.3)),
+    ]);
     plan
 }

@@ -99,20 +99,24 @@ fn roof(mesh: &mut Mesh, eaves: &[Point3<f64>; 4], pitched: bool, index: u32) {
     let [a, b, c, d] = *eaves;
     let (width, depth) = ((b - a).norm(), (d - a).norm());
     if !pitched {
-        let quad = [vertex(a, 0.0, 0.0), vertex(b, width, 0.0), vertex(c, width, depth), vertex(d, 0.0, depth)];
+        let quad =
+            [vertex(a, 0.0, 0.0), vertex(b, width, 0.0), vertex(c, width, depth), vertex(d, 0.0, depth)];
         mesh.quad(quad, Material::Roof(index));
         return;
     }
     let up = nalgebra::Vector3::new(0.0, 0.0, 0.32 * depth);
     let (left, right) = (nalgebra::center(&a, &d) + up, nalgebra::center(&b, &c) + up);
     let slope = (left - nalgebra::center(&a, &a)).norm();
-    let front = [vertex(a, 0.0, 0.0), vertex(b, width, 0.0), vertex(right, width, slope), vertex(left, 0.0, slope)];
-    let back = [vertex(c, 0.0, 0.0), vertex(d, width, 0.0), vertex(left, width, slope), vertex(right, 0.0, slope)];
+    let front =
+        [vertex(a, 0.0, 0.0), vertex(b, width, 0.0), vertex(right, width, slope), vertex(left, 0.0, slope)];
+    let back =
+        [vertex(c, 0.0, 0.0), vertex(d, width, 0.0), vertex(left, width, slope), vertex(right, 0.0, slope)];
     mesh.quad(front, Material::Roof(index));
     mesh.quad(back, Material::Roof(index));
     for (p, q, ridge) in [(d, a, left), (b, c, right)] {
         // Gables carry the wall on, above the last row of windows.
-        let gable = [vertex(p, 0.0, 400.0), vertex(q, depth, 400.0), vertex(ridge, 0.5 * depth, 400.0 + up.z)];
+        let gable =
+            [vertex(p, 0.0, 400.0), vertex(q, depth, 400.0), vertex(ridge, 0.5 * depth, 400.0 + up.z)];
         mesh.triangle(gable, Material::Roof(index));
     }
 }

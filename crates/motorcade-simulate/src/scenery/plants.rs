@@ -25,7 +25,10 @@ fn post(mesh: &mut Mesh, foot: Point3<f64>, height_m: f64, radii_m: (f64, f64), 
         Vertex { position, attributes: [angle * radii_m.0, up, 0.0] }
     };
     for i in 0..SIDES {
-        mesh.quad([ring(i, false), ring(i + 1, false), ring(i + 1, true), ring(i, true)], Material::Post(colour));
+        mesh.quad(
+            [ring(i, false), ring(i + 1, false), ring(i + 1, true), ring(i, true)],
+            Material::Post(colour),
+        );
     }
 }
 
@@ -33,7 +36,13 @@ fn post(mesh: &mut Mesh, foot: Point3<f64>, height_m: f64, radii_m: (f64, f64), 
 pub(super) fn tree(road: &Road, place: (f64, f64), height_m: f64, rng: &mut ChaCha8Rng) -> Option<Chunk> {
     let mut mesh = Mesh::default();
     let foot = foot(road, place);
-    post(&mut mesh, foot, 0.62 * height_m, (0.02 * height_m + 0.05, 0.012 * height_m + 0.03), [0.27, 0.22, 0.17]);
+    post(
+        &mut mesh,
+        foot,
+        0.62 * height_m,
+        (0.02 * height_m + 0.05, 0.012 * height_m + 0.03),
+        [0.27, 0.22, 0.17],
+    );
     let tint = rng.random_range(0.0..1.0_f32);
     let colour = [0.20 + 0.12 * tint, 0.30 + 0.06 * tint, 0.12 + 0.03 * tint];
     let crown = 0.26 * height_m;
@@ -91,15 +100,35 @@ pub(super) fn hedge(
         let at = |k: usize| from + (to - from) * k as f64 / steps as f64;
         let (a, b) = (at(i), at(i + 1));
         let top = height_m;
-        let face = [vertex(a, d, -0.3, 0.0, 0.75), vertex(b, d, -0.3, 0.0, 0.75), vertex(b, d, top, top, 1.0), vertex(a, d, top, top, 1.0)];
-        let cover = [vertex(a, d, top, top, 1.15), vertex(b, d, top, top, 1.15), vertex(b, outer, top, top + THICK_M, 1.15), vertex(a, outer, top, top + THICK_M, 1.15)];
-        let back = [vertex(a, outer, -0.3, 0.0, 0.7), vertex(b, outer, -0.3, 0.0, 0.7), vertex(b, outer, top, top, 0.9), vertex(a, outer, top, top, 0.9)];
+        let face = [
+            vertex(a, d, -0.3, 0.0, 0.75),
+            vertex(b, d, -0.3, 0.0, 0.75),
+            vertex(b, d, top, top, 1.0),
+            vertex(a, d, top, top, 1.0),
+        ];
+        let cover = [
+            vertex(a, d, top, top, 1.15),
+            vertex(b, d, top, top, 1.15),
+            vertex(b, outer, top, top + THICK_M, 1.15),
+            vertex(a, outer, top, top + THICK_M, 1.15),
+        ];
+        let back = [
+            vertex(a, outer, -0.3, 0.0, 0.7),
+            vertex(b, outer, -0.3, 0.0, 0.7),
+            vertex(b, outer, top, top, 0.9),
+            vertex(a, outer, top, top, 0.9),
+        ];
         mesh.quad(face, Material::Leaves(colour));
         mesh.quad(cover, Material::Leaves(colour));
         mesh.quad(back, Material::Leaves(colour));
     }
     for s in [from, to] {
-        let end = [vertex(s, d, -0.3, 0.0, 0.8), vertex(s, outer, -0.3, 0.7, 0.8), vertex(s, outer, height_m, 0.7 + height_m, 1.0), vertex(s, d, height_m, height_m, 1.0)];
+        let end = [
+            vertex(s, d, -0.3, 0.0, 0.8),
+            vertex(s, outer, -0.3, 0.7, 0.8),
+            vertex(s, outer, height_m, 0.7 + height_m, 1.0),
+            vertex(s, d, height_m, height_m, 1.0),
+        ];
         mesh.quad(end, Material::Leaves(colour));
     }
     Chunk::around(mesh)
@@ -116,8 +145,24 @@ pub(super) fn lamp(road: &Road, (s, d): (f64, f64)) -> Option<Chunk> {
     let (near, far) = (base + Vector3::z() * 6.45, base + Vector3::z() * 6.6 + inward * 1.6);
     let vertex = |position: Point3<f64>, u: f64, v: f64| Vertex { position, attributes: [u, v, 0.0] };
     let up = Vector3::z() * 0.12;
-    mesh.quad([vertex(near - along, 0.0, 0.0), vertex(far - along, 1.6, 0.0), vertex(far + along, 1.6, 0.2), vertex(near + along, 0.0, 0.2)], Material::Post(grey));
-    mesh.quad([vertex(near, 0.0, 0.0), vertex(far, 1.6, 0.0), vertex(far + up, 1.6, 0.2), vertex(near + up, 0.0, 0.2)], Material::Post(grey));
+    mesh.quad(
+        [
+            vertex(near - along, 0.0, 0.0),
+            vertex(far - along, 1.6, 0.0),
+            vertex(far + along, 1.6, 0.2),
+            vertex(near + along, 0.0, 0.2),
+        ],
+        Material::Post(grey),
+    );
+    mesh.quad(
+        [
+            vertex(near, 0.0, 0.0),
+            vertex(far, 1.6, 0.0),
+            vertex(far + up, 1.6, 0.2),
+            vertex(near + up, 0.0, 0.2),
+        ],
+        Material::Post(grey),
+    );
     Chunk::around(mesh)
 }
 
@@ -135,7 +180,10 @@ pub(super) fn sign(road: &Road, (s, d): (f64, f64), rng: &mut ChaCha8Rng) -> Opt
     for (size, nudge, colour) in [(1.0, 0.0, rim), (0.68, 0.012, inner)] {
         let at = |i: usize| {
             let angle = i as f64 / f64::from(sides) * TAU + 0.25 * TAU;
-            let position = middle + forward * (nudge / 0.06) + across * (size * angle.cos()) + Vector3::z() * (0.36 * size * angle.sin());
+            let position = middle
+                + forward * (nudge / 0.06)
+                + across * (size * angle.cos())
+                + Vector3::z() * (0.36 * size * angle.sin());
             Vertex { position, attributes: [angle, size, 0.0] }
         };
         let centre = Vertex { position: middle + forward * (nudge / 0.06), attributes: [0.0, 0.0, 0.0] };

@@ -70,7 +70,8 @@ fn row(
         let wants_house = rng.random_bool(0.72);
         let middle = s + 0.5 * width;
         let clear = road.to_crossing_m(middle) > 0.5 * width + 8.5;
-        let plot = buildings::Plot { s: middle, side, front_m: back + setback, width_m: width, depth_m: depth };
+        let plot =
+            buildings::Plot { s: middle, side, front_m: back + setback, width_m: width, depth_m: depth };
         let corners = plot.outline(road);
         let room = clear && corners.iter().all(|p| taken.free(p, 1.2));
         if wants_house && room {
@@ -109,7 +110,13 @@ fn garden(
 }
 
 /// Street trees and lamps on the pavement.
-fn kerbside(taken: &Taken<'_>, side: f64, (from, to): (f64, f64), rng: &mut ChaCha8Rng, chunks: &mut Vec<Chunk>) {
+fn kerbside(
+    taken: &Taken<'_>,
+    side: f64,
+    (from, to): (f64, f64),
+    rng: &mut ChaCha8Rng,
+    chunks: &mut Vec<Chunk>,
+) {
     let road = taken.road;
     let d = side * (road.half_width_m + 0.75);
     let mut s = from + rng.random_range(0.0..8.0);
