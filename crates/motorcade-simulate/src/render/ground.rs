@@ -117,15 +117,24 @@ fn asphalt(
     let mut colour = [grey, grey, grey * 1.02];
 
     // Paint, worn by the noise.
-    let clear = scene.drive.road.to_crossing_m(f64::from(s)) as f32;
-    let open = cover(clear, 9.5, 1e6, fs);
-    let dash = cover_periodic(s, 0.0, 3.0, 7.0, fs) * cover(d, -0.07, 0.07, fd) * open;
-    let side = cover(d.abs(), 3.45, 3.57, fd) * cover_periodic(s, 0.0, 0.6, 1.4, fs) * open;
-    let zebra = cover(clear, 4.8, 7.8, fs)
-        * cover_periodic(d, 0.25, 0.75, 1.0, fd)
-        * cover(d.abs(), 0.0, half - 0.3, fd);
-    let stop = cover(clear, 8.6, 9.0, fs) * cover(d.abs(), 0.15, half.min(3.4), fd);
-    let paint = (dash + side + zebra + stop).min(1.0) * (1.0 - on_crossing);
+    // A road without crossings is infinitely far from one: too far to compute with.
+    let clear = scene.drive.road.to_crossing_m(f64::from(s)).min(1e5) as f32;
+    let mut paint = 0.0;
+    if clear > 9.0 {
+        let open = cover(clear, 9.5, 1e6, fs);
+        if d.abs() < 0.1 + fd {
+            paint += cover_periodic(s, 0.0, 3.0, 7.0, fs) * cover(d, -0.07, 0.07, fd) * open;
+        }
+        if (d.abs() - 3.5).abs() < 0.1 + fd {
+            paint += cover(d.abs(), 3.45, 3.57, fd) * cover_periodic(s, 0.0, 0.6, 1.4, fs) * open;
+        }
+    }
+    if clear < 9.0 + fs {
+        let stripes = cover_periodic(d, 0.25, 0.75, 1.0, fd) * cover(d.abs(), 0.0, half - 0.3, fd);
+        paint += cover(clear, 4.8, 7.8, fs) * stripes;
+        paint += cover(clear, 8.6, 9.0, fs) * cover(d.abs(), 0.15, half.min(3.4), fd);
+    }
+    let paint = paint.min(1.0) * (1.0 - on_crossing);
     if paint > 0.0 {
         let worn = (0.82 + 0.35 * fine + 0.2 * coarse).clamp(0.25, 1.0);
         colour = mixed(colour, [0.86, 0.86, 0.83], paint * worn);

@@ -7,7 +7,7 @@ use crate::hash;
 /// Texels along a side.
 const SIZE: usize = 512;
 /// Most samples along the long axis of a footprint.
-const TAPS: f32 = 6.0;
+const TAPS: f32 = 5.0;
 
 /// One period of noise, values about 0 within ±1, every coarser level the mean of the finer.
 #[derive(Clone, Debug)]
@@ -82,10 +82,19 @@ impl Tile {
         let taps = -floor(-(long / short.max(1.0)).clamp(1.0, TAPS));
         let level = log2((long / taps).max(short)).max(0.0);
         let (u, v) = (u * scale, v * scale);
+        if taps < 2.0 {
+            return self.trilinear(u, v, level);
+        }
+        // Between two levels of the pyramid: each sample takes one of them, as many the upper as its share is.
+        let low = (level as usize).min(self.levels.len() - 1);
+        let high = (low + 1).min(self.levels.len() - 1);
+        let fraction = level - low as f32;
         let mut sum = 0.0;
         for i in 0..taps as usize {
-            let t = (i as f32 + 0.5) / taps - 0.5;
-            sum += self.trilinear(u + t * axis[0], v + t * axis[1], level);
+            let place = (i as f32 + 0.5) / taps;
+            let t = place - 0.5;
+            let chosen = if place < fraction { high } else { low };
+            sum += self.bilinear(u + t * axis[0], v + t * axis[1], chosen);
         }
         sum / taps
     }
@@ -98,6 +107,7 @@ impl Tile {
         if f <= 0.0 || low == last { a } else { a + (self.bilinear(u, v, low + 1) - a) * f }
     }
 
+    #[inline]
     fn bilinear(&self, u: f32, v: f32, level: usize) -> f32 {
         let side = SIZE >> level;
         let texels = &self.levels[level];
