@@ -1,5 +1,7 @@
 //! Pictures agree with the ground truth they were made from.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly too")]
+
 use image::GrayImage;
 use motorcade_dataset::gray_from_rgb;
 use motorcade_perception::BoundingBox;

@@ -1,5 +1,7 @@
 //! The built-in scenarios are drives that could happen.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly too")]
+
 use motorcade_simulate::{Drive, RenderOptions, Scenario, scenarios, simulate};
 use nalgebra::{Point2, Point3};
 

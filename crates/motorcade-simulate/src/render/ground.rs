@@ -1,7 +1,7 @@
 //! The ground: carriageway with markings, patches, cracks and manholes, kerb stones, pavement, verge.
 
 use super::shade::{Colour, Fragment, Scene, cover, cover_periodic, mixed, scaled};
-use super::tile::floor;
+use super::tile::{Footprint, floor};
 use crate::hash;
 use crate::motion::CROSSING_HALF_WIDTH_M;
 
@@ -20,7 +20,7 @@ pub(super) fn colour(scene: &Scene<'_>, f: &Fragment) -> (Colour, f32) {
     let noise = &scene.textures.noise;
     // Two periods that never meet again hide the repetition.
     let fine = noise.sample(s, d, &print, 5.3);
-    let turned = super::tile::Footprint {
+    let turned = Footprint {
         dx: [0.8 * print.dx[0] + 0.6 * print.dx[1], 0.8 * print.dx[1] - 0.6 * print.dx[0]],
         dy: [0.8 * print.dy[0] + 0.6 * print.dy[1], 0.8 * print.dy[1] - 0.6 * print.dy[0]],
     };
@@ -41,8 +41,8 @@ pub(super) fn colour(scene: &Scene<'_>, f: &Fragment) -> (Colour, f32) {
 
     let mut colour = [0.0; 3];
     if street > 0.0 {
-        let asphalt = asphalt(scene, s, d, fs, fd, fine, coarse, &print, half, on_crossing);
-        colour = scaled(asphalt, street);
+        let spot = Spot { s, d, print: &print, fine, coarse, on_crossing };
+        colour = scaled(asphalt(scene, &spot), street);
     }
     if street < 1.0 {
         let stones = half + KERB_STONE_M;
@@ -71,19 +71,20 @@ pub(super) fn colour(scene: &Scene<'_>, f: &Fragment) -> (Colour, f32) {
     (colour, street)
 }
 
-#[allow(clippy::too_many_arguments)] // one pixel's worth of numbers already at hand
-fn asphalt(
-    scene: &Scene<'_>,
+/// A pixel's place on the carriageway and what is known of it already.
+struct Spot<'a> {
     s: f32,
     d: f32,
-    fs: f32,
-    fd: f32,
+    print: &'a Footprint,
     fine: f32,
     coarse: f32,
-    print: &super::tile::Footprint,
-    half: f32,
     on_crossing: f32,
-) -> Colour {
+}
+
+fn asphalt(scene: &Scene<'_>, spot: &Spot<'_>) -> Colour {
+    let &Spot { s, d, print, fine, coarse, on_crossing } = spot;
+    let [fs, fd] = print.extent();
+    let half = scene.drive.road.half_width_m as f32;
     // Cracks are thinner than any far pixel: they fade out before they cost anything.
     let near = (1.2 - 4.0 * fs.min(fd).max(0.25 * fs.max(fd))).clamp(0.0, 1.0);
     let cracks = if near > 0.0 { near * scene.textures.cracks.sample(s, d, print, 17.0) } else { 0.0 };

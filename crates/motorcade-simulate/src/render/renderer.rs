@@ -2,14 +2,15 @@
 
 use image::{GrayImage, ImageBuffer};
 use motorcade_geometry::{Camera, PinholeCamera, Pose};
-use nalgebra::{Point2, Point3, Vector3};
+use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use super::mesh::{Building, Chunk, Material, Mesh};
+use super::mesh::{Building, Chunk, Mesh};
 use super::picture::{Picture, VehicleView};
-use super::raster::{Band, Drawn, NOTHING, facing, project, value};
-use super::shade::{Colour, Fragment, Scene, ShadowCaster, Textures, shade};
-use super::{sensor, sky, vehicle_mesh};
+use super::raster::{Band, Drawn, NOTHING, facing, project};
+use super::resolve::{Resolved, Seen, Surface, resolve};
+use super::shade::{Colour, Scene, ShadowCaster, Textures};
+use super::{sensor, vehicle_mesh};
 use crate::drive::Drive;
 use crate::hash;
 use crate::scenery;
@@ -28,44 +29,6 @@ pub struct Renderer<'a> {
     buildings: Vec<Building>,
     vehicles: Vec<Mesh>,
     textures: Textures,
-}
-
-/// What a drawn triangle shows.
-struct Surface {
-    material: Material,
-    normal: Vector3<f64>,
-    owner: u16,
-}
-
-/// A row of resolved pixels.
-struct Resolved {
-    light: Vec<Colour>,
-    depth_m: Vec<f32>,
-    instance: Vec<u16>,
-    road: Vec<u8>,
-    /// Per vehicle: samples and extent in pixels.
-    seen: Vec<(usize, Seen)>,
-}
-
-#[derive(Clone, Copy)]
-struct Seen {
-    samples: u64,
-    low: [f64; 2],
-    high: [f64; 2],
-}
-
-impl Seen {
-    const NONE: Self = Self { samples: 0, low: [f64::MAX; 2], high: [f64::MIN; 2] };
-    fn add(&mut self, x: f64, y: f64) {
-        self.samples += 1;
-        self.low = [self.low[0].min(x), self.low[1].min(y)];
-        self.high = [self.high[0].max(x), self.high[1].max(y)];
-    }
-    fn merge(&mut self, other: &Self) {
-        self.samples += other.samples;
-        self.low = [self.low[0].min(other.low[0]), self.low[1].min(other.low[1])];
-        self.high = [self.high[0].max(other.high[0]), self.high[1].max(other.high[1])];
-    }
 }
 
 impl<'a> Renderer<'a> {
@@ -282,125 +245,4 @@ fn in_sight(camera: &PinholeCamera, centre: &Point3<f64>, radius_m: f64) -> bool
         && -outside(-1.0 - camera.cx, camera.fx, centre.x) < radius_m
         && outside(h - camera.cy, camera.fy, centre.y) < radius_m
         && -outside(-1.0 - camera.cy, camera.fy, centre.y) < radius_m
-}
-
-/// Shades the pixels of a band.
-fn resolve(
-    scene: &Scene<'_>,
-    camera: &PinholeCamera,
-    pose: &Pose<Site, Camera>,
-    surfaces: &[Surface],
-    drawn: &[Drawn],
-    band: &Band,
-) -> Resolved {
-    let width = camera.width as usize;
-    let rows = band.drawn.len() / (2 * band.columns);
-    let mut out = Resolved {
-        light: Vec::with_capacity(width * rows),
-        depth_m: Vec::with_capacity(width * rows),
-        instance: Vec::with_capacity(width * rows),
-        road: Vec::with_capacity(width * rows),
-        seen: Vec::new(),
-    };
-    for r in 0..rows {
-        let y = band.row + r;
-        for x in 0..width {
-            let at = |k: usize| (2 * r + k / 2) * band.columns + 2 * x + k % 2;
-            let ids: [u32; 4] = std::array::from_fn(|k| band.drawn[at(k)]);
-            let nearest = (0..4).map(|k| band.inverse_depth[at(k)]).fold(0.0, f32::max);
-            // The first sample that shows the same surface.
-            let mut first = [0; 4];
-            for k in 1..4 {
-                first[k] = (0..k)
-                    .find(|j| first[*j] == *j && same_surface(surfaces, drawn, ids[*j], ids[k]))
-                    .unwrap_or(k);
-            }
-            let owners =
-                ids.map(|id| drawn.get(id as usize).map_or(0, |d| surfaces[d.surface as usize].owner));
-            let (mut light, mut road) = ([0.0_f32; 3], 0.0_f32);
-            for k in (0..4).filter(|k| first[*k] == *k) {
-                // Shaded once, in the middle of its samples.
-                let (mut count, mut px, mut py) = (0.0, 0.0, 0.0);
-                for j in (k..4).filter(|j| first[*j] == k) {
-                    (count, px, py) =
-                        (count + 1.0, px + (j % 2) as f64 * 0.5 - 0.25, py + (j / 2) as f64 * 0.5 - 0.25);
-                }
-                let (px, py) = (x as f64 + px / count, y as f64 + py / count);
-                let share = 0.25 * count as f32;
-                let ray_in_camera = camera.ray(&Point2::new(px, py));
-                let colour = match drawn.get(ids[k] as usize) {
-                    None => {
-                        let direction = pose.transform_vector(&ray_in_camera.normalize());
-                        sky::colour(scene.textures, &direction, 1.0 / camera.fx, scene.drive.render.overcast)
-                    }
-                    Some(triangle) => {
-                        let surface = &surfaces[triangle.surface as usize];
-                        let fragment = fragment(pose, surface, triangle, &ray_in_camera, px, py);
-                        let shaded = shade(scene, &fragment);
-                        road += share * shaded.road;
-                        shaded.colour
-                    }
-                };
-                light = std::array::from_fn(|i| light[i] + share * colour[i]);
-            }
-            for (k, owner) in owners.iter().enumerate().filter(|o| *o.1 > 0) {
-                let vehicle = usize::from(*owner) - 1;
-                let place = match out.seen.iter().position(|s| s.0 == vehicle) {
-                    Some(place) => place,
-                    None => {
-                        out.seen.push((vehicle, Seen::NONE));
-                        out.seen.len() - 1
-                    }
-                };
-                out.seen[place]
-                    .1
-                    .add(x as f64 + (k % 2) as f64 * 0.5 - 0.25, y as f64 + (k / 2) as f64 * 0.5 - 0.25);
-            }
-            // A pixel belongs to whoever has most of it; of equals to the first.
-            let most = (0..4).rev().max_by_key(|k| owners.iter().filter(|o| **o == owners[*k]).count());
-            out.light.push(light);
-            out.depth_m.push(1.0 / nearest);
-            out.instance.push(most.map_or(0, |k| owners[k]));
-            out.road.push((255.0 * road).round().clamp(0.0, 255.0) as u8);
-        }
-    }
-    out
-}
-
-/// True for two triangles that go on into each other: one shading serves both.
-fn same_surface(surfaces: &[Surface], drawn: &[Drawn], a: u32, b: u32) -> bool {
-    if a == b {
-        return true;
-    }
-    let (Some(a), Some(b)) = (drawn.get(a as usize), drawn.get(b as usize)) else { return false };
-    let (a, b) = (&surfaces[a.surface as usize], &surfaces[b.surface as usize]);
-    a.owner == b.owner && a.material == b.material && a.normal.dot(&b.normal) > 0.99
-}
-
-fn fragment(
-    pose: &Pose<Site, Camera>,
-    surface: &Surface,
-    triangle: &Drawn,
-    ray: &Vector3<f64>,
-    x: f64,
-    y: f64,
-) -> Fragment {
-    let depth_m = 1.0 / value(&triangle.inverse_depth, x, y).max(1e-4);
-    let attributes = triangle.attributes.map(|a| value(&a, x, y) * depth_m);
-    // d(a / w) = (da - (a / w) dw) / w
-    let slope = |axis: usize| -> [f64; 3] {
-        std::array::from_fn(|k| {
-            (triangle.attributes[k][axis] - attributes[k] * triangle.inverse_depth[axis]) * depth_m
-        })
-    };
-    Fragment {
-        material: surface.material,
-        attributes,
-        dx: slope(0),
-        dy: slope(1),
-        normal: surface.normal,
-        point_in_site: pose.transform_point(&Point3::from(ray * depth_m)),
-        depth_m,
-        owner: surface.owner,
-    }
 }
