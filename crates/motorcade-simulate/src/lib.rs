@@ -1,4 +1,29 @@
-//! Synthetic drives.
+//! Synthetic drives with exact ground truth, from traffic on a road down to the pixels of a camera.
+//!
+//! Three types to know: a [`Scenario`] is a plan with a name, [`simulate`] turns it into a [`Drive`] (where the camera
+//! and every vehicle are at every frame), and a [`Renderer`] makes a [`Picture`] of any frame. The flow is one
+//! direction: plan → road and kinematic bicycles → drive → scenery and meshes → pictures → labels, detections, files.
+//! [`Drive::write_kitti`] writes a folder in the shape of KITTI tracking; [`reenact`] makes a drive from a real
+//! trajectory and its labels.
+//!
+//! Everything drawn by lot comes from the seed: the same seed gives the same bytes, for any number of threads.
+//! Textures are fixed to the world and filtered to the pixel's footprint, so nothing crawls or pops.
+//!
+//! ```
+//! use motorcade_dataset::{Sequence, SequenceOptions};
+//! use motorcade_simulate::{RenderOptions, Scenario, WriteOptions, simulate};
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let scenario = Scenario::by_name("demo").ok_or("no such scenario")?;
+//! let drive = simulate(&scenario, 2, 7, &RenderOptions::default().with_width(160))?;
+//! assert!((drive.length_m() - 0.8).abs() < 0.1); // a tenth of a second at 8 m/s
+//!
+//! let folder = tempfile::tempdir()?;
+//! let written = drive.write_kitti(folder.path(), &WriteOptions::default(), &|_frames_done| {})?;
+//! let sequence = Sequence::open(&written.training, &SequenceOptions::default())?;
+//! assert_eq!((sequence.len(), sequence.size().0), (2, 160));
+//! # Ok(())
+//! # }
+//! ```
 
 mod drive;
 mod error;
@@ -6,6 +31,7 @@ mod hash;
 mod motion;
 mod output;
 mod plan;
+mod reenact;
 mod render;
 mod route;
 mod scenario;
@@ -19,6 +45,7 @@ pub use error::{Error, Result};
 pub use motion::{Bend, Grade, Road, RoadPlan, RoadPoint, SpeedPlan};
 pub use output::{DetectorOptions, WriteOptions, Written};
 pub use plan::{Driver, Plan, Rig, Route, Side};
+pub use reenact::{ReenactOptions, reenact};
 pub use render::{Picture, RenderOptions, Renderer, SensorOptions, VehicleView};
 pub use scenario::{Scenario, scenarios};
 pub use simulate::simulate;

@@ -17,7 +17,7 @@ use crate::site::Site;
 use crate::vehicle::{AXLES, SimulatedVehicle, draw_colour, draw_size};
 
 /// Road before the start and after the end of the camera's way \[m\]: nothing may end in sight.
-const MARGIN_M: (f64, f64) = (70.0, 260.0);
+pub(crate) const MARGIN_M: (f64, f64) = (70.0, 260.0);
 
 /// Drives a scenario for a number of frames. The same seed gives the same drive.
 ///
@@ -36,7 +36,7 @@ pub fn simulate(scenario: &Scenario, frames: usize, seed: u64, render: &RenderOp
     let ego_axles = Axles { wheelbase_m: 2.7, rear_to_centre_m: 1.3 };
     let (path, start_m) = route::path(&road, &plan.ego_route, 1.8)?;
     let stances = follow(&path, start_m, ego_axles, &plan.ego_speed, frames, render.fps);
-    let sway = Sway::new(&plan.rig, &mut rng);
+    let sway = Sway::new(&mut rng);
     let site_from_camera = stances
         .iter()
         .enumerate()
@@ -127,8 +127,7 @@ struct Sway {
 }
 
 impl Sway {
-    fn new(rig: &Rig, rng: &mut ChaCha8Rng) -> Self {
-        let _ = rig;
+    fn new(rng: &mut ChaCha8Rng) -> Self {
         Self { phases: std::array::from_fn(|_| rng.random_range(0.0..std::f64::consts::TAU)) }
     }
 

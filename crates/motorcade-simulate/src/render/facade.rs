@@ -2,6 +2,7 @@
 
 use super::mesh::Building;
 use super::shade::{Colour, Fragment, Textures, cover, cover_periodic, mixed, scaled};
+use super::tile::floor;
 use crate::hash;
 
 pub(super) fn wall(textures: &Textures, b: &Building, f: &Fragment) -> Colour {
@@ -16,14 +17,18 @@ pub(super) fn wall(textures: &Textures, b: &Building, f: &Fragment) -> Colour {
         &super::tile::Footprint { dx: [print.dx[1], print.dx[0]], dy: [print.dy[1], print.dy[0]] },
         31.0,
     );
+<<<<<<< HEAD
     let mut tone = 1.0 + 0.14 * fine + 0.2 * coarse;
+=======
+    let mut tone = 1.0 + 0.12 * fine + 0.14 * coarse;
+>>>>>>> sim
     if b.brick {
-        let row = (v / 0.25).floor();
+        let row = floor(v / 0.25);
         let stagger = if row as i64 % 2 == 0 { 0.0 } else { 0.25 };
         let seams =
             cover_periodic(v, 0.0, 0.03, 0.25, fv).max(cover_periodic(u + stagger, 0.0, 0.03, 0.5, fu));
         let near = (1.0 - fu.max(fv) / 0.4).clamp(0.0, 1.0);
-        let lot = hash::unit(b.seed, ((u + stagger) / 0.5).floor() as i64, row as i64) - 0.5;
+        let lot = hash::unit(b.seed, floor((u + stagger) / 0.5) as i64, row as i64) - 0.5;
         tone += near * 0.3 * lot + 0.25 * seams;
     }
     let mut colour = scaled(b.wall, tone);
@@ -44,17 +49,19 @@ pub(super) fn wall(textures: &Textures, b: &Building, f: &Fragment) -> Colour {
         * rows;
     let pane = cover_periodic(u, lu, lu + wu, pu, fu) * cover_periodic(up, lv, lv + wv, pv, fv) * rows;
     let bar = cover_periodic(u, 0.5 * pu - 0.04, 0.5 * pu + 0.04, pu, fu);
-    let (i, j) = ((u / pu).floor() as i64, (up / pv).floor() as i64);
+    let (i, j) = (floor(u / pu) as i64, floor(up / pv) as i64);
     let near = (1.0 - 0.7 * (fu / pu).max(fv / pv)).clamp(0.0, 1.0);
     let lot = 0.5 + (hash::unit(b.seed ^ 5, i, j) - 0.5) * near;
     let inner = (up / pv).fract();
     let glass = mixed([0.13, 0.15, 0.18], [0.52, 0.57, 0.62], lot * (0.35 + 0.65 * inner));
-    let trim = if b.seed % 3 == 0 { [0.30, 0.24, 0.20] } else { [0.82, 0.82, 0.80] };
+    let trim = if b.seed.is_multiple_of(3) { [0.30, 0.24, 0.20] } else { [0.82, 0.82, 0.80] };
     colour = mixed(colour, trim, (frame - pane).max(0.0));
     colour = mixed(colour, mixed(glass, trim, bar * 0.9), pane);
     // A door or shop front on the ground floor of every third axis.
     let door = cover_periodic(u, 1.0, 2.1, 3.0 * pu, fu) * cover(v, -9.0, 2.15, fv);
-    let paint = [0.20 + 0.3 * (b.seed % 5) as f32 / 5.0, 0.22, 0.20 + 0.2 * (b.seed % 7) as f32 / 7.0];
+    let doors =
+        [[0.30, 0.20, 0.13], [0.16, 0.24, 0.20], [0.35, 0.34, 0.33], [0.20, 0.24, 0.32], [0.42, 0.16, 0.13]];
+    let paint = doors[(b.seed % 5) as usize];
     mixed(colour, scaled(paint, 1.0 + 0.2 * fine), door)
 }
 

@@ -1,6 +1,7 @@
 //! The ground: carriageway with markings, patches, cracks and manholes, kerb stones, pavement, verge.
 
 use super::shade::{Colour, Fragment, Scene, cover, cover_periodic, mixed, scaled};
+use super::tile::{Footprint, floor};
 use crate::hash;
 use crate::motion::CROSSING_HALF_WIDTH_M;
 
@@ -19,7 +20,7 @@ pub(super) fn colour(scene: &Scene<'_>, f: &Fragment) -> (Colour, f32) {
     let noise = &scene.textures.noise;
     // Two periods that never meet again hide the repetition.
     let fine = noise.sample(s, d, &print, 5.3);
-    let turned = super::tile::Footprint {
+    let turned = Footprint {
         dx: [0.8 * print.dx[0] + 0.6 * print.dx[1], 0.8 * print.dx[1] - 0.6 * print.dx[0]],
         dy: [0.8 * print.dy[0] + 0.6 * print.dy[1], 0.8 * print.dy[1] - 0.6 * print.dy[0]],
     };
@@ -40,8 +41,8 @@ pub(super) fn colour(scene: &Scene<'_>, f: &Fragment) -> (Colour, f32) {
 
     let mut colour = [0.0; 3];
     if street > 0.0 {
-        let asphalt = asphalt(scene, s, d, fs, fd, fine, coarse, &print, half, on_crossing);
-        colour = scaled(asphalt, street);
+        let spot = Spot { s, d, print: &print, fine, coarse, on_crossing };
+        colour = scaled(asphalt(scene, &spot), street);
     }
     if street < 1.0 {
         let stones = half + KERB_STONE_M;
@@ -53,10 +54,14 @@ pub(super) fn colour(scene: &Scene<'_>, f: &Fragment) -> (Colour, f32) {
         let joint = cover_periodic(s, 0.0, 0.02, 1.0, fs);
         let kerb_colour = scaled([0.60, 0.60, 0.58], 1.0 + 0.16 * fine + 0.12 * coarse - 0.4 * joint);
         let joints = cover_periodic(s, 0.0, 0.015, 0.6, fs).max(cover_periodic(d, 0.0, 0.015, 0.6, fd));
-        let slab = (hash::unit(7, (s / 0.6).floor() as i64, (d / 0.6).floor() as i64) - 0.5)
+        let slab = (hash::unit(7, floor(s / 0.6) as i64, floor(d / 0.6) as i64) - 0.5)
             * (1.0 - fs.max(fd) / 0.6).clamp(0.0, 1.0);
         let pavement_colour =
+<<<<<<< HEAD
             scaled([0.52, 0.50, 0.47], 1.0 + 0.2 * fine + 0.22 * coarse + 0.25 * slab - 0.35 * joints);
+=======
+            scaled([0.52, 0.50, 0.47], 1.0 + 0.16 * fine + 0.15 * coarse + 0.25 * slab - 0.35 * joints);
+>>>>>>> sim
         let verge_colour =
             mixed([0.30, 0.37, 0.17], [0.42, 0.38, 0.26], (0.5 + 0.9 * coarse).clamp(0.0, 1.0));
         let verge_colour = scaled(verge_colour, 1.0 + 0.4 * fine + 0.25 * coarse);
@@ -70,26 +75,29 @@ pub(super) fn colour(scene: &Scene<'_>, f: &Fragment) -> (Colour, f32) {
     (colour, street)
 }
 
-#[allow(clippy::too_many_arguments)] // one pixel's worth of numbers already at hand
-fn asphalt(
-    scene: &Scene<'_>,
+/// A pixel's place on the carriageway and what is known of it already.
+struct Spot<'a> {
     s: f32,
     d: f32,
-    fs: f32,
-    fd: f32,
+    print: &'a Footprint,
     fine: f32,
     coarse: f32,
-    print: &super::tile::Footprint,
-    half: f32,
     on_crossing: f32,
-) -> Colour {
-    let cracks = scene.textures.cracks.sample(s, d, print, 17.0);
-    let mut grey = 0.37 + 0.11 * fine + 0.075 * coarse + 0.16 * cracks;
+}
+
+fn asphalt(scene: &Scene<'_>, spot: &Spot<'_>) -> Colour {
+    let &Spot { s, d, print, fine, coarse, on_crossing } = spot;
+    let [fs, fd] = print.extent();
+    let half = scene.drive.road.half_width_m as f32;
+    // Cracks are thinner than any far pixel: they fade out before they cost anything.
+    let near = (1.2 - 4.0 * fs.min(fd).max(0.25 * fs.max(fd))).clamp(0.0, 1.0);
+    let cracks = if near > 0.0 { near * scene.textures.cracks.sample(s, d, print, 17.0) } else { 0.0 };
+    let mut grey = 0.36 + 0.075 * fine + 0.05 * coarse + 0.12 * cracks;
     // Wheel tracks are a little darker.
     let lane = (d.abs() - 1.75).abs();
     grey -= 0.025 * (1.0 - ((lane - 0.75) / 0.35).powi(2)).max(0.0);
     // Mended places: one in most stretches of eight metres of each lane.
-    let cell = (s / 8.0).floor();
+    let cell = floor(s / 8.0);
     for lane in [-1_i64, 1] {
         let lot = |k: i64| hash::unit(scene.drive.seed ^ 0xa5fa, cell as i64 * 2 + lane.max(0), k);
         if lot(0) < 0.7 {
@@ -104,16 +112,21 @@ fn asphalt(
         }
     }
     // A manhole cover now and then.
-    let cell = (s / 21.0).floor();
+    let cell = floor(s / 21.0);
     let lot = |k: i64| hash::unit(scene.drive.seed ^ 0x3a9, cell as i64, k);
     let (mx, my) = (cell * 21.0 + 3.0 + 15.0 * lot(0), (lot(1) - 0.5) * (half * 1.2));
+<<<<<<< HEAD
     let radius = (s - mx).hypot(d - my);
+=======
+    let radius = ((s - mx).powi(2) + (d - my).powi(2)).sqrt();
+>>>>>>> sim
     grey -= 0.16
         * cover(radius, -0.33, 0.33, fs.min(2.0).max(fd))
         * (1.0 - 0.35 * cover(radius, 0.14, 0.24, fs.max(fd)));
     let mut colour = [grey, grey, grey * 1.02];
 
     // Paint, worn by the noise.
+<<<<<<< HEAD
     let clear = scene.drive.road.to_crossing_m(f64::from(s)) as f32;
     let open = cover(clear, 9.5, 1e6, fs);
     let dash = cover_periodic(s, 0.0, 3.0, 7.0, fs) * cover(d, -0.07, 0.07, fd) * open;
@@ -123,6 +136,26 @@ fn asphalt(
         * cover(d.abs(), 0.0, half - 0.3, fd);
     let stop = cover(clear, 8.6, 9.0, fs) * cover(d.abs(), 0.15, half.min(3.4), fd);
     let paint = (dash + side + zebra + stop).min(1.0) * (1.0 - on_crossing);
+=======
+    // A road without crossings is infinitely far from one: too far to compute with.
+    let clear = scene.drive.road.to_crossing_m(f64::from(s)).min(1e5) as f32;
+    let mut paint = 0.0;
+    if clear > 9.0 {
+        let open = cover(clear, 9.5, 1e6, fs);
+        if d.abs() < 0.1 + fd {
+            paint += cover_periodic(s, 0.0, 3.0, 7.0, fs) * cover(d, -0.07, 0.07, fd) * open;
+        }
+        if (d.abs() - 3.5).abs() < 0.1 + fd {
+            paint += cover(d.abs(), 3.45, 3.57, fd) * cover_periodic(s, 0.0, 0.6, 1.4, fs) * open;
+        }
+    }
+    if clear < 9.0 + fs {
+        let stripes = cover_periodic(d, 0.25, 0.75, 1.0, fd) * cover(d.abs(), 0.0, half - 0.3, fd);
+        paint += cover(clear, 4.8, 7.8, fs) * stripes;
+        paint += cover(clear, 8.6, 9.0, fs) * cover(d.abs(), 0.15, half.min(3.4), fd);
+    }
+    let paint = paint.min(1.0) * (1.0 - on_crossing);
+>>>>>>> sim
     if paint > 0.0 {
         let worn = (0.82 + 0.35 * fine + 0.2 * coarse).clamp(0.25, 1.0);
         colour = mixed(colour, [0.86, 0.86, 0.83], paint * worn);

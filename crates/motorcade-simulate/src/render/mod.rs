@@ -8,6 +8,7 @@ mod options;
 mod picture;
 mod raster;
 mod renderer;
+mod resolve;
 mod sensor;
 mod shade;
 mod sky;

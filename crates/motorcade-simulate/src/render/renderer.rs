@@ -2,14 +2,15 @@
 
 use image::{GrayImage, ImageBuffer};
 use motorcade_geometry::{Camera, PinholeCamera, Pose};
-use nalgebra::{Point2, Point3, Vector3};
+use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use super::mesh::{Building, Chunk, Material, Mesh};
+use super::mesh::{Building, Chunk, Mesh};
 use super::picture::{Picture, VehicleView};
-use super::raster::{Band, Drawn, NOTHING, facing, project, value};
-use super::shade::{Colour, Fragment, Scene, ShadowCaster, Textures, shade};
-use super::{sensor, sky, vehicle_mesh};
+use super::raster::{Band, Drawn, NOTHING, facing, project};
+use super::resolve::{Resolved, Seen, Surface, resolve};
+use super::shade::{Colour, Scene, ShadowCaster, Textures};
+use super::{sensor, vehicle_mesh};
 use crate::drive::Drive;
 use crate::hash;
 use crate::scenery;
@@ -28,44 +29,6 @@ pub struct Renderer<'a> {
     buildings: Vec<Building>,
     vehicles: Vec<Mesh>,
     textures: Textures,
-}
-
-/// What a drawn triangle shows.
-struct Surface {
-    material: Material,
-    normal: Vector3<f64>,
-    owner: u16,
-}
-
-/// A row of resolved pixels.
-struct Resolved {
-    light: Vec<Colour>,
-    depth_m: Vec<f32>,
-    instance: Vec<u16>,
-    road: Vec<u8>,
-    /// Per vehicle: samples and extent in pixels.
-    seen: Vec<(usize, Seen)>,
-}
-
-#[derive(Clone, Copy)]
-struct Seen {
-    samples: u64,
-    low: [f64; 2],
-    high: [f64; 2],
-}
-
-impl Seen {
-    const NONE: Self = Self { samples: 0, low: [f64::MAX; 2], high: [f64::MIN; 2] };
-    fn add(&mut self, x: f64, y: f64) {
-        self.samples += 1;
-        self.low = [self.low[0].min(x), self.low[1].min(y)];
-        self.high = [self.high[0].max(x), self.high[1].max(y)];
-    }
-    fn merge(&mut self, other: &Self) {
-        self.samples += other.samples;
-        self.low = [self.low[0].min(other.low[0]), self.low[1].min(other.low[1])];
-        self.high = [self.high[0].max(other.high[0]), self.high[1].max(other.high[1])];
-    }
 }
 
 impl<'a> Renderer<'a> {
@@ -283,6 +246,7 @@ fn in_sight(camera: &PinholeCamera, centre: &Point3<f64>, radius_m: f64) -> bool
         && outside(h - camera.cy, camera.fy, centre.y) < radius_m
         && -outside(-1.0 - camera.cy, camera.fy, centre.y) < radius_m
 }
+<<<<<<< HEAD
 
 /// Shades the pixels of a band.
 fn resolve(
@@ -392,3 +356,5 @@ fn fragment(
         owner: surface.owner,
     }
 }
+=======
+>>>>>>> sim

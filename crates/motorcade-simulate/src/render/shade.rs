@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 
 use super::mesh::{Building, Material};
-use super::tile::{Footprint, Tile};
+use super::tile::{Footprint, Tile, floor};
 use super::{facade, ground, vehicle_paint};
 use crate::drive::Drive;
 
@@ -126,7 +126,11 @@ pub(super) fn shade(scene: &Scene<'_>, f: &Fragment) -> Shaded {
     let sky = 0.5 + 0.5 * f.normal.z as f32;
     let shadow = if f.owner == 0 { shadow(scene, &f.point_in_site) } else { 1.0 };
     let light =
+<<<<<<< HEAD
         (0.42 + 0.28 * sky) * (0.5 + 0.5 * shadow) + (0.45 * clear * sun + 0.18 * (1.0 - clear)) * shadow;
+=======
+        (0.42 + 0.28 * sky) * (0.35 + 0.65 * shadow) + (0.45 * clear * sun + 0.18 * (1.0 - clear)) * shadow;
+>>>>>>> sim
     let mut colour = scaled(base, light);
     if gloss > 0.0 {
         let mirror = scaled(HAZE, 0.25 + 0.75 * sky * sky);
@@ -141,17 +145,19 @@ fn shadow(scene: &Scene<'_>, point: &Point3<f64>) -> f32 {
     let mut light = 1.0_f64;
     for caster in &scene.casters {
         let (dx, dy) = (point.x - caster.centre[0], point.y - caster.centre[1]);
-        if dx.abs() > 12.0 || dy.abs() > 12.0 {
+        let reach = caster.half_length_m + caster.height_m + 1.0;
+        if dx.abs() > reach || dy.abs() > reach {
             continue;
         }
         let outside = |dx: f64, dy: f64| {
             let along = (dx * caster.forward[0] + dy * caster.forward[1]).abs() - caster.half_length_m;
             let across = (dy * caster.forward[0] - dx * caster.forward[1]).abs() - caster.half_width_m;
-            along.max(0.0).hypot(across.max(0.0)) + along.max(across).min(0.0)
+            let (a, b) = (along.max(0.0), across.max(0.0));
+            (a * a + b * b).sqrt() + along.max(across).min(0.0)
         };
         // Dark below the body, fading within half a metre of its edge.
-        let below = ((0.30 - outside(dx, dy)) / 0.55).clamp(0.0, 1.0);
-        light *= 1.0 - 0.85 * below * below * (3.0 - 2.0 * below);
+        let below = ((0.45 - outside(dx, dy)) / 0.60).clamp(0.0, 1.0);
+        light *= 1.0 - 0.92 * below * below * (3.0 - 2.0 * below);
         let clear = 1.0 - scene.drive.render.overcast;
         let throw = 0.5 * caster.height_m / scene.sun.z.max(0.2);
         let cast =
@@ -182,10 +188,10 @@ pub(super) fn cover_periodic(x: f32, low: f32, high: f32, period: f32, width: f3
     let width = width.max(1e-4);
     // Integral from 0 of the indicator of the stripes.
     let integral = |x: f32| {
-        let whole = (x / period).floor();
+        let whole = floor(x / period);
         whole * (high - low) + (x - whole * period - low).clamp(0.0, high - low)
     };
-    let x = x.rem_euclid(period);
+    let x = x - period * floor(x / period);
     ((integral(x + 0.5 * width) - integral(x - 0.5 * width)) / width).clamp(0.0, 1.0)
 }
 

@@ -46,6 +46,7 @@ impl Place {
     }
     /// The same for its absolute value.
     fn beside(&self, axis: usize, low: f32, high: f32) -> f32 {
+        let low = if low > 0.0 { low } else { -high };
         super::shade::cover(self.p[axis].abs(), low, high, self.width[axis])
     }
 }

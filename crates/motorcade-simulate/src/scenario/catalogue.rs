@@ -83,8 +83,8 @@ fn demo() -> Plan {
         coming(Car, 105.0, 8.0),
         driver(
             Car,
-            Route::Crossing { crossing: 0, from: Side::Right, distance_m: 34.0 },
-            SpeedPlan::through(&[(4.0, 5.0), (6.0, 6.0)]),
+            Route::Crossing { crossing: 0, from: Side::Right, distance_m: 52.0 },
+            SpeedPlan::constant(5.5),
         ),
         standing(34.0, Side::Right),
         standing(72.0, Side::Right),
@@ -244,7 +244,11 @@ fn dense() -> Plan {
     plan.drivers.extend([
         coming(Van, 150.0, 8.0),
         coming(Car, 210.0, 8.5),
+<<<<<<< HEAD
         leading(Car, 32.0, SpeedPlan::constant(9.3)),
+=======
+        leading(Car, 60.0, SpeedPlan::constant(9.3)),
+>>>>>>> sim
     ]);
     plan
 }

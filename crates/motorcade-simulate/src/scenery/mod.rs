@@ -5,6 +5,7 @@ mod ground;
 mod plants;
 mod plots;
 
+pub(crate) use ground::kerb_height_m;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 

@@ -1,0 +1,173 @@
+//! From quarter pixels to pixels: every surface in a pixel is shaded once and weighed by its share.
+
+use motorcade_geometry::{Camera, PinholeCamera, Pose};
+use nalgebra::{Point2, Point3, Vector3};
+
+use super::mesh::Material;
+use super::raster::{Band, Drawn, value};
+use super::shade::{Colour, Fragment, Scene, shade};
+use super::sky;
+use crate::site::Site;
+
+/// What a drawn triangle shows.
+pub(super) struct Surface {
+    pub material: Material,
+    /// In the site, towards the camera.
+    pub normal: Vector3<f64>,
+    /// Vehicle index + 1, 0 for the world.
+    pub owner: u16,
+}
+
+/// The pixels of a band.
+pub(super) struct Resolved {
+    pub light: Vec<Colour>,
+    pub depth_m: Vec<f32>,
+    pub instance: Vec<u16>,
+    pub road: Vec<u8>,
+    /// Per vehicle: samples and extent in pixels.
+    pub seen: Vec<(usize, Seen)>,
+}
+
+/// What is seen of a vehicle: quarter pixels and their extent.
+#[derive(Clone, Copy)]
+pub(super) struct Seen {
+    pub samples: u64,
+    pub low: [f64; 2],
+    pub high: [f64; 2],
+}
+
+impl Seen {
+    pub(super) const NONE: Self = Self { samples: 0, low: [f64::MAX; 2], high: [f64::MIN; 2] };
+    fn add(&mut self, x: f64, y: f64) {
+        self.samples += 1;
+        self.low = [self.low[0].min(x), self.low[1].min(y)];
+        self.high = [self.high[0].max(x), self.high[1].max(y)];
+    }
+    pub(super) fn merge(&mut self, other: &Self) {
+        self.samples += other.samples;
+        self.low = [self.low[0].min(other.low[0]), self.low[1].min(other.low[1])];
+        self.high = [self.high[0].max(other.high[0]), self.high[1].max(other.high[1])];
+    }
+}
+
+/// Shades the pixels of a band.
+pub(super) fn resolve(
+    scene: &Scene<'_>,
+    camera: &PinholeCamera,
+    pose: &Pose<Site, Camera>,
+    surfaces: &[Surface],
+    drawn: &[Drawn],
+    band: &Band,
+) -> Resolved {
+    let width = camera.width as usize;
+    let rows = band.drawn.len() / (2 * band.columns);
+    let mut out = Resolved {
+        light: Vec::with_capacity(width * rows),
+        depth_m: Vec::with_capacity(width * rows),
+        instance: Vec::with_capacity(width * rows),
+        road: Vec::with_capacity(width * rows),
+        seen: Vec::new(),
+    };
+    for r in 0..rows {
+        let y = band.row + r;
+        for x in 0..width {
+            let at = |k: usize| (2 * r + k / 2) * band.columns + 2 * x + k % 2;
+            let ids: [u32; 4] = std::array::from_fn(|k| band.drawn[at(k)]);
+            let nearest = (0..4).map(|k| band.inverse_depth[at(k)]).fold(0.0, f32::max);
+            // The first sample that shows the same surface; mostly all four do.
+            let mut first = [0; 4];
+            if ids != [ids[0]; 4] {
+                for k in 1..4 {
+                    let same = |j: &usize| first[*j] == *j && same_surface(surfaces, drawn, ids[*j], ids[k]);
+                    first[k] = (0..k).find(same).unwrap_or(k);
+                }
+            }
+            let owners =
+                ids.map(|id| drawn.get(id as usize).map_or(0, |d| surfaces[d.surface as usize].owner));
+            let (mut light, mut road) = ([0.0_f32; 3], 0.0_f32);
+            for k in (0..4).filter(|k| first[*k] == *k) {
+                // Shaded once, in the middle of its samples.
+                let (mut count, mut px, mut py) = (0.0, 0.0, 0.0);
+                for j in (k..4).filter(|j| first[*j] == k) {
+                    (count, px, py) =
+                        (count + 1.0, px + (j % 2) as f64 * 0.5 - 0.25, py + (j / 2) as f64 * 0.5 - 0.25);
+                }
+                let (px, py) = (x as f64 + px / count, y as f64 + py / count);
+                let share = 0.25 * count as f32;
+                let ray_in_camera = camera.ray(&Point2::new(px, py));
+                let colour = match drawn.get(ids[k] as usize) {
+                    None => {
+                        let direction = pose.transform_vector(&ray_in_camera.normalize());
+                        sky::colour(scene.textures, &direction, 1.0 / camera.fx, scene.drive.render.overcast)
+                    }
+                    Some(triangle) => {
+                        let surface = &surfaces[triangle.surface as usize];
+                        let fragment = fragment(pose, surface, triangle, &ray_in_camera, px, py);
+                        let shaded = shade(scene, &fragment);
+                        road += share * shaded.road;
+                        shaded.colour
+                    }
+                };
+                light = std::array::from_fn(|i| light[i] + share * colour[i]);
+            }
+            for (k, owner) in owners.iter().enumerate().filter(|o| *o.1 > 0) {
+                let vehicle = usize::from(*owner) - 1;
+                let place = match out.seen.iter().position(|s| s.0 == vehicle) {
+                    Some(place) => place,
+                    None => {
+                        out.seen.push((vehicle, Seen::NONE));
+                        out.seen.len() - 1
+                    }
+                };
+                out.seen[place]
+                    .1
+                    .add(x as f64 + (k % 2) as f64 * 0.5 - 0.25, y as f64 + (k / 2) as f64 * 0.5 - 0.25);
+            }
+            // A pixel belongs to whoever has most of it; of equals to the first.
+            let most = (0..4).rev().max_by_key(|k| owners.iter().filter(|o| **o == owners[*k]).count());
+            out.light.push(light);
+            out.depth_m.push(1.0 / nearest);
+            out.instance.push(most.map_or(0, |k| owners[k]));
+            out.road.push((255.0 * road).round().clamp(0.0, 255.0) as u8);
+        }
+    }
+    out
+}
+
+/// True for two triangles that go on into each other: one shading serves both.
+fn same_surface(surfaces: &[Surface], drawn: &[Drawn], a: u32, b: u32) -> bool {
+    if a == b {
+        return true;
+    }
+    let (Some(a), Some(b)) = (drawn.get(a as usize), drawn.get(b as usize)) else { return false };
+    let (a, b) = (&surfaces[a.surface as usize], &surfaces[b.surface as usize]);
+    a.owner == b.owner && a.material == b.material && a.normal.dot(&b.normal) > 0.99
+}
+
+fn fragment(
+    pose: &Pose<Site, Camera>,
+    surface: &Surface,
+    triangle: &Drawn,
+    ray: &Vector3<f64>,
+    x: f64,
+    y: f64,
+) -> Fragment {
+    let depth_m = 1.0 / value(&triangle.inverse_depth, x, y).max(1e-4);
+    let attributes = triangle.attributes.map(|a| value(&a, x, y) * depth_m);
+    // d(a / w) = (da - (a / w) dw) / w
+    let slope = |axis: usize| -> [f64; 3] {
+        std::array::from_fn(|k| {
+            (triangle.attributes[k][axis] - attributes[k] * triangle.inverse_depth[axis]) * depth_m
+        })
+    };
+    Fragment {
+        material: surface.material,
+        attributes,
+        dx: slope(0),
+        dy: slope(1),
+        normal: surface.normal,
+        point_in_site: pose.transform_point(&Point3::from(ray * depth_m)),
+        depth_m,
+        owner: surface.owner,
+    }
+}

@@ -1,0 +1,110 @@
+//! The built-in scenarios are drives that could happen.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly too")]
+
+use motorcade_simulate::{Drive, RenderOptions, Scenario, scenarios, simulate};
+use nalgebra::{Point2, Point3};
+
+fn driven(name: &str, frames: usize, seed: u64) -> Drive {
+    simulate(&Scenario::by_name(name).unwrap(), frames, seed, &RenderOptions::default()).unwrap()
+}
+
+#[test]
+fn there_are_many_with_different_names() {
+    let mut names: Vec<String> = scenarios().into_iter().map(|s| s.name).collect();
+    assert!(names.len() >= 12);
+    names.sort();
+    names.dedup();
+    assert_eq!(names.len(), scenarios().len());
+    assert!(Scenario::by_name("no such drive").is_none());
+}
+
+/// Discs along the body; two bodies touch where discs do.
+fn discs(
+    centre: Point2<f64>,
+    forward: nalgebra::Vector2<f64>,
+    length: f64,
+    width: f64,
+) -> Vec<(Point2<f64>, f64)> {
+    let radius = 0.5 * width;
+    let n = (length / width).ceil() as i32 + 1;
+    (0..n)
+        .map(|i| (centre + forward * ((f64::from(i) / f64::from(n - 1) - 0.5) * (length - width)), radius))
+        .collect()
+}
+
+#[test]
+fn nobody_drives_through_anybody() {
+    for scenario in scenarios() {
+        let drive = simulate(&scenario, 120, 5, &RenderOptions::default()).unwrap();
+        for frame in (0..drive.len()).step_by(3) {
+            let camera = drive.site_from_camera[frame];
+            let nose = camera.transform_vector(&nalgebra::Vector3::z()).xy().normalize();
+            let eye = Point3::from(camera.translation()).xy();
+            let mut bodies = vec![discs(eye - nose * 0.3, nose, 4.2, 1.75)];
+            for vehicle in &drive.vehicles {
+                let pose = vehicle.poses[frame].unwrap();
+                let forward = pose.transform_vector(&nalgebra::Vector3::x()).xy().normalize();
+                let centre = Point3::from(pose.translation()).xy();
+                bodies.push(discs(centre, forward, vehicle.size.length_m, vehicle.size.width_m));
+            }
+            for (i, a) in bodies.iter().enumerate() {
+                for (j, b) in bodies.iter().enumerate().skip(i + 1) {
+                    let touch = a.iter().any(|(p, r)| b.iter().any(|(q, s)| (p - q).norm() < r + s));
+                    assert!(
+                        !touch,
+                        "{}: frame {frame}: body {i} (0 is the camera) and body {j}",
+                        scenario.name
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn camera_and_vehicles_stand_on_the_road() {
+    for scenario in scenarios() {
+        let drive = simulate(&scenario, 60, 9, &RenderOptions::default()).unwrap();
+        for frame in (0..drive.len()).step_by(7) {
+            let camera = drive.site_from_camera[frame].translation();
+            let (road_z, _) = drive.road.surface(&Point2::new(camera.x, camera.y));
+            let height = camera.z - road_z;
+            assert!((height - scenario.plan.rig.height_m).abs() < 0.05, "{}: {height}", scenario.name);
+            for vehicle in &drive.vehicles {
+                let position = vehicle.poses[frame].unwrap().translation();
+                let (road_z, _) = drive.road.surface(&Point2::new(position.x, position.y));
+                assert!((position.z - road_z).abs() < 1e-6, "{}: vehicle {}", scenario.name, vehicle.id);
+            }
+        }
+    }
+}
+
+#[test]
+fn seeds_decide() {
+    let (a, b, c) = (driven("dense", 20, 1), driven("dense", 20, 1), driven("dense", 20, 2));
+    assert_eq!(a.site_from_camera, b.site_from_camera);
+    assert_eq!(a.vehicles.len(), b.vehicles.len());
+    assert!(a.vehicles.iter().zip(&b.vehicles).all(|(x, y)| x.poses == y.poses && x.size == y.size));
+    assert_ne!(a.site_from_camera, c.site_from_camera);
+}
+
+#[test]
+fn the_demo_is_what_it_says() {
+    let drive = driven("demo", 120, 1);
+    let moved = |v: &motorcade_simulate::SimulatedVehicle| {
+        (v.poses[119].unwrap().translation() - v.poses[0].unwrap().translation()).norm() > 5.0
+    };
+    assert_eq!(drive.vehicles.iter().filter(|v| moved(v)).count(), 3);
+    assert_eq!(drive.vehicles.iter().filter(|v| !moved(v)).count(), 2);
+    assert!((95.0..125.0).contains(&drive.length_m()), "{}", drive.length_m());
+}
+
+#[test]
+fn a_standing_car_neither_moves_nor_rocks() {
+    let drive = driven("standing-start", 80, 3);
+    assert_eq!(drive.site_from_camera[0], drive.site_from_camera[35]);
+    assert!(
+        (drive.site_from_camera[79].translation() - drive.site_from_camera[0].translation()).norm() > 5.0
+    );
+}
