@@ -12,12 +12,18 @@ pub fn evaluate(arguments: &EvaluateArguments) -> anyhow::Result<u8> {
     let run = &arguments.run;
     let record = record(run);
     warn_of_another(&record, arguments);
-    let first =
-        arguments.first.or_else(|| first_in_table(run)).or_else(|| record["input"]["numbers"][0].as_u64());
+    let input = &record["input"];
+    let told = input["sequence"].as_str().map(str::to_owned);
+    let Some(sequence) = arguments.sequence.clone().or(told) else {
+        let problem = "its run.json tells no KITTI sequence; give --sequence";
+        return Err(motorcade::Error::Config(format!("{}: {problem}", run.display())).into());
+    };
+    let told = input["camera"].as_u64().and_then(|camera| u8::try_from(camera).ok());
+    let camera = arguments.camera.or(told).unwrap_or(2);
+    let first = arguments.first.or_else(|| first_in_table(run)).or_else(|| input["numbers"][0].as_u64());
     let json =
         arguments.json.as_deref().map(|path| files::beside(path).map(|file| (file, path))).transpose()?;
-    let report =
-        evaluate_run(run, &arguments.kitti, &arguments.sequence, arguments.camera, first.unwrap_or(0))?;
+    let report = evaluate_run(run, &arguments.kitti, &sequence, camera, first.unwrap_or(0))?;
     if let Some((file, path)) = json {
         files::write(file, path, &(serde_json::to_string_pretty(&report)? + "\n"))?;
     }
@@ -42,12 +48,14 @@ fn first_in_table(run: &Path) -> Option<u64> {
 /// The errors of a run against another drive are large and mean nothing.
 fn warn_of_another(record: &serde_json::Value, arguments: &EvaluateArguments) {
     let input = &record["input"];
-    if let Some(sequence) = input["sequence"].as_str().filter(|s| *s != arguments.sequence) {
-        let asked = &arguments.sequence;
-        exit::eprint(&format!("warning: the run is of sequence {sequence}, compared with {asked}"));
+    if let (Some(made), Some(asked)) = (input["sequence"].as_str(), &arguments.sequence)
+        && made != asked
+    {
+        exit::eprint(&format!("warning: the run is of sequence {made}, compared with {asked}"));
     }
-    if let Some(camera) = input["camera"].as_u64().filter(|c| *c != u64::from(arguments.camera)) {
-        let asked = arguments.camera;
-        exit::eprint(&format!("warning: the run is of camera {camera}, compared with camera {asked}"));
+    if let (Some(made), Some(asked)) = (input["camera"].as_u64(), arguments.camera)
+        && made != u64::from(asked)
+    {
+        exit::eprint(&format!("warning: the run is of camera {made}, compared with camera {asked}"));
     }
 }

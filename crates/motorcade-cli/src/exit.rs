@@ -23,11 +23,21 @@ pub fn report(outcome: anyhow::Result<u8>) -> ExitCode {
         Ok(code) => ExitCode::from(code),
         Err(error) => {
             let code = code_of(&error);
-            let text = format!("{error:#}");
-            eprint(&format!("motorcade: {text}"));
+            eprint(&format!("motorcade: {}", message(&error)));
             ExitCode::from(code)
         }
     }
+}
+
+/// The error and its causes, each once: many messages already hold their cause.
+fn message(error: &anyhow::Error) -> String {
+    let mut text = error.to_string();
+    for cause in error.chain().skip(1).map(ToString::to_string) {
+        if !text.contains(&cause) {
+            text = format!("{text}: {cause}");
+        }
+    }
+    text
 }
 
 /// One line on stderr.

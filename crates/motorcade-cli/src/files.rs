@@ -1,6 +1,6 @@
 //! Single files a command writes: whole or not at all.
 
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::Path;
 
 use tempfile::NamedTempFile;
@@ -13,7 +13,7 @@ pub fn beside(path: &Path) -> Result<NamedTempFile, motorcade::Error> {
         _ => Path::new("."),
     };
     if path.is_dir() {
-        return Err(error(path, &std::io::Error::from(std::io::ErrorKind::IsADirectory)));
+        return Err(error(path, &io::Error::from(io::ErrorKind::IsADirectory)));
     }
     tempfile::Builder::new().prefix(".motorcade-").tempfile_in(folder).map_err(|e| error(path, &e))
 }
@@ -36,7 +36,10 @@ pub fn write(mut file: NamedTempFile, path: &Path, text: &str) -> Result<(), mot
     put(file, path)
 }
 
-fn error(path: &Path, error: &std::io::Error) -> motorcade::Error {
-    let full = matches!(error.kind(), std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded);
+fn error(path: &Path, error: &io::Error) -> motorcade::Error {
+    // tempfile adds the name of its own file, which nobody asked for.
+    let inner = error.get_ref().and_then(|e| e.source()).and_then(|e| e.downcast_ref::<io::Error>());
+    let error = inner.unwrap_or(error);
+    let full = matches!(error.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded);
     motorcade::Error::Output { path: path.to_path_buf(), reason: error.to_string(), full }
 }

@@ -8,19 +8,19 @@ use clap::Args;
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   motorcade evaluate runs/0005 --kitti kitti/training --sequence 0005 --camera 3
-  motorcade evaluate runs/0003 --kitti kitti/training --sequence 0003 --json runs/0003-errors.json")]
+  motorcade evaluate runs/0003 --kitti kitti/training --json runs/0003-errors.json")]
 pub struct EvaluateArguments {
     /// Directory of a run, or any with ego.kitti.txt or ego.tum, and tracks.kitti.txt when it has vehicles.
     pub run: PathBuf,
     /// KITTI tracking split with calib/, gt_poses/ and label_02/ (label_03/ for camera 3).
     #[arg(long, value_name = "ROOT")]
     pub kitti: PathBuf,
-    /// Sequence, such as 0005.
+    /// Sequence, such as 0005; by default the one the run's run.json tells.
     #[arg(long)]
-    pub sequence: String,
-    /// Camera the run was made from.
-    #[arg(long, default_value_t = 2)]
-    pub camera: u8,
+    pub sequence: Option<String>,
+    /// Camera the run was made from; by default the one the run's run.json tells, else 2.
+    #[arg(long)]
+    pub camera: Option<u8>,
     /// KITTI number of the run's first frame; by default the one the run's frames.csv or run.json tells, else 0.
     #[arg(long)]
     pub first: Option<u64>,

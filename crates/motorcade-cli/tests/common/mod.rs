@@ -1,0 +1,156 @@
+//! A tiny drive made on the spot, and the program to run on it.
+
+#![allow(dead_code, reason = "every test file uses a part of this")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests may fail loudly too")]
+
+use std::path::{Path, PathBuf};
+use std::process::Output;
+
+use image::{GrayImage, Luma};
+use tempfile::TempDir;
+
+pub const WIDTH: u32 = 480;
+pub const HEIGHT: u32 = 240;
+pub const FOCAL_PX: f64 = 390.0;
+/// Principal point.
+pub const CENTRE_PX: (f64, f64) = (240.0, 105.0);
+pub const CAMERA_M: f64 = 1.5;
+/// Way between two frames.
+pub const STEP_M: f64 = 1.0;
+
+/// Calibration of the drive in our own format.
+pub const CALIBRATION: &str =
+    "fx = 390.0\nfy = 390.0\ncx = 240.0\ncy = 105.0\nwidth = 480\nheight = 240\nfps = 10.0\n";
+
+/// Smooth noise, 0 to 1, from a hash of whole numbers.
+fn noise(u: f64, v: f64) -> f64 {
+    let hash = |i: i64, j: i64| {
+        let mut h = (i.wrapping_mul(0x9e37_79b9) ^ j.wrapping_mul(0x85eb_ca6b)) as u64;
+        h = (h ^ (h >> 15)).wrapping_mul(0xd6e8_feb8_6659_fd93);
+        (h ^ (h >> 32)) as u32 as f64 / f64::from(u32::MAX)
+    };
+    let (i, j) = (u.floor(), v.floor());
+    let ease = |t: f64| t * t * (3.0 - 2.0 * t);
+    let (s, t) = (ease(u - i), ease(v - j));
+    let (i, j) = (i as i64, j as i64);
+    let along = |j: i64| hash(i, j) * (1.0 - s) + hash(i + 1, j) * s;
+    along(j) * (1.0 - t) + along(j + 1) * t
+}
+
+/// Two sizes of grain, so that near and far both show corners.
+fn texture(u: f64, v: f64) -> f64 {
+    0.5 * noise(u / 0.4, v / 0.4) + 0.5 * noise(u / 1.5 + 31.0, v / 1.5 + 17.0)
+}
+
+/// A street between two walls, seen from `way_m` along it.
+pub fn street(way_m: f64) -> GrayImage {
+    GrayImage::from_fn(WIDTH, HEIGHT, |u, v| {
+        let x = (f64::from(u) - CENTRE_PX.0) / FOCAL_PX;
+        let y = (f64::from(v) - CENTRE_PX.1) / FOCAL_PX;
+        let to_wall = 6.0 / x.abs().max(1e-9);
+        let to_road = if y > 1e-9 { CAMERA_M / y } else { f64::INFINITY };
+        let depth = to_wall.min(to_road).min(60.0);
+        let value = if depth >= 60.0 {
+            // The end of the street is too far to come nearer.
+            noise(x * 40.0, y * 40.0)
+        } else if to_road < to_wall {
+            texture(x * depth, way_m + depth)
+        } else {
+            texture(y * depth + 40.0 * x.signum(), way_m + depth)
+        };
+        Luma([(40.0 + 175.0 * value) as u8])
+    })
+}
+
+/// Name of a frame's file.
+pub fn frame_file(folder: &Path, number: u64) -> PathBuf {
+    folder.join(format!("{number:06}.png"))
+}
+
+/// A folder with `frames/` and `camera.toml`.
+pub fn drive(frames: u64) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let images = folder.path().join("frames");
+    std::fs::create_dir(&images).unwrap();
+    for number in 0..frames {
+        street(number as f64 * STEP_M).save(frame_file(&images, number)).unwrap();
+    }
+    std::fs::write(folder.path().join("camera.toml"), CALIBRATION).unwrap();
+    folder
+}
+
+/// What the program answered.
+pub struct Answer {
+    pub code: i32,
+    pub stdout: String,
+    pub stderr: String,
+}
+
+impl Answer {
+    /// Fails unless the program ended with this code and said all of these on stderr.
+    #[track_caller]
+    pub fn expect(&self, code: i32, said: &[&str]) -> &Self {
+        assert_eq!(self.code, code, "stdout:\n{}\nstderr:\n{}", self.stdout, self.stderr);
+        for part in said {
+            assert!(self.stderr.contains(part), "no `{part}` in:\n{}", self.stderr);
+        }
+        assert!(!self.stderr.contains("panicked"), "{}", self.stderr);
+        self
+    }
+}
+
+impl From<Output> for Answer {
+    fn from(output: Output) -> Self {
+        Self {
+            code: output.status.code().unwrap_or(-1),
+            stdout: String::from_utf8_lossy(&output.stdout).into_owned(),
+            stderr: String::from_utf8_lossy(&output.stderr).into_owned(),
+        }
+    }
+}
+
+/// The program in a folder, with arguments separated by spaces.
+pub fn program(folder: &Path, arguments: &str) -> assert_cmd::Command {
+    let mut command = assert_cmd::Command::new(env!("CARGO_BIN_EXE_motorcade"));
+    command.current_dir(folder).env_remove("MOTORCADE_MODELS").env_remove("MOTORCADE_LOG");
+    command.args(arguments.split_whitespace()).timeout(std::time::Duration::from_secs(120));
+    command
+}
+
+/// Runs it.
+pub fn answer(folder: &Path, arguments: &str) -> Answer {
+    program(folder, arguments).output().unwrap().into()
+}
+
+/// The usual run on [`drive`], with more arguments.
+pub fn run(folder: &Path, more: &str) -> Answer {
+    let usual = "run frames --calibration camera.toml --height 1.5 --out out --threads 1";
+    answer(folder, &format!("{usual} {more}"))
+}
+
+/// Fails when a run left anything: results, or the folder it writes them in.
+#[track_caller]
+pub fn nothing_written(folder: &Path) {
+    assert!(!folder.join("out").exists());
+    no_leftovers(folder);
+}
+
+/// Fails when a folder the program works in was left behind.
+#[track_caller]
+pub fn no_leftovers(folder: &Path) {
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let name = entry.unwrap().file_name();
+        assert!(!name.to_string_lossy().starts_with(".motorcade"), "{name:?} was left");
+    }
+}
+
+/// A JSON file.
+pub fn json(path: &Path) -> serde_json::Value {
+    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+/// Rows of a CSV file without its head, cells split.
+pub fn rows(path: &Path) -> Vec<Vec<String>> {
+    let text = std::fs::read_to_string(path).unwrap();
+    text.lines().skip(1).map(|line| line.split(',').map(str::to_owned).collect()).collect()
+}
