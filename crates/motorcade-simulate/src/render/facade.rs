@@ -17,11 +17,7 @@ pub(super) fn wall(textures: &Textures, b: &Building, f: &Fragment) -> Colour {
         &super::tile::Footprint { dx: [print.dx[1], print.dx[0]], dy: [print.dy[1], print.dy[0]] },
         31.0,
     );
-<<<<<<< HEAD
-    let mut tone = 1.0 + 0.14 * fine + 0.2 * coarse;
-=======
     let mut tone = 1.0 + 0.12 * fine + 0.14 * coarse;
->>>>>>> sim
     if b.brick {
         let row = floor(v / 0.25);
         let stagger = if row as i64 % 2 == 0 { 0.0 } else { 0.25 };

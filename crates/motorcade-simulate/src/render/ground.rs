@@ -57,11 +57,7 @@ pub(super) fn colour(scene: &Scene<'_>, f: &Fragment) -> (Colour, f32) {
         let slab = (hash::unit(7, floor(s / 0.6) as i64, floor(d / 0.6) as i64) - 0.5)
             * (1.0 - fs.max(fd) / 0.6).clamp(0.0, 1.0);
         let pavement_colour =
-<<<<<<< HEAD
-            scaled([0.52, 0.50, 0.47], 1.0 + 0.2 * fine + 0.22 * coarse + 0.25 * slab - 0.35 * joints);
-=======
             scaled([0.52, 0.50, 0.47], 1.0 + 0.16 * fine + 0.15 * coarse + 0.25 * slab - 0.35 * joints);
->>>>>>> sim
         let verge_colour =
             mixed([0.30, 0.37, 0.17], [0.42, 0.38, 0.26], (0.5 + 0.9 * coarse).clamp(0.0, 1.0));
         let verge_colour = scaled(verge_colour, 1.0 + 0.4 * fine + 0.25 * coarse);
@@ -115,28 +111,13 @@ fn asphalt(scene: &Scene<'_>, spot: &Spot<'_>) -> Colour {
     let cell = floor(s / 21.0);
     let lot = |k: i64| hash::unit(scene.drive.seed ^ 0x3a9, cell as i64, k);
     let (mx, my) = (cell * 21.0 + 3.0 + 15.0 * lot(0), (lot(1) - 0.5) * (half * 1.2));
-<<<<<<< HEAD
-    let radius = (s - mx).hypot(d - my);
-=======
     let radius = ((s - mx).powi(2) + (d - my).powi(2)).sqrt();
->>>>>>> sim
     grey -= 0.16
         * cover(radius, -0.33, 0.33, fs.min(2.0).max(fd))
         * (1.0 - 0.35 * cover(radius, 0.14, 0.24, fs.max(fd)));
     let mut colour = [grey, grey, grey * 1.02];
 
     // Paint, worn by the noise.
-<<<<<<< HEAD
-    let clear = scene.drive.road.to_crossing_m(f64::from(s)) as f32;
-    let open = cover(clear, 9.5, 1e6, fs);
-    let dash = cover_periodic(s, 0.0, 3.0, 7.0, fs) * cover(d, -0.07, 0.07, fd) * open;
-    let side = cover(d.abs(), 3.45, 3.57, fd) * cover_periodic(s, 0.0, 0.6, 1.4, fs) * open;
-    let zebra = cover(clear, 4.8, 7.8, fs)
-        * cover_periodic(d, 0.25, 0.75, 1.0, fd)
-        * cover(d.abs(), 0.0, half - 0.3, fd);
-    let stop = cover(clear, 8.6, 9.0, fs) * cover(d.abs(), 0.15, half.min(3.4), fd);
-    let paint = (dash + side + zebra + stop).min(1.0) * (1.0 - on_crossing);
-=======
     // A road without crossings is infinitely far from one: too far to compute with.
     let clear = scene.drive.road.to_crossing_m(f64::from(s)).min(1e5) as f32;
     let mut paint = 0.0;
@@ -155,7 +136,6 @@ fn asphalt(scene: &Scene<'_>, spot: &Spot<'_>) -> Colour {
         paint += cover(clear, 8.6, 9.0, fs) * cover(d.abs(), 0.15, half.min(3.4), fd);
     }
     let paint = paint.min(1.0) * (1.0 - on_crossing);
->>>>>>> sim
     if paint > 0.0 {
         let worn = (0.82 + 0.35 * fine + 0.2 * coarse).clamp(0.25, 1.0);
         colour = mixed(colour, [0.86, 0.86, 0.83], paint * worn);

@@ -126,11 +126,7 @@ pub(super) fn shade(scene: &Scene<'_>, f: &Fragment) -> Shaded {
     let sky = 0.5 + 0.5 * f.normal.z as f32;
     let shadow = if f.owner == 0 { shadow(scene, &f.point_in_site) } else { 1.0 };
     let light =
-<<<<<<< HEAD
-        (0.42 + 0.28 * sky) * (0.5 + 0.5 * shadow) + (0.45 * clear * sun + 0.18 * (1.0 - clear)) * shadow;
-=======
         (0.42 + 0.28 * sky) * (0.35 + 0.65 * shadow) + (0.45 * clear * sun + 0.18 * (1.0 - clear)) * shadow;
->>>>>>> sim
     let mut colour = scaled(base, light);
     if gloss > 0.0 {
         let mirror = scaled(HAZE, 0.25 + 0.75 * sky * sky);

@@ -244,11 +244,7 @@ fn dense() -> Plan {
     plan.drivers.extend([
         coming(Van, 150.0, 8.0),
         coming(Car, 210.0, 8.5),
-<<<<<<< HEAD
-        leading(Car, 32.0, SpeedPlan::constant(9.3)),
-=======
         leading(Car, 60.0, SpeedPlan::constant(9.3)),
->>>>>>> sim
     ]);
     plan
 }
