@@ -1,7 +1,7 @@
 //! `motorcade run`.
 
 use anyhow::Context;
-use motorcade::{Config, Preset, Progress, RunContext, RunResult, output, write_run};
+use motorcade::{Config, Preset, RunContext, RunResult, output, write_run};
 use motorcade_dataset::Sequence;
 use motorcade_perception::{ModelOptions, Perception, PerceptionOptions};
 
@@ -25,9 +25,6 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     sequence.camera()?;
     let perception = Perception::open(&perception_options(arguments), sequence.size())?;
     let reporter = Reporter::new(arguments.progress);
-    for gap in &sequence.summary().gaps {
-        reporter.warn(&format!("frame {gap} is missing; its pose is bridged"));
-    }
     let threads = threads(arguments.threads);
     let result = motorcade::run(&sequence, &perception, height_m, &config, threads, &reporter)?;
     reporter.finish();
