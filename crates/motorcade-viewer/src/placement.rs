@@ -54,7 +54,7 @@ mod tests {
     fn a_fifth_label_at_one_point_finds_no_room() {
         let mut placement = Placement::new([0.0, 0.0, 100.0, 100.0]);
         let found: Vec<_> =
-            (0..5).map(|_| placement.beside([48.0, 48.0, 52.0, 52.0], (10.0, 10.0)).is_some()).collect();
+            (0..5).map(|_| placement.beside([44.0, 44.0, 56.0, 56.0], (10.0, 10.0)).is_some()).collect();
         assert_eq!(found, [true, true, true, true, false]);
         // Near an edge the label goes to the inside; on a place taken it goes nowhere.
         let (x, y) = placement.beside([98.0, 10.0, 100.0, 12.0], (10.0, 10.0)).unwrap();
