@@ -157,7 +157,7 @@ pub struct RunArguments {
     #[arg(long = "set", value_name = "STAGE.KEY=VALUE")]
     pub set: Vec<String>,
     /// Threads; the results do not depend on it. 0 takes all cores.
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, value_parser = parse_threads)]
     pub threads: usize,
     /// Seed of all random choices.
     #[arg(long)]
@@ -219,4 +219,10 @@ pub struct InspectArguments {
 fn parse_format(text: &str) -> Result<Format, String> {
     let known = Format::ALL.map(Format::name);
     Format::ALL.into_iter().find(|f| f.name() == text).ok_or_else(|| format!("one of {}", known.join(", ")))
+}
+
+/// More threads than any machine has are a slip of the finger, and starting them takes minutes.
+fn parse_threads(text: &str) -> Result<usize, String> {
+    let most = 1024;
+    text.parse().ok().filter(|n| *n <= most).ok_or_else(|| format!("a number from 0 to {most}"))
 }

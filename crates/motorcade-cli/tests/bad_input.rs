@@ -166,6 +166,8 @@ fn frames_out_of_range_and_strides_of_nothing() {
     run(folder.path(), "--frames 100..200").expect(1, &["100"]);
     run(folder.path(), "--frames ten").expect(1, &["ten"]);
     run(folder.path(), "--stride 0").expect(1, &["stride"]);
+    let threads = "run frames --calibration camera.toml --height 1.5 --out out --threads 100000";
+    answer(folder.path(), threads).expect(1, &["100000", "1024"]);
     run(folder.path(), "--format tape").expect(1, &["tape", "images"]);
     run(folder.path(), "--hieght 2").expect(1, &["--hieght"]);
     nothing_written(folder.path());

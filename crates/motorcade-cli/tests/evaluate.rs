@@ -1,5 +1,7 @@
 //! `motorcade evaluate` on a drive whose truth is known.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly too")]
+
 mod common;
 
 use std::fs;

@@ -1,5 +1,7 @@
 //! `motorcade graph` on small graphs.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly too")]
+
 mod common;
 
 use std::fs;

@@ -55,7 +55,9 @@ fn a_height_scales_the_drive() {
 fn a_missing_number_is_bridged() {
     let folder = drive(24);
     std::fs::remove_file(frame_file(&folder.path().join("frames"), 12)).unwrap();
-    run(folder.path(), "").expect(0, &["frame 12 is missing"]);
+    let told = run(folder.path(), "");
+    told.expect(0, &["frame 12", "is missing"]);
+    assert_eq!(told.stderr.matches("frame 12").count(), 1, "{}", told.stderr);
     let table = rows(&folder.path().join("out/frames.csv"));
     assert_eq!(table.len(), 24);
     assert_eq!((table[12][0].as_str(), table[12][2].as_str()), ("12", "bridged"));

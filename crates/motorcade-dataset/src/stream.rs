@@ -85,10 +85,7 @@ impl Decoder {
             }
             (Store::Files, Some(path)) => decode::read(path)?,
             (Store::Files, None) => {
-                return Err(Error::input(
-                    &self.inner.survey.root,
-                    format!("frame {} is missing", slot.number),
-                ));
+                return Err(Error::input(&self.inner.survey.root, "is missing this number".to_owned()));
             }
         };
         let ((found_width, found_height), (width, height)) = (pixels.size(), self.inner.size);

@@ -54,10 +54,10 @@ mod tests {
     fn a_fifth_label_at_one_point_finds_no_room() {
         let mut placement = Placement::new([0.0, 0.0, 100.0, 100.0]);
         let found: Vec<_> =
-            (0..5).map(|_| placement.beside([48.0, 48.0, 52.0, 52.0], (10.0, 10.0)).is_some()).collect();
+            (0..5).map(|_| placement.beside([44.0, 44.0, 56.0, 56.0], (10.0, 10.0)).is_some()).collect();
         assert_eq!(found, [true, true, true, true, false]);
         // Near an edge the label goes to the inside; on a place taken it goes nowhere.
-        let (x, y) = placement.beside([98.0, 0.0, 100.0, 2.0], (10.0, 10.0)).unwrap();
+        let (x, y) = placement.beside([98.0, 10.0, 100.0, 12.0], (10.0, 10.0)).unwrap();
         assert!(x + 10.0 <= 100.0 && y <= 20.0, "{x} {y}");
         placement.take([0.0, 0.0, 100.0, 100.0]);
         assert_eq!(placement.beside([20.0, 20.0, 22.0, 22.0], (10.0, 10.0)), None);

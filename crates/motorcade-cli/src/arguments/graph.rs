@@ -50,7 +50,7 @@ pub struct OptimiseArguments {
     #[arg(long, default_value_t = 100)]
     pub iterations: usize,
     /// Threads; the results do not depend on it. 0 takes all cores.
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = super::parse_threads)]
     pub threads: usize,
     /// Also write what was done, iteration by iteration, as JSON.
     #[arg(long, value_name = "FILE")]
