@@ -18,7 +18,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let drive = simulate(&scenario, frames.parse()?, seed.parse()?, &RenderOptions::default())?;
     let written = drive.write_kitti(Path::new(folder), &WriteOptions::default(), &|_| {})?;
     let spent = start.elapsed().as_secs_f64();
-    #[allow(clippy::print_stdout)] // an example talks to its user
+    #[allow(clippy::print_stdout, reason = "an example talks to its user")]
     {
         println!(
             "{}: {:.1} m, {} labels, {:.1} frames/s",

@@ -8,14 +8,17 @@ use super::tile::Footprint;
 /// Colour in a direction (unit vector, site); `pixel_rad` is the angle of a pixel.
 pub(super) fn colour(textures: &Textures, direction: &Vector3<f64>, pixel_rad: f64, overcast: f64) -> Colour {
     let (x, y, z) = (direction.x as f32, direction.y as f32, direction.z as f32);
-    let azimuth = y.atan2(x);
     let angle = pixel_rad as f32;
-    // Hills all around, a few degrees high, closed over the full turn.
-    let round = azimuth / std::f32::consts::TAU;
+    // Hills all around, a few degrees high, closed over the full turn; higher up there is nothing of them.
+    let low = z < 0.028 + angle;
+    let round = if low { y.atan2(x) / std::f32::consts::TAU } else { 0.0 };
     let print = |scale: f32| Footprint { dx: [angle * scale, 0.0], dy: [0.0, angle * scale] };
-    let ridge = textures.clouds.sample(round * 64.0, 7.3, &print(10.0), 64.0);
-    let crest = 0.016 + 0.012 * ridge;
-    let hill = ((crest - z) / angle + 0.5).clamp(0.0, 1.0);
+    let mut hill = 0.0;
+    if low {
+        let ridge = textures.clouds.sample(round * 64.0, 7.3, &print(10.0), 64.0);
+        let crest = 0.016 + 0.012 * ridge;
+        hill = ((crest - z) / angle + 0.5).clamp(0.0, 1.0);
+    }
     let mut sky = HAZE;
     if hill < 1.0 {
         let up = z.max(0.02);
@@ -33,6 +36,9 @@ pub(super) fn colour(textures: &Textures, direction: &Vector3<f64>, pixel_rad: f
         let fade = ((z - 0.02) / 0.10).clamp(0.0, 1.0);
         let share = (0.25 + 0.4 * overcast as f32 + 1.1 * cloud).clamp(0.0, 1.0) * fade;
         sky = mixed(sky, [0.93, 0.94, 0.95], share * 0.85);
+    }
+    if hill <= 0.0 {
+        return sky;
     }
     let trees = textures.noise.sample(round * 640.0, z * 100.0, &print(100.0), 64.0);
     let land = mixed(scaled([0.33, 0.41, 0.36], 1.0 + 0.35 * trees), HAZE, 0.35);

@@ -123,11 +123,17 @@ pub(super) fn hedge(
         mesh.quad(back, Material::Leaves(colour));
     }
     for s in [from, to] {
+        // Across the end the texture runs with the depth of the hedge.
+        let corner = |d: f64, up: f64, across: f64, light: f64| {
+            let mut vertex = vertex(s, d, up, up.max(0.0), light);
+            vertex.attributes[0] = s + across;
+            vertex
+        };
         let end = [
-            vertex(s, d, -0.3, 0.0, 0.8),
-            vertex(s, outer, -0.3, 0.7, 0.8),
-            vertex(s, outer, height_m, 0.7 + height_m, 1.0),
-            vertex(s, d, height_m, height_m, 1.0),
+            corner(d, -0.3, 0.0, 0.8),
+            corner(outer, -0.3, THICK_M, 0.8),
+            corner(outer, height_m, THICK_M, 1.0),
+            corner(d, height_m, 0.0, 1.0),
         ];
         mesh.quad(end, Material::Leaves(colour));
     }
