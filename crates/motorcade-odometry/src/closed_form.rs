@@ -62,7 +62,7 @@ impl ClosedFormScale {
         };
         // Asphalt has weak corners, but many.
         let options = CornerOptions {
-            cell_px: 30,
+            columns: 41,
             per_cell: 2,
             distance_px: 7.0,
             least_eigenvalue: 2.0,

@@ -8,8 +8,8 @@ use crate::pyramid::Plane;
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CornerOptions {
-    /// Side of a grid cell \[px\].
-    pub cell_px: usize,
+    /// Grid columns across the image; cells are square, at least 16 px.
+    pub columns: usize,
     /// Corners a cell should hold, those already tracked included.
     pub per_cell: usize,
     /// Least distance between corners \[px\].
@@ -22,7 +22,7 @@ pub struct CornerOptions {
 
 impl Default for CornerOptions {
     fn default() -> Self {
-        Self { cell_px: 40, per_cell: 2, distance_px: 10.0, least_eigenvalue: 8.0, border_px: 12 }
+        Self { columns: 31, per_cell: 2, distance_px: 10.0, least_eigenvalue: 8.0, border_px: 12 }
     }
 }
 
@@ -103,7 +103,9 @@ pub fn detect(
     usable: impl Fn(usize, usize) -> bool,
     options: &CornerOptions,
 ) -> Vec<Point2<f64>> {
-    let (w, h, cell) = (plane.width(), plane.height(), options.cell_px.max(1));
+    const LEAST_CELL_PX: usize = 16;
+    let (w, h) = (plane.width(), plane.height());
+    let cell = (w / options.columns.max(1)).max(LEAST_CELL_PX);
     let border = options.border_px.max(HALF_WINDOW + 2);
     if w <= 2 * border || h <= 2 * border {
         return Vec::new();

@@ -43,12 +43,12 @@ pub struct OdometryOptions {
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PolicyOptions {
-    /// Median image motion that lets a map begin \[px\].
-    pub begin_flow_px: f64,
+    /// Median image motion that lets a map begin \[rad, pixels over focal length\]: a degree, 12 px of a KITTI camera.
+    pub begin_flow_rad: f64,
     /// Tracks a map begins with at least.
     pub begin_tracks: usize,
-    /// Median image motion of landmarks since the last keyframe that asks for another \[px\].
-    pub keyframe_flow_px: f64,
+    /// Median image motion of landmarks since the last keyframe that asks for another \[rad\]: 30 px of a KITTI camera.
+    pub keyframe_flow_rad: f64,
     /// Share of the last keyframe's landmarks still tracked below which another is taken.
     pub keyframe_kept: f64,
     /// Median image motion below which the camera is standing \[px\]: above the noise of tracking.
@@ -62,9 +62,9 @@ pub struct PolicyOptions {
 impl Default for PolicyOptions {
     fn default() -> Self {
         Self {
-            begin_flow_px: 12.0,
+            begin_flow_rad: 0.0166,
             begin_tracks: 60,
-            keyframe_flow_px: 30.0,
+            keyframe_flow_rad: 0.0416,
             keyframe_kept: 0.5,
             standstill_px: 0.25,
             least_inliers: 15,
@@ -236,12 +236,18 @@ impl Odometry {
         let pixels = self.follow_freely(&previous, pyramid, &beginning, mask);
         beginning.tracks.push(pixels);
         let alive = beginning.tracks.last().map_or(0, |t| t.iter().flatten().count());
-        if alive < self.options.policy.begin_tracks {
+        // A small or plain image has few corners: half of those it had are enough, if they are not too few for two views.
+        const LEAST_TRACKS: usize = 20;
+        let enough = (beginning.first_pixels.len() / 2)
+            .clamp(LEAST_TRACKS, self.options.policy.begin_tracks.max(LEAST_TRACKS));
+        if alive < enough {
             self.restart_beginning(frame, pyramid, mask);
             return;
         }
         let flow = median_flow(&beginning.first_pixels, beginning.tracks.last());
-        let ready = flow >= self.options.policy.begin_flow_px;
+        // Never below a few pixels, where the noise of tracking would pass for parallax.
+        const LEAST_FLOW_PX: f64 = 4.0;
+        let ready = flow >= (self.options.policy.begin_flow_rad * self.camera.focal_px()).max(LEAST_FLOW_PX);
         self.last = Some((frame, pyramid.clone(), CameraFromWorld::identity()));
         if flow < self.options.policy.standstill_px {
             // Still standing: keep only the first and the present frame, the ones between say the same.
@@ -316,7 +322,7 @@ impl Odometry {
             landmarks.push((*i, landmark));
         }
         let positioned = landmarks.iter().filter(|(_, l)| l.point_in_world.is_some()).count();
-        if positioned < self.options.policy.begin_tracks / 2 {
+        if positioned < self.options.policy.least_inliers {
             return false;
         }
         // Unit of length: the median depth becomes 15, a street's typical one in metres; the road gives the true scale later.
@@ -378,13 +384,21 @@ impl Odometry {
             }
             record.camera_from_keyframe = before.cast();
         }
-        // Frames before the first one of this beginning (covered, too dark) rest at its pose.
-        for record in self.out.frames[..beginning.first_frame].iter_mut().rev() {
+        // Frames before the first one of this beginning (too dark, tracks lost) are taken to have gone at the speed of the
+        // map's first frames, for a second at most: before that nobody knows.
+        const BACKWARDS: i32 = 10;
+        let back = Pose::<Camera, Camera>::exp(&(last_pose.log() * (-1.0 / steps)));
+        let mut pose = CameraFromCamera::identity();
+        for (age, record) in (1..).zip(self.out.frames[..beginning.first_frame].iter_mut().rev()) {
             if record.segment != usize::MAX {
                 break;
             }
+            if age <= BACKWARDS {
+                pose = back * pose;
+            }
             record.segment = segment;
             record.keyframe = 0;
+            record.camera_from_keyframe = pose;
         }
     }
 
@@ -528,7 +542,8 @@ impl Odometry {
         }
         let kept = flow.len() as f64 / f64::from(total.max(1));
         kept < self.options.policy.keyframe_kept
-            || median(&mut flow).is_none_or(|m| m > self.options.policy.keyframe_flow_px)
+            || median(&mut flow)
+                .is_none_or(|m| m > self.options.policy.keyframe_flow_rad * self.camera.focal_px())
     }
 
     fn add_keyframe(

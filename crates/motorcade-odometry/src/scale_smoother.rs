@@ -42,6 +42,10 @@ pub struct NoiseModel {
 
 /// Correlation of pitch and roll from one frame to the next at 10 Hz: a car body swings at 1–2 Hz.
 const TILT_CORRELATION: f64 = 0.7;
+/// What a single frame's pitch may be off beyond its pixels: a lane is not a plane to a tenth of a degree \[rad\].
+const PITCH_FLOOR_RAD: f64 = 1.7e-3;
+/// The same for roll, which a narrow lane with crown and ruts shows badly: 0.4° \[rad\].
+const ROLL_FLOOR_RAD: f64 = 7e-3;
 /// Measurements beyond this Mahalanobis distance lose weight (√ of the 95 % quantile of χ²₃).
 const GATE: f64 = 2.8;
 
@@ -142,6 +146,8 @@ fn forward(
             let innovation = m.value - centre - x;
             let mut noise = m.covariance;
             noise[(0, 0)] += model.height_sigma.powi(2);
+            noise[(1, 1)] += PITCH_FLOOR_RAD * PITCH_FLOOR_RAD;
+            noise[(2, 2)] += ROLL_FLOOR_RAD * ROLL_FLOOR_RAD;
             if let Some(inverse) = (p + noise).try_inverse() {
                 let d2 = innovation.dot(&(inverse * innovation));
                 // Heavy tails: the likelihood of a Student t with 4 degrees of freedom, and its weight.

@@ -151,7 +151,7 @@ impl Config {
         let check = |ok: bool, text: &str| if ok { Ok(()) } else { Err(text.to_owned()) };
         let o = &self.odometry;
         check((0.0..=1.0).contains(&self.run.most_untracked), "run.most_untracked must lie between 0 and 1")?;
-        check(o.corners.cell_px >= 8, "odometry.corners.cell_px must be at least 8")?;
+        check((4..=200).contains(&o.corners.columns), "odometry.corners.columns must lie between 4 and 200")?;
         check(o.corners.per_cell >= 1, "odometry.corners.per_cell must be at least 1")?;
         check(o.window.free_keyframes >= 3, "odometry.window.free_keyframes must be at least 3")?;
         check(o.window.fixed_keyframes >= 2, "odometry.window.fixed_keyframes must be at least 2")?;
@@ -203,12 +203,12 @@ mod tests {
 
     #[test]
     fn settings_overlay_and_unknown_keys_name_the_nearest() {
-        let config = Config::default().set("odometry.policy.keyframe_flow_px=25").unwrap();
-        assert_eq!(config.odometry.policy.keyframe_flow_px, 25.0);
+        let config = Config::default().set("odometry.policy.keyframe_flow_rad=0.03").unwrap();
+        assert_eq!(config.odometry.policy.keyframe_flow_rad, 0.03);
         let config = config.set("vehicles.traffic_side=left").unwrap();
         assert_eq!(config.vehicles.traffic_side, TrafficSide::Left);
-        let error = config.set("odometry.policy.keyframe_flow=25").unwrap_err().to_string();
-        assert!(error.contains("did you mean `keyframe_flow_px`?"), "{error}");
+        let error = config.set("odometry.policy.keyframe_flow=1").unwrap_err().to_string();
+        assert!(error.contains("did you mean `keyframe_flow_rad`?"), "{error}");
         let error = config.overlay("[roda]\nfar_heights = 3.0", "my.toml").unwrap_err().to_string();
         assert!(error.contains("my.toml") && error.contains("`road`"), "{error}");
         assert!(config.set("road.far_heights=far").is_err());

@@ -57,11 +57,19 @@ pub struct RunResult {
 }
 
 impl RunResult {
-    /// Share of frames whose pose was tracked (or stood).
+    /// Share of frames whose pose was tracked (or stood), those of the first second aside: they may be filled in.
     pub fn tracked_share(&self) -> f64 {
+        const FIRST_SECOND: usize = 10;
         let good = |s: FrameStatus| matches!(s, FrameStatus::Tracked | FrameStatus::Standstill);
-        let count = self.ego.frames.iter().filter(|f| good(f.status)).count();
-        count as f64 / self.ego.frames.len().max(1) as f64
+        let frames = &self.ego.frames;
+        // A run that never got a map has nothing to fill in from.
+        let counted = if frames.iter().any(|f| good(f.status)) { frames.get(FIRST_SECOND..) } else { None };
+        match counted {
+            Some(rest) if !rest.is_empty() => {
+                rest.iter().filter(|f| good(f.status)).count() as f64 / rest.len() as f64
+            }
+            _ => f64::from(u8::from(frames.iter().any(|f| good(f.status)))),
+        }
     }
 }
 
@@ -348,7 +356,10 @@ fn grounds(ego: &EgoTrajectory, frames: &[FrameInfo]) -> Vec<GroundFrame> {
 fn summary_warnings(result: &RunResult) -> Vec<String> {
     let mut out = Vec::new();
     let n = result.ego.frames.len();
-    let untracked = ((1.0 - result.tracked_share()) * n as f64).round() as usize;
+    let tracked = |f: &&motorcade_odometry::EgoFrame| {
+        matches!(f.status, FrameStatus::Tracked | FrameStatus::Standstill)
+    };
+    let untracked = n - result.ego.frames.iter().filter(tracked).count();
     if untracked > 0 {
         out.push(format!(
             "{untracked} of {n} frames have a bridged or filled-in pose (see `status` in frames.csv)"
