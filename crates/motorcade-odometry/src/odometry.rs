@@ -250,6 +250,7 @@ impl Odometry {
         let ready = flow >= (self.options.policy.begin_flow_rad * self.camera.focal_px()).max(LEAST_FLOW_PX);
         self.last = Some((frame, pyramid.clone(), CameraFromWorld::identity()));
         if flow < self.options.policy.standstill_px {
+            self.out.frames[frame].status = FrameStatus::Standstill;
             // Still standing: keep only the first and the present frame, the ones between say the same.
             beginning.tracks.truncate(beginning.tracks.len().saturating_sub(1).max(1));
         }
@@ -379,7 +380,9 @@ impl Odometry {
                     before = estimate.camera_from_world;
                     fill(record, &estimate);
                 }
-                None if along == 0 => {}
+                // The first frame is the map's own origin.
+                None if k == beginning.first_frame => record.status = FrameStatus::Tracked,
+                None if along == 0 => record.status = FrameStatus::Standstill,
                 None => before = guess,
             }
             record.camera_from_keyframe = before.cast();

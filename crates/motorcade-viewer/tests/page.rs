@@ -18,7 +18,16 @@ fn page(warning: Option<&str>) -> String {
     std::fs::write(folder.path().join("calibration.toml"), calibration).unwrap();
     let sequence = Sequence::open(folder.path(), &SequenceOptions::default()).unwrap();
     let config = Config::default();
-    let mut result = motorcade::run(&sequence, &Perception::none(), 1.5, &config, 1, &Silent).unwrap();
+    let mut result = motorcade::run(
+        &sequence,
+        &Perception::none(),
+        &motorcade::Given::default(),
+        1.5,
+        &config,
+        1,
+        &Silent,
+    )
+    .unwrap();
     result.warnings.extend(warning.map(str::to_owned));
     // Times differ from run to run; the page must not.
     result.stopwatch = motorcade::Stopwatch::default();
