@@ -126,7 +126,7 @@ pub struct RunArguments {
     /// Directory of the results; made whole or not at all.
     #[arg(long)]
     pub out: PathBuf,
-    /// Height of the camera above the road [m]; KITTI input knows its own (1.65).
+    /// Height of the camera above the road in metres; KITTI input knows its own (1.65).
     #[arg(long)]
     pub height: Option<f64>,
     /// Folder of ONNX networks.

@@ -55,6 +55,9 @@ pub struct Track {
     pub boxes: Vec<TrackBox>,
 }
 
+/// Two boxes that overlap more are the same vehicle seen twice.
+const DOUBLED_IOU: f64 = 0.5;
+
 struct Live {
     track: Track,
     /// Place in the world \[m\], with the camera depth it was measured at.
@@ -86,7 +89,10 @@ pub fn track_vehicles(
             live[track].extend(camera, ground, TrackBox { frame, seen, score: boxes[index].score });
         }
         for (index, detection) in boxes.iter().enumerate() {
-            let doubled = expected.iter().flatten().any(|e| e.iou(&detection.bbox) > 0.6);
+            // A second box on a vehicle that is followed already (another class, a looser fit) is no new vehicle.
+            let taken = all.iter().zip(&used).filter(|(_, used)| **used).map(|(b, _)| b);
+            let doubled =
+                expected.iter().flatten().chain(taken).any(|e| e.iou(&detection.bbox) > DOUBLED_IOU);
             if used[index] || detection.score < options.begin_score || doubled {
                 continue;
             }

@@ -29,7 +29,7 @@ pub struct SimulateArguments {
     /// Folder the drive goes to, in the shape of KITTI tracking.
     #[arg(long, required_unless_present = "list")]
     pub out: Option<PathBuf>,
-    /// Width of the pictures [px].
+    /// Width of the pictures in pixels.
     #[arg(long, default_value_t = 1242)]
     pub width: u32,
     /// Also write depth maps.

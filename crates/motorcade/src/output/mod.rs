@@ -141,7 +141,12 @@ pub(crate) fn file(
 
 pub(crate) fn io_error(path: &Path, error: &io::Error) -> Error {
     let full = matches!(error.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded);
-    Error::Output { path: path.to_path_buf(), reason: error.to_string(), full }
+    // tempfile puts the name of its own file into the message; ours is the one that matters.
+    let reason = match error.raw_os_error() {
+        Some(code) => io::Error::from_raw_os_error(code).to_string(),
+        None => error.kind().to_string(),
+    };
+    Error::Output { path: path.to_path_buf(), reason, full }
 }
 
 fn output_error(path: &Path, reason: &str) -> Error {
