@@ -53,6 +53,7 @@ pub fn print(message: &str) {
 }
 
 fn code_of(error: &anyhow::Error) -> u8 {
+    use motorcade_simulate::Error as Simulation;
     for cause in error.chain() {
         if let Some(e) = cause.downcast_ref::<motorcade::Error>() {
             return e.exit_code();
@@ -69,8 +70,8 @@ fn code_of(error: &anyhow::Error) -> u8 {
         if let Some(e) = cause.downcast_ref::<motorcade_graph::GraphError>() {
             return code_of_graph(e);
         }
-        if let Some(motorcade_simulate::Error::Io { .. }) = cause.downcast_ref::<motorcade_simulate::Error>()
-        {
+        // Pictures are made in memory: encoding one fails only where it cannot be written.
+        if let Some(Simulation::Io { .. } | Simulation::Image { .. }) = cause.downcast_ref() {
             return 5;
         }
         if cause.downcast_ref::<std::io::Error>().is_some() {

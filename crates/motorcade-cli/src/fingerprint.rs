@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use motorcade::Config;
+use motorcade_perception::ModelOptions;
 
 use crate::arguments::RunArguments;
 
@@ -41,6 +42,8 @@ pub fn fingerprint(arguments: &RunArguments, input_hash: &str, height_m: f64, co
     hash.add(&height_m.to_le_bytes());
     hash.add(serde_json::to_string(config).unwrap_or_default().as_bytes());
     hash.add(format!("{:?}", arguments.trajectory_scale).as_bytes());
+    // Engines differ by rounding, which is enough to make another run.
+    hash.add(format!("{:?}", ModelOptions::default().engine).as_bytes());
     arguments.vehicle_poses.iter().for_each(|path| hash.add_path(path));
     let files = [
         &arguments.models,

@@ -17,6 +17,12 @@ pub enum Error {
         /// What is wrong and what to do.
         problem: String,
     },
+    /// What runs networks is not there.
+    #[error("{problem}")]
+    Engine {
+        /// What is missing and how to get it.
+        problem: String,
+    },
 }
 
 impl Error {
@@ -25,7 +31,13 @@ impl Error {
         match self {
             Self::Input(error) => error.exit_code(),
             Self::Model { .. } => 3,
+            Self::Engine { .. } => 5,
         }
+    }
+
+    /// A network that takes something else than one image.
+    pub(crate) fn inputs(path: &Path, count: usize) -> Self {
+        Self::model(path, format!("has {count} inputs, expected one image"))
     }
 
     pub(crate) fn model(path: &Path, problem: impl Into<String>) -> Self {

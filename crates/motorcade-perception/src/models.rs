@@ -8,7 +8,7 @@ use rten::ThreadPool;
 use crate::detection::VehicleClass;
 use crate::error::Result;
 use crate::manifest::{Manifest, OutputSpec, Resize};
-use crate::network::{Network, RoadSegmenter, VehicleDetector};
+use crate::network::{Engine, Network, RoadSegmenter, VehicleDetector};
 
 /// How networks run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,11 +17,13 @@ pub struct ModelOptions {
     pub threads: usize,
     /// Vehicles less certain than this are not handed out, 0 to 1. Low, because tracking tells chance from vehicles.
     pub min_score: f64,
+    /// What runs them.
+    pub engine: Engine,
 }
 
 impl Default for ModelOptions {
     fn default() -> Self {
-        Self { threads: 1, min_score: 0.1 }
+        Self { threads: 1, min_score: 0.1, engine: Engine::default() }
     }
 }
 
@@ -45,7 +47,7 @@ impl ModelSet {
         let mut vehicles: Option<(f64, VehicleDetector)> = None;
         let mut road: Option<(f64, RoadSegmenter)> = None;
         for entry in &manifest.models {
-            let network = Network::load(folder, entry, &threads)?;
+            let network = Network::load(folder, entry, options, &threads)?;
             let fit = misfit(&network, entry.input.resize, image_size);
             match &entry.output {
                 OutputSpec::Yolox { classes } => {

@@ -8,7 +8,7 @@ use crate::detection::Detection;
 use crate::error::Result;
 use crate::files::{DetectionTable, RoadMaskFolder};
 use crate::models::{ModelOptions, ModelSet};
-use crate::network::{RoadSegmenter, VehicleDetector};
+use crate::network::{Network, RoadSegmenter, VehicleDetector};
 use crate::road::RoadMask;
 
 /// What was seen in one frame.
@@ -95,12 +95,12 @@ impl Perception {
     pub fn describe(&self) -> (String, String) {
         let vehicles = match &self.vehicles {
             Vehicles::NotLookedFor => "not looked for".to_owned(),
-            Vehicles::Network(detector) => format!("network {}", detector.network().name()),
+            Vehicles::Network(detector) => in_words(detector.network()),
             Vehicles::File(table) => format!("{:?} file", table.format()),
         };
         let road = match &self.road {
             Road::NotLookedFor => "not looked for".to_owned(),
-            Road::Network(segmenter) => format!("network {}", segmenter.network().name()),
+            Road::Network(segmenter) => in_words(segmenter.network()),
             Road::Files(_) => "mask files".to_owned(),
         };
         (vehicles, road)
@@ -119,5 +119,13 @@ impl Perception {
             Road::Files(folder) => folder.of_frame(frame.number, frame.size())?,
         };
         Ok(Percepts { detections, road })
+    }
+}
+
+/// Name of a network, and what runs it where that is not what is built in.
+fn in_words(network: &Network) -> String {
+    match network.engine() {
+        "rten" => format!("network {}", network.name()),
+        engine => format!("network {} by {engine}", network.name()),
     }
 }

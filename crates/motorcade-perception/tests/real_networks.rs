@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use motorcade_dataset::{Frame, Label, Sequence, SequenceOptions, read_labels};
 use motorcade_perception::{
-    BoundingBox, Error, ModelOptions, ModelSet, Perception, PerceptionOptions, Percepts,
+    BoundingBox, Engine, Error, ModelOptions, ModelSet, Perception, PerceptionOptions, Percepts,
 };
 
 const KITTI: (u32, u32) = (1242, 375);
@@ -33,7 +33,7 @@ fn drive(shared: &Path, stride: usize) -> Sequence {
 }
 
 fn perception(shared: &Path, threads: usize) -> Perception {
-    let networks = ModelOptions { threads, ..ModelOptions::default() };
+    let networks = ModelOptions { threads, engine: Engine::Rten, ..ModelOptions::default() };
     let options =
         PerceptionOptions { models: Some(shared.join("models")), networks, ..PerceptionOptions::default() };
     Perception::open(&options, KITTI).unwrap()
@@ -108,7 +108,8 @@ fn a_network_of_another_kind_or_shape_is_refused() {
              resize = \"letterbox\"{input} }}\noutput = {{ {output} }}\n"
         );
         std::fs::write(folder.path().join("models.toml"), manifest).unwrap();
-        ModelSet::load(folder.path(), KITTI, &ModelOptions::default())
+        let options = ModelOptions { engine: Engine::Rten, ..ModelOptions::default() };
+        ModelSet::load(folder.path(), KITTI, &options)
     };
     let cars = "kind = \"yolox\", classes = { 2 = \"Car\" }";
     let picture = image::RgbImage::new(1242, 375);

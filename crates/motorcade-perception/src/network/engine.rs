@@ -3,25 +3,45 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use rten::{Dimension, Model, NodeId, RunOptions, ThreadPool, ValueOrView};
-use rten_tensor::prelude::*;
+use rten::{Dimension, ThreadPool};
 use rten_tensor::{NdTensor, Tensor};
 use sha2::{Digest, Sha256};
 
+#[cfg(feature = "ort")]
+use super::onnx_runtime::Session;
+use super::pure::Graph;
 use crate::error::{Error, Result};
 use crate::manifest::{InputSpec, ModelEntry};
+use crate::models::ModelOptions;
+
+/// What runs the networks. The results of two engines differ by rounding.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Engine {
+    /// `rten`, built in.
+    #[cfg_attr(not(feature = "ort"), default)]
+    Rten,
+    /// ONNX Runtime, a library of the system; the default where the feature `ort` builds it in.
+    #[cfg(feature = "ort")]
+    #[default]
+    OnnxRuntime,
+}
+
+/// A network in the hands of its engine.
+enum Loaded {
+    Rten(Graph),
+    #[cfg(feature = "ort")]
+    OnnxRuntime(Session),
+}
 
 /// A network with one image input `[1, 3, H, W]` and one output.
 pub struct Network {
     path: PathBuf,
     name: String,
-    model: Model,
-    input: NodeId,
-    output: NodeId,
+    loaded: Loaded,
     pub(super) spec: InputSpec,
     /// Input height and width \[px\].
     pub(super) size: (usize, usize),
-    threads: Arc<ThreadPool>,
 }
 
 impl std::fmt::Debug for Network {
@@ -31,8 +51,17 @@ impl std::fmt::Debug for Network {
 }
 
 impl Network {
-    /// Loads the file of a manifest entry and checks that it takes images.
-    pub fn load(folder: &Path, entry: &ModelEntry, threads: &Arc<ThreadPool>) -> Result<Self> {
+    /// Loads the file of a manifest entry and checks that it takes images. `threads` are those of
+    /// `rten`; ONNX Runtime has its own.
+    ///
+    /// # Errors
+    /// A file that does not read, is not the one of the manifest, or no network of one image; an engine that is not there.
+    pub fn load(
+        folder: &Path,
+        entry: &ModelEntry,
+        options: &ModelOptions,
+        threads: &Arc<ThreadPool>,
+    ) -> Result<Self> {
         let path = folder.join(&entry.file);
         let bytes =
             std::fs::read(&path).map_err(|e| Error::model(&path, format!("network does not read: {e}")))?;
@@ -42,20 +71,33 @@ impl Network {
                 return Err(Error::model(&path, format!("SHA-256 is {found}, the manifest says {expected}")));
             }
         }
-        let model = Model::load(bytes)
-            .map_err(|e| Error::model(&path, format!("is not a network that runs here: {e}")))?;
-        let (&[input], &[output, ..]) = (model.input_ids(), model.output_ids()) else {
-            let problem = format!("has {} inputs, expected one image", model.input_ids().len());
-            return Err(Error::model(&path, problem));
+        let (loaded, shape) = match options.engine {
+            Engine::Rten => {
+                let (graph, shape) = Graph::load(&path, bytes, Arc::clone(threads))?;
+                (Loaded::Rten(graph), shape)
+            }
+            #[cfg(feature = "ort")]
+            Engine::OnnxRuntime => {
+                let (session, shape) = Session::load(&path, &bytes, options.threads.max(1))?;
+                (Loaded::OnnxRuntime(session), shape)
+            }
         };
-        let size = image_size(&path, model.input_shape(0), entry.input.size)?;
+        let size = image_size(&path, &shape, entry.input.size)?;
         let (name, spec) = (entry.name.clone(), entry.input.clone());
-        Ok(Self { path, name, model, input, output, spec, size, threads: Arc::clone(threads) })
+        Ok(Self { path, name, loaded, spec, size })
     }
 
     /// Name in the manifest.
     pub fn name(&self) -> &str {
         &self.name
+    }
+    /// What runs it, in words.
+    pub fn engine(&self) -> &'static str {
+        match &self.loaded {
+            Loaded::Rten(_) => "rten",
+            #[cfg(feature = "ort")]
+            Loaded::OnnxRuntime(_) => "ONNX Runtime",
+        }
     }
     /// Input width and height \[px\].
     pub fn input_size(&self) -> (usize, usize) {
@@ -64,14 +106,12 @@ impl Network {
 
     /// Runs on a `[1, 3, H, W]` input.
     pub(super) fn run(&self, input: NdTensor<f32, 4>) -> Result<Tensor<f32>> {
-        let mut options = RunOptions::default();
-        options.thread_pool = Some(Arc::clone(&self.threads));
-        let input = vec![(self.input, ValueOrView::from(input.view()))];
-        let failed = |e: String| Error::model(&self.path, format!("running failed: {e}"));
-        let outputs =
-            self.model.run(input, &[self.output], Some(options)).map_err(|e| failed(e.to_string()))?;
-        let first = outputs.into_iter().next().ok_or_else(|| failed("no output".into()))?;
-        first.try_into().map_err(|_| failed("the output is not f32".into()))
+        let output = match &self.loaded {
+            Loaded::Rten(graph) => graph.run(&input),
+            #[cfg(feature = "ort")]
+            Loaded::OnnxRuntime(session) => session.run(&input),
+        };
+        output.map_err(|e| Error::model(&self.path, format!("running failed: {e}")))
     }
 
     pub(super) fn wrong_output(&self, shape: &[usize], expected: &str) -> Error {
@@ -83,17 +123,12 @@ impl Network {
 }
 
 /// Height and width of an image input.
-fn image_size(
-    path: &Path,
-    shape: Option<Vec<Dimension>>,
-    given: Option<[usize; 2]>,
-) -> Result<(usize, usize)> {
-    let shape = shape.unwrap_or_default();
+fn image_size(path: &Path, shape: &[Dimension], given: Option<[usize; 2]>) -> Result<(usize, usize)> {
     let wrong = |what: &str| {
         let dimensions: Vec<String> = shape.iter().map(in_words).collect();
         Err(Error::model(path, format!("input has shape [{}], expected {what}", dimensions.join(", "))))
     };
-    let [batch, channels, height, width] = shape.as_slice() else { return wrong("[1, 3, height, width]") };
+    let [batch, channels, height, width] = shape else { return wrong("[1, 3, height, width]") };
     let is = |dimension: &Dimension, n: usize| matches!(dimension, Dimension::Fixed(found) if *found == n);
     let open = |dimension: &Dimension| !matches!(dimension, Dimension::Fixed(_));
     if !(is(batch, 1) || open(batch)) || !(is(channels, 3) || open(channels)) {

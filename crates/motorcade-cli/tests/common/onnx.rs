@@ -1,0 +1,44 @@
+//! The smallest networks there can be, written byte by byte: no network has to come with the tests.
+
+/// A field of a protobuf message that holds bytes: text, or another message.
+fn field(number: u8, content: &[u8]) -> Vec<u8> {
+    let mut bytes = vec![number << 3 | 2];
+    bytes.extend(varint(content.len() as u64));
+    bytes.extend(content);
+    bytes
+}
+
+/// A field that holds a whole number.
+fn number(field: u8, value: u64) -> Vec<u8> {
+    let mut bytes = vec![field << 3];
+    bytes.extend(varint(value));
+    bytes
+}
+
+fn varint(mut value: u64) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    while value >= 0x80 {
+        bytes.push(value as u8 | 0x80);
+        value >>= 7;
+    }
+    bytes.push(value as u8);
+    bytes
+}
+
+/// `ValueInfoProto`: a name and a tensor of `f32`.
+fn tensor(name: &str, shape: &[u64]) -> Vec<u8> {
+    let dimensions: Vec<u8> = shape.iter().flat_map(|size| field(1, &number(1, *size))).collect();
+    let tensor = [number(1, 1), field(2, &dimensions)].concat();
+    [field(1, name.as_bytes()), field(2, &field(1, &tensor))].concat()
+}
+
+/// An ONNX file: inputs of these shapes, of which the first comes out as it went in (`Relu`, opset 13).
+pub fn network(inputs: &[&[u64]]) -> Vec<u8> {
+    let node = [field(1, b"x0"), field(2, b"y"), field(4, b"Relu")].concat();
+    let mut graph = [field(1, &node), field(2, b"tiny")].concat();
+    for (i, shape) in inputs.iter().enumerate() {
+        graph.extend(field(11, &tensor(&format!("x{i}"), shape)));
+    }
+    graph.extend(field(12, &tensor("y", inputs.first().copied().unwrap_or_default())));
+    [number(1, 8), field(7, &graph), field(8, &number(2, 13))].concat()
+}

@@ -1,0 +1,94 @@
+//! Networks that are not what `models.toml` says: the file is named, code 3, and nothing is written.
+
+mod common;
+#[path = "common/onnx.rs"]
+mod onnx;
+
+use std::fs;
+
+use common::{Answer, drive, nothing_written, run};
+use tempfile::TempDir;
+
+const DETECTOR: &str = r#"{ kind = "yolox", classes = { 2 = "Car" } }"#;
+const ROAD: &str = r#"{ kind = "segmentation", road = [7] }"#;
+
+/// A drive, and beside it `models/` with one network.
+fn folder(network: &[u8], input: &str, output: &str) -> TempDir {
+    let folder = drive(3);
+    let models = folder.path().join("models");
+    fs::create_dir(&models).unwrap();
+    fs::write(models.join("tiny.onnx"), network).unwrap();
+    let manifest = format!(
+        "[[model]]\nname = \"tiny\"\nfile = \"tiny.onnx\"\nlicence = \"MIT\"\n\
+         input = {{ colour = \"rgb\", resize = \"stretch\"{input} }}\noutput = {output}\n"
+    );
+    fs::write(models.join("models.toml"), manifest).unwrap();
+    folder
+}
+
+/// Runs with that network.
+fn with(inputs: &[&[u64]], input: &str, output: &str) -> (TempDir, Answer) {
+    let folder = folder(&onnx::network(inputs), input, output);
+    let told = run(folder.path(), "--models models");
+    (folder, told)
+}
+
+#[track_caller]
+fn refused(inputs: &[&[u64]], input: &str, output: &str, said: &[&str]) {
+    let (folder, told) = with(inputs, input, output);
+    told.expect(3, &[&["tiny.onnx"], said].concat());
+    nothing_written(folder.path());
+}
+
+#[test]
+fn an_input_that_is_no_image() {
+    refused(&[&[1, 10]], "", DETECTOR, &["[1, 10]", "expected [1, 3, height, width]"]);
+    refused(&[&[1, 1, 32, 32]], "", DETECTOR, &["[1, 1, 32, 32]", "expected [1, 3, height, width]"]);
+    refused(&[&[4, 3, 32, 32]], "", ROAD, &["[4, 3, 32, 32]", "expected [1, 3, height, width]"]);
+}
+
+#[test]
+fn more_than_one_input() {
+    refused(&[&[1, 3, 32, 32], &[1, 2]], "", DETECTOR, &["2 inputs", "expected one image"]);
+}
+
+#[test]
+fn another_size_than_the_manifest_says() {
+    let size = ", size = [64, 32]";
+    refused(&[&[1, 3, 32, 32]], size, DETECTOR, &["[1, 3, 32, 32]", "expected [1, 3, 64, 32]"]);
+}
+
+/// It loads, and only what comes out shows that it is something else.
+#[test]
+fn an_output_of_another_kind() {
+    refused(&[&[1, 3, 32, 32]], "", DETECTOR, &["output has shape [1, 3, 32, 32]", "manifest"]);
+    refused(&[&[1, 3, 32, 32]], "", ROAD, &["output has shape [1, 3, 32, 32]", "8 or more"]);
+}
+
+#[test]
+fn a_network_cut_short() {
+    let whole = onnx::network(&[&[1, 3, 32, 32]]);
+    let folder = folder(&whole[..whole.len() / 2], "", DETECTOR);
+    run(folder.path(), "--models models").expect(3, &["tiny.onnx"]);
+    nothing_written(folder.path());
+}
+
+/// The tiny network itself is sound: described rightly it runs.
+#[test]
+fn the_same_network_described_rightly() {
+    let (_folder, told) = with(&[&[1, 3, 32, 32]], "", r#"{ kind = "segmentation", road = [1] }"#);
+    assert_ne!(told.code, 3, "{}", told.stderr);
+    assert!(!told.stderr.contains("tiny.onnx"), "{}", told.stderr);
+}
+
+/// The engine itself is missing: not the fault of the input, and the message says what to do.
+#[cfg(feature = "ort")]
+#[test]
+fn no_onnx_runtime() {
+    let folder = folder(&onnx::network(&[&[1, 3, 32, 32]]), "", DETECTOR);
+    let arguments = "run frames --calibration camera.toml --height 1.5 --out out --models models";
+    let mut command = common::program(folder.path(), arguments);
+    let told: Answer = command.env("ORT_DYLIB_PATH", "/nowhere/libonnxruntime.so").output().unwrap().into();
+    told.expect(5, &["/nowhere/libonnxruntime.so", "pip install onnxruntime", "ORT_DYLIB_PATH"]);
+    nothing_written(folder.path());
+}
