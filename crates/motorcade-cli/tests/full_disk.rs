@@ -1,7 +1,11 @@
 //! A full disk: code 5, and what was there before is there after.
 
 #![cfg(target_os = "linux")]
-#![allow(clippy::print_stderr, reason = "a test that is skipped says so")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stderr,
+    reason = "helpers of tests may fail loudly; a skipped test says so"
+)]
 
 mod common;
 

@@ -2,7 +2,7 @@
 
 /// A field of a protobuf message that holds bytes: text, or another message.
 fn field(number: u8, content: &[u8]) -> Vec<u8> {
-    let mut bytes = vec![number << 3 | 2];
+    let mut bytes = vec![(number << 3) | 2];
     bytes.extend(varint(content.len() as u64));
     bytes.extend(content);
     bytes

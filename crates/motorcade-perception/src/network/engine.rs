@@ -29,7 +29,7 @@ pub enum Engine {
 
 /// A network in the hands of its engine.
 enum Loaded {
-    Rten(Graph),
+    Rten(Box<Graph>),
     #[cfg(feature = "ort")]
     OnnxRuntime(Session),
 }
@@ -74,7 +74,7 @@ impl Network {
         let (loaded, shape) = match options.engine {
             Engine::Rten => {
                 let (graph, shape) = Graph::load(&path, bytes, Arc::clone(threads))?;
-                (Loaded::Rten(graph), shape)
+                (Loaded::Rten(Box::new(graph)), shape)
             }
             #[cfg(feature = "ort")]
             Engine::OnnxRuntime => {
