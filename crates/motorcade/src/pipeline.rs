@@ -4,7 +4,9 @@ use std::sync::mpsc::sync_channel;
 
 use motorcade_dataset::{BadFrame, Frame, Sequence};
 use motorcade_geometry::PinholeCamera;
-use motorcade_odometry::{EgoTrajectory, FrameStatus, Odometry, Rectangle, RoadMeasurement, StaticMask};
+use motorcade_odometry::{
+    EgoFrame, EgoTrajectory, FrameStatus, Odometry, Rectangle, RoadMeasurement, StaticMask,
+};
 use motorcade_perception::{Detection, Perception, Percepts};
 use motorcade_vehicles::{GivenView, GroundFrame, Track, VehicleTrajectory, estimate_track, track_vehicles};
 
@@ -57,19 +59,20 @@ pub struct RunResult {
 }
 
 impl RunResult {
-    /// Share of frames whose pose was tracked (or stood), those of the first second aside: they may be filled in.
+    /// Share of frames whose pose was tracked (or stood). Frames of the first second that were filled in from the map that
+    /// began after them do not count against it.
     pub fn tracked_share(&self) -> f64 {
         const FIRST_SECOND: usize = 10;
         let good = |s: FrameStatus| matches!(s, FrameStatus::Tracked | FrameStatus::Standstill);
-        let frames = &self.ego.frames;
-        // A run that never got a map has nothing to fill in from.
-        let counted = if frames.iter().any(|f| good(f.status)) { frames.get(FIRST_SECOND..) } else { None };
-        match counted {
-            Some(rest) if !rest.is_empty() => {
-                rest.iter().filter(|f| good(f.status)).count() as f64 / rest.len() as f64
-            }
-            _ => f64::from(u8::from(frames.iter().any(|f| good(f.status)))),
+        let counted =
+            |(k, f): &(usize, &EgoFrame)| *k >= FIRST_SECOND || f.status != FrameStatus::Initialising;
+        let (mut tracked, mut all) = (0_usize, 0_usize);
+        for (_, frame) in self.ego.frames.iter().enumerate().filter(counted) {
+            all += 1;
+            tracked += usize::from(good(frame.status));
         }
+        // A run that never got a map has tracked nothing.
+        if tracked == 0 { 0.0 } else { tracked as f64 / all as f64 }
     }
 }
 
@@ -343,7 +346,7 @@ fn rectangle(detection: &Detection) -> Rectangle {
 
 fn grounds(ego: &EgoTrajectory, frames: &[FrameInfo]) -> Vec<GroundFrame> {
     let start = frames.first().map_or(0, |f| f.timestamp_ns);
-    let one = |(e, f): (&motorcade_odometry::EgoFrame, &FrameInfo)| GroundFrame {
+    let one = |(e, f): (&EgoFrame, &FrameInfo)| GroundFrame {
         world_from_camera: e.world_from_camera,
         up: e.road_normal,
         height_m: ego.height_m,
@@ -356,9 +359,7 @@ fn grounds(ego: &EgoTrajectory, frames: &[FrameInfo]) -> Vec<GroundFrame> {
 fn summary_warnings(result: &RunResult) -> Vec<String> {
     let mut out = Vec::new();
     let n = result.ego.frames.len();
-    let tracked = |f: &&motorcade_odometry::EgoFrame| {
-        matches!(f.status, FrameStatus::Tracked | FrameStatus::Standstill)
-    };
+    let tracked = |f: &&EgoFrame| matches!(f.status, FrameStatus::Tracked | FrameStatus::Standstill);
     let untracked = n - result.ego.frames.iter().filter(tracked).count();
     if untracked > 0 {
         out.push(format!(
