@@ -4,6 +4,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use motorcade_dataset::{Label, write_tum};
+use motorcade_perception::BoundingBox;
 use motorcade_vehicles::{Source, VehicleState, VehicleTrajectory};
 use nalgebra::{Point3, Vector3};
 
@@ -102,8 +103,12 @@ fn table(out: impl Write, result: &RunResult) -> io::Result<()> {
 /// KITTI tracking results. Locations are bottom-face centres in rectified cam0, `ry` about its y axis.
 fn kitti(mut out: impl Write, result: &RunResult, context: &RunContext) -> io::Result<()> {
     let cam0_from_camera = context.camera_from_cam0.inverse();
-    for (vehicle, s) in by_frame(result) {
+    let rows = by_frame(result);
+    for (vehicle, s) in &rows {
         let Some(bbox) = s.bbox else { continue };
+        if s.source == Source::Predicted && covered(&rows, vehicle.id, s, &bbox) {
+            continue;
+        }
         let camera_from_world = result.ego.frames[s.frame].world_from_camera.inverse();
         let position = camera_from_world.transform_point(&Point3::from(s.world_from_vehicle.translation()));
         let location = cam0_from_camera.transform_point(&position);
@@ -129,6 +134,20 @@ fn kitti(mut out: impl Write, result: &RunResult, context: &RunContext) -> io::R
         writeln!(out, "{}", label.to_line())?;
     }
     Ok(())
+}
+
+/// True when another vehicle was seen where this one is only predicted: it is hidden behind that one, or is that one.
+fn covered(
+    rows: &[(&VehicleTrajectory, &VehicleState)],
+    id: usize,
+    state: &VehicleState,
+    bbox: &BoundingBox,
+) -> bool {
+    const COVERED_IOU: f64 = 0.4;
+    let first = rows.partition_point(|(_, s)| s.frame < state.frame);
+    let here = rows[first..].iter().take_while(|(_, s)| s.frame == state.frame);
+    let mut seen = here.filter(|(v, s)| v.id != id && s.source != Source::Predicted);
+    seen.any(|(_, s)| s.bbox.is_some_and(|b| b.iou(bbox) > COVERED_IOU))
 }
 
 fn wrap(angle: f64) -> f64 {
