@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use motorcade_geometry::{Camera, PinholeCamera, Pose};
+use motorcade_geometry::{Camera, PinholeCamera, Pose, robust::median};
 use nalgebra::{Matrix2, Matrix3, Point2, Vector3};
 
 use crate::corners::{CornerOptions, detect};
@@ -10,11 +10,33 @@ use crate::klt::{KltOptions, Request, track_checked};
 use crate::pyramid::Pyramid;
 use crate::road_track::RoadMeasurement;
 
+/// How the scales of many matches become one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ScaleAverage {
+    /// Eq. (5).
+    #[default]
+    Mean,
+    /// Robust against matches that are wrong, not against a wrong plane.
+    Median,
+}
+
+impl ScaleAverage {
+    /// `None` of nothing.
+    fn of(self, alphas: &mut [f64]) -> Option<f64> {
+        match self {
+            Self::Mean => (!alphas.is_empty()).then(|| alphas.iter().sum::<f64>() / alphas.len() as f64),
+            Self::Median => median(alphas),
+        }
+    }
+}
+
 /// Road matches per frame and the scale they give.
 pub struct ClosedFormScale {
     camera: PinholeCamera,
     /// Farthest road point used \[camera heights\] (the paper's T over its camera's height).
     farthest_heights: f64,
+    average: ScaleAverage,
     /// Last frame: number, image, its segment.
     last: Option<(usize, Arc<Pyramid>, usize)>,
     /// Camera height in the odometry's unit, from the last frame's scale: predicts where road points go.
@@ -24,8 +46,8 @@ pub struct ClosedFormScale {
 
 impl ClosedFormScale {
     /// Knows nothing yet.
-    pub fn new(camera: PinholeCamera, farthest_heights: f64) -> Self {
-        Self { camera, farthest_heights, last: None, height_units: None, measurements: Vec::new() }
+    pub fn new(camera: PinholeCamera, farthest_heights: f64, average: ScaleAverage) -> Self {
+        Self { camera, farthest_heights, average, last: None, height_units: None, measurements: Vec::new() }
     }
 
     /// Measurements so far: log(α/h), pitch and roll zero by assumption.
@@ -83,11 +105,7 @@ impl ClosedFormScale {
         if alphas.len() < 5 {
             return;
         }
-        // Eq. (5): the mean.
-        let mean = alphas.iter().sum::<f64>() / alphas.len() as f64;
-        if !(mean.is_finite() && mean > 0.0) {
-            return;
-        }
+        let Some(mean) = self.average.of(&mut alphas).filter(|m| m.is_finite() && *m > 0.0) else { return };
         let spread = alphas.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / alphas.len() as f64;
         let variance = spread / (mean * mean * alphas.len() as f64);
         self.height_units = Some(1.0 / mean);

@@ -3,7 +3,7 @@
 use motorcade_geometry::{Camera, Pose, World};
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
-use crate::odometry::{FrameStatus, UpToScale};
+use crate::record::{FrameStatus, UpToScale};
 use crate::road_track::{RoadMeasurement, road_normal};
 use crate::scale_smoother::{NoiseModel, SmoothedState, StateMeasurement, smooth};
 

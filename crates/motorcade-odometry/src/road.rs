@@ -44,6 +44,8 @@ pub struct RoadOptions {
     pub least_agreement: f64,
     /// Iterations on each level.
     pub iterations: usize,
+    /// False holds the normal at (0, −1, 0), a level road and a camera looking along it, as the paper does.
+    pub free_normal: bool,
 }
 
 impl Default for RoadOptions {
@@ -61,6 +63,7 @@ impl Default for RoadOptions {
             least_pixels: 300,
             least_agreement: 0.5,
             iterations: 8,
+            free_normal: true,
         }
     }
 }
@@ -89,6 +92,7 @@ struct Sample {
 }
 
 /// The stretch of road to look at and its present guess.
+#[derive(Clone, Copy)]
 pub struct RoadView<'a> {
     /// Intrinsics of level 0.
     pub camera: &'a PinholeCamera,
@@ -189,10 +193,33 @@ pub fn align_road(
     usable: impl Fn(&Point2<f64>) -> bool,
     options: &RoadOptions,
 ) -> Option<RoadPlane> {
+    if !options.free_normal {
+        return align_level_road(view, &usable, options);
+    }
+    align(view, &usable, options)
+}
+
+/// With the normal held: the guess is turned level and its tilt gets no room.
+fn align_level_road(
+    view: &RoadView<'_>,
+    usable: &impl Fn(&Point2<f64>) -> bool,
+    options: &RoadOptions,
+) -> Option<RoadPlane> {
+    const NO_ROOM_RAD: f64 = 1e-5;
+    let level = RoadView { guess: Vector3::new(0.0, view.guess.norm(), 0.0), ..*view };
+    let options = RoadOptions { tilt_sigma_rad: NO_ROOM_RAD, ..*options };
+    align(&level, usable, &options)
+}
+
+fn align(
+    view: &RoadView<'_>,
+    usable: &impl Fn(&Point2<f64>) -> bool,
+    options: &RoadOptions,
+) -> Option<RoadPlane> {
     let mut state = State { m: view.guess, turn: Vector3::zeros(), gain: 0.0, bias: 0.0 };
     let mut result = None;
     for level in (0..2.min(view.current.len())).rev() {
-        let samples = view.samples(level, &usable, options);
+        let samples = view.samples(level, usable, options);
         if samples.len() < options.least_pixels {
             return None;
         }

@@ -1,6 +1,6 @@
 //! The configuration of a run: works with none, refuses what it does not know.
 
-use motorcade_odometry::{OdometryOptions, RoadOptions};
+use motorcade_odometry::{OdometryOptions, RoadOptions, ScaleAverage};
 use motorcade_vehicles::{TrackerOptions, TrafficSide};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
@@ -26,6 +26,8 @@ pub enum VehicleMask {
     /// Every box of a vehicle.
     #[default]
     All,
+    /// Boxes of vehicles that have not shown that they stand.
+    Moving,
     /// Nothing.
     None,
 }
@@ -38,6 +40,8 @@ pub struct RunOptions {
     pub most_untracked: f64,
     /// What is masked for the camera's own motion.
     pub vehicle_mask: VehicleMask,
+    /// False ignores road masks: the road is then found from geometry.
+    pub road_mask: bool,
     /// Seed of all random choices.
     pub seed: u64,
 }
@@ -45,7 +49,7 @@ pub struct RunOptions {
 impl Default for RunOptions {
     fn default() -> Self {
         // A fifth of the frames: gaps of a second in five can still be bridged sensibly, more cannot.
-        Self { most_untracked: 0.2, vehicle_mask: VehicleMask::All, seed: 1 }
+        Self { most_untracked: 0.2, vehicle_mask: VehicleMask::All, road_mask: true, seed: 1 }
     }
 }
 
@@ -57,11 +61,15 @@ pub struct ScaleOptions {
     pub closed_form: bool,
     /// Farthest road point of the closed form \[m\] (the paper's T).
     pub farthest_m: f64,
+    /// How the closed form makes one scale of all matches.
+    pub average: ScaleAverage,
+    /// False takes each frame's scale as it was measured, as the paper does.
+    pub smoothed: bool,
 }
 
 impl Default for ScaleOptions {
     fn default() -> Self {
-        Self { closed_form: false, farthest_m: 12.0 }
+        Self { closed_form: false, farthest_m: 12.0, average: ScaleAverage::Mean, smoothed: true }
     }
 }
 
@@ -102,7 +110,7 @@ impl Config {
         match preset {
             Preset::Default => base,
             Preset::Paper => Self {
-                scale: ScaleOptions { closed_form: true, ..base.scale },
+                scale: ScaleOptions { closed_form: true, smoothed: false, ..base.scale },
                 graph: GraphOptions { constant_weights: true, ..base.graph },
                 ..base
             },

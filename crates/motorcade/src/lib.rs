@@ -22,21 +22,25 @@
 
 mod config;
 mod error;
+mod front_end;
 mod given_vehicles;
 mod motion_source;
 pub mod multibody;
 pub mod output;
 mod pipeline;
 mod progress;
+mod result;
 mod scale_source;
 mod timing;
 
 pub use config::{Config, Preset, RunOptions, ScaleOptions, VehicleMask, VehicleOptions};
 pub use error::{Error, Result};
+pub use front_end::{FrontEnd, PixelFree};
 pub use given_vehicles::{GivenPose, read_vehicle_poses};
 pub use motion_source::GivenTrajectory;
 pub use multibody::GraphOptions;
 pub use output::{RunContext, write_run};
-pub use pipeline::{FrameInfo, Given, PixelFree, RunResult, run, run_without_frames};
+pub use pipeline::{Given, conclude, run, run_without_frames};
 pub use progress::{Progress, Silent};
+pub use result::{FrameInfo, RunResult};
 pub use timing::{StageTime, Stopwatch};

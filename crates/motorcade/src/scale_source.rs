@@ -20,7 +20,11 @@ pub(crate) enum ScaleSource {
 impl ScaleSource {
     pub(crate) fn new(camera: PinholeCamera, config: &Config) -> Self {
         if config.scale.closed_form {
-            Self::ClosedForm(Box::new(ClosedFormScale::new(camera, config.scale.farthest_m / PAPER_HEIGHT_M)))
+            Self::ClosedForm(Box::new(ClosedFormScale::new(
+                camera,
+                config.scale.farthest_m / PAPER_HEIGHT_M,
+                config.scale.average,
+            )))
         } else {
             Self::Aligned(Box::new(RoadTracker::new(camera, config.road)))
         }
@@ -48,13 +52,21 @@ impl ScaleSource {
             Self::ClosedForm(scale) => scale.measurements(),
         }
     }
+}
 
-    /// The trajectory in metres; `metric` when the odometry's unit is the metre already.
-    pub(crate) fn ego(&self, odometry: &UpToScale, height_m: f64, metric: bool) -> EgoTrajectory {
-        match self {
-            _ if metric => EgoTrajectory::metric(odometry, self.measurements(), height_m),
-            Self::Aligned(road) => EgoTrajectory::new(odometry, road.measurements(), height_m),
-            Self::ClosedForm(scale) => EgoTrajectory::unsmoothed(odometry, scale.measurements(), height_m),
-        }
+/// The trajectory in metres; `metric` when the odometry's unit is the metre already.
+pub(crate) fn ego(
+    odometry: &UpToScale,
+    measurements: &[RoadMeasurement],
+    height_m: f64,
+    metric: bool,
+    config: &Config,
+) -> EgoTrajectory {
+    if metric {
+        EgoTrajectory::metric(odometry, measurements, height_m)
+    } else if config.scale.smoothed {
+        EgoTrajectory::new(odometry, measurements, height_m)
+    } else {
+        EgoTrajectory::unsmoothed(odometry, measurements, height_m)
     }
 }

@@ -7,7 +7,7 @@ use motorcade_odometry::FrameStatus;
 
 use super::file;
 use crate::error::Result;
-use crate::pipeline::RunResult;
+use crate::result::RunResult;
 
 pub(super) fn write(folder: &Path, result: &RunResult) -> Result<()> {
     let poses: Vec<_> = result.ego.frames.iter().map(|f| f.world_from_camera).collect();

@@ -7,7 +7,7 @@ use motorcade_dataset::Label;
 
 use super::file;
 use crate::error::Result;
-use crate::pipeline::RunResult;
+use crate::result::RunResult;
 
 pub(super) fn write(folder: &Path, result: &RunResult) -> Result<()> {
     file(&folder.join("detections.txt"), |out| {

@@ -8,7 +8,7 @@ use serde_json::json;
 
 use super::file;
 use crate::error::Result;
-use crate::pipeline::RunResult;
+use crate::result::RunResult;
 
 pub(super) fn write(folder: &Path, result: &RunResult) -> Result<()> {
     let Some(multibody) = &result.graph else { return Ok(()) };

@@ -15,7 +15,7 @@ use motorcade_geometry::{Camera, Pose};
 
 use crate::config::Config;
 use crate::error::{Error, Result};
-use crate::pipeline::RunResult;
+use crate::result::RunResult;
 
 /// What the outputs need to know beside the result.
 #[derive(Clone, Debug)]

@@ -8,7 +8,7 @@ use serde_json::json;
 use super::camera::status_name;
 use super::{RunContext, file};
 use crate::error::Result;
-use crate::pipeline::RunResult;
+use crate::result::RunResult;
 
 pub(super) fn write(folder: &Path, result: &RunResult, context: &RunContext) -> Result<()> {
     let text = serde_json::to_string_pretty(&record(result, context)).unwrap_or_default();
@@ -21,7 +21,7 @@ fn record(result: &RunResult, context: &RunContext) -> serde_json::Value {
         *statuses.entry(status_name(frame.status)).or_default() += 1;
     }
     let problem =
-        |f: &crate::pipeline::FrameInfo| f.problem.as_ref().map(|p| json!({"frame": f.number, "problem": p}));
+        |f: &crate::result::FrameInfo| f.problem.as_ref().map(|p| json!({"frame": f.number, "problem": p}));
     let problems: Vec<_> = result.frames.iter().filter_map(problem).collect();
     json!({
         "motorcade": env!("CARGO_PKG_VERSION"),

@@ -10,7 +10,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::{RunContext, file};
 use crate::error::Result;
-use crate::pipeline::RunResult;
+use crate::result::RunResult;
 
 pub(super) fn write(folder: &Path, result: &RunResult, context: &RunContext) -> Result<()> {
     for vehicle in &result.vehicles {

@@ -1,0 +1,192 @@
+//! Advancing a map: landmarks are followed, the camera located, keyframes taken.
+
+use std::sync::Arc;
+
+use motorcade_geometry::robust::median;
+use nalgebra::{Matrix2, Point2, Point3};
+
+use super::{CameraFromCamera, CameraFromWorld, Odometry};
+use crate::corners::detect;
+use crate::klt::{Request, track_checked};
+use crate::landmark::Landmark;
+use crate::nearby_depths::NearbyDepths;
+use crate::pose_only::{Observation, PoseEstimate, refine_pose};
+use crate::pyramid::Pyramid;
+use crate::record::FrameStatus;
+use crate::static_mask::StaticMask;
+use crate::window::Keyframe;
+
+impl Odometry {
+    pub(super) fn advance(&mut self, pyramid: &Arc<Pyramid>, mask: &StaticMask<'_>) {
+        let Some((last_frame, last_pyramid, last_pose)) = self.last.take() else { return };
+        let frame = self.out.frames.len();
+        let predicted = (last_frame..frame).fold(last_pose, |pose, _| self.velocity.cast() * pose);
+        let pixels = self.follow_landmarks(&last_pyramid, pyramid, &last_pose, &predicted, mask);
+        let still = self.is_standstill(&pixels);
+        let estimate = self.locate(&predicted, &last_pose, &pixels);
+        let Some(estimate) = estimate else {
+            self.last = Some((last_frame, last_pyramid, last_pose));
+            self.failures += 1;
+            self.bridge();
+            if self.failures >= self.options.policy.give_up_after {
+                self.start_over(frame, pyramid, mask);
+            }
+            return;
+        };
+        self.failures = 0;
+        self.commit_pixels(&pixels, &estimate);
+        self.window.triangulate_tracked(&self.camera, &estimate.camera_from_world);
+        let pose = if still { last_pose } else { estimate.camera_from_world };
+        let step: CameraFromCamera = (pose * last_pose.inverse()).cast();
+        self.velocity = CameraFromCamera::exp(&(step.log() / (frame - last_frame) as f64));
+        self.record(&estimate, pose, if still { FrameStatus::Standstill } else { FrameStatus::Tracked });
+        self.last = Some((frame, pyramid.clone(), pose));
+        if !still && self.wants_keyframe() {
+            self.add_keyframe(frame, pose, pyramid, mask);
+            self.last = Some((frame, pyramid.clone(), self.newest_pose(pose)));
+        }
+    }
+
+    /// New pixel of every landmark, `None` where lost.
+    fn follow_landmarks(
+        &self,
+        from: &Pyramid,
+        to: &Pyramid,
+        last_pose: &CameraFromWorld,
+        predicted: &CameraFromWorld,
+        mask: &StaticMask<'_>,
+    ) -> Vec<Option<Point2<f64>>> {
+        /// A depth without parallax, in the segment's unit.
+        const FAR: f64 = 1e4;
+        let motion: CameraFromCamera = (*predicted * last_pose.inverse()).cast();
+        let depths = NearbyDepths::new(&self.window.landmarks, last_pose);
+        let one = |landmark: &Landmark| {
+            let from_pixel = landmark.pixel?;
+            let known = landmark.point_in_world.and_then(|p| {
+                let (a, b) = (last_pose.transform_point(&p), predicted.transform_point(&p));
+                let expected = self.camera.project(&b)?;
+                // Where the map says it was may differ from where it was tracked: only the motion is predicted.
+                let motion = expected - self.camera.project(&a)?;
+                (motion.norm() < 0.25 * f64::from(self.camera.width))
+                    .then_some((from_pixel + motion, (b.z / a.z).clamp(0.5, 2.0)))
+            });
+            let request = match known {
+                Some((expected, ratio)) => Request {
+                    from: from_pixel,
+                    expected,
+                    from_offset: Matrix2::identity() * ratio,
+                    top_level: 2,
+                },
+                None => {
+                    let depth = depths.around(&from_pixel).unwrap_or(FAR);
+                    let seen = Point3::from(self.camera.ray(&from_pixel) * depth);
+                    let moved = motion.transform_point(&seen);
+                    let expected = self.camera.project(&moved).unwrap_or(from_pixel);
+                    let ratio = (moved.z / seen.z).clamp(0.5, 2.0);
+                    Request {
+                        from: from_pixel,
+                        expected,
+                        from_offset: Matrix2::identity() * ratio,
+                        top_level: 3,
+                    }
+                }
+            };
+            track_checked(from, to, &request, &self.options.klt).filter(|p| mask.allows(p))
+        };
+        self.window.landmarks.iter().map(one).collect()
+    }
+
+    fn is_standstill(&self, pixels: &[Option<Point2<f64>>]) -> bool {
+        let moves =
+            self.window.landmarks.iter().zip(pixels).filter_map(|(l, p)| Some(((*p)? - l.pixel?).norm()));
+        let mut moves: Vec<f64> = moves.collect();
+        let enough = moves.len() >= self.options.policy.least_inliers;
+        enough && median(&mut moves).is_some_and(|m| m < self.options.policy.standstill_px)
+    }
+
+    fn locate(
+        &self,
+        predicted: &CameraFromWorld,
+        last_pose: &CameraFromWorld,
+        pixels: &[Option<Point2<f64>>],
+    ) -> Option<PoseEstimate> {
+        let observation = |(l, p): (&Landmark, &Option<Point2<f64>>)| {
+            Some(Observation { point_in_world: l.point_in_world?, pixel: (*p)? })
+        };
+        let observations: Vec<Observation> =
+            self.window.landmarks.iter().zip(pixels).filter_map(observation).collect();
+        let good = |e: &PoseEstimate| {
+            e.inlier_count >= self.options.policy.least_inliers
+                && 10 * e.inlier_count >= 4 * observations.len()
+        };
+        let direct = refine_pose(&self.camera, predicted, &observations, &self.options.pose).filter(good);
+        direct.or_else(|| {
+            // A sudden turn or stop: begin from the pose before.
+            refine_pose(&self.camera, last_pose, &observations, &self.options.pose).filter(good)
+        })
+    }
+
+    fn commit_pixels(&mut self, pixels: &[Option<Point2<f64>>], estimate: &PoseEstimate) {
+        const STRIKES: u8 = 3;
+        let mut verdicts = estimate.inliers.iter();
+        for (landmark, pixel) in self.window.landmarks.iter_mut().zip(pixels) {
+            if landmark.point_in_world.is_some() && pixel.is_some() {
+                let inlier = verdicts.next().copied().unwrap_or(true);
+                landmark.strikes = if inlier { 0 } else { landmark.strikes + 1 };
+            }
+            landmark.pixel = *pixel;
+            if landmark.strikes >= STRIKES {
+                landmark.pixel = None;
+                landmark.point_in_world = None;
+            }
+        }
+        self.window.landmarks.retain(|l| l.pixel.is_some() || l.point_in_world.is_some());
+    }
+
+    fn wants_keyframe(&self) -> bool {
+        let Some(newest) = self.window.newest() else { return false };
+        let seen_then = self.window.landmarks.iter().filter_map(|l| {
+            l.sightings.last().filter(|(n, _)| *n == newest.number).map(|(_, then)| (l.pixel, then))
+        });
+        let (mut flow, mut total) = (Vec::new(), 0);
+        for (now, then) in seen_then {
+            total += 1;
+            flow.extend(now.map(|p| (p - then).norm()));
+        }
+        let kept = flow.len() as f64 / f64::from(total.max(1));
+        kept < self.options.policy.keyframe_kept
+            || median(&mut flow)
+                .is_none_or(|m| m > self.options.policy.keyframe_flow_rad * self.camera.focal_px())
+    }
+
+    pub(super) fn add_keyframe(
+        &mut self,
+        frame: usize,
+        pose: CameraFromWorld,
+        pyramid: &Pyramid,
+        mask: &StaticMask<'_>,
+    ) {
+        let segment = self.out.keyframes.len() - 1;
+        let number = self.out.keyframes[segment].len();
+        self.out.keyframes[segment].push(pose);
+        self.window.push(Keyframe { number, camera_from_world: pose });
+        self.window.triangulate(&self.camera);
+        self.window.adjust(&self.camera);
+        for keyframe in self.window.keyframes() {
+            self.out.keyframes[segment][keyframe.number] = keyframe.camera_from_world;
+        }
+        let record = &mut self.out.frames[frame];
+        record.segment = segment;
+        record.keyframe = number;
+        record.camera_from_keyframe = CameraFromCamera::identity();
+        record.status = FrameStatus::Tracked;
+        let occupied: Vec<Point2<f64>> = self.window.landmarks.iter().filter_map(|l| l.pixel).collect();
+        let allowed = |x: usize, y: usize| mask.allows(&Point2::new(x as f64, y as f64));
+        let fresh = detect(pyramid.level(0), &occupied, allowed, &self.options.corners);
+        self.window.landmarks.extend(fresh.into_iter().map(|p| Landmark::new(p, number)));
+    }
+
+    pub(super) fn newest_pose(&self, fallback: CameraFromWorld) -> CameraFromWorld {
+        self.window.newest().map_or(fallback, |k| k.camera_from_world)
+    }
+}
