@@ -52,6 +52,12 @@ impl Kernel {
     }
 }
 
+/// Value below which the given share of the values lies (nearest rank); reorders them. `None` of nothing.
+pub fn quantile(values: &mut [f64], share: f64) -> Option<f64> {
+    let rank = (values.len().saturating_sub(1) as f64 * share.clamp(0.0, 1.0)).round() as usize;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(rank, f64::total_cmp).1)
+}
+
 /// The median of the values (lower of the middle two); `None` when there is none. Reorders its input.
 pub fn median(values: &mut [f64]) -> Option<f64> {
     if values.is_empty() {

@@ -28,6 +28,53 @@ pub struct BundleProblem {
     pub points: Vec<Point3<f64>>,
     /// Sightings of each point.
     pub sightings: Vec<Vec<Sighting>>,
+    /// What the road says of distances between poses.
+    pub lengths: Vec<Length>,
+}
+
+/// A soft distance between the centres of two poses, by index: residual `(ln ‖c_to − c_from‖ − log_length) / sigma`.
+#[derive(Clone, Copy, Debug)]
+pub struct Length {
+    /// Earlier pose.
+    pub from: usize,
+    /// Later pose.
+    pub to: usize,
+    /// Logarithm of the distance.
+    pub log_length: f64,
+    /// Standard deviation of that logarithm.
+    pub sigma: f64,
+}
+
+/// Noise of a tracked corner \[px\]: what makes one unit of a length's residual as costly as one of a sighting.
+const PIXEL_SIGMA_PX: f64 = 0.5;
+/// Lengths beyond twice their standard deviation lose weight: a speed bump, a plane that was none.
+const LENGTH_KERNEL: Kernel = Kernel::Cauchy(2.0);
+
+impl Length {
+    /// Residual and its Jacobians by the two poses (1×6 each, right perturbation `[ω, ν]` of `camera_from_world`). `None`
+    /// where the centres coincide.
+    fn linearise(&self, poses: &[CameraFromWorld]) -> Option<(f64, Vector6<f64>, Vector6<f64>)> {
+        let centre = |k: usize| poses[k].inverse().translation();
+        let (a, b) = (centre(self.from), centre(self.to));
+        let between = b - a;
+        let length = between.norm();
+        if length < 1e-9 {
+            return None;
+        }
+        let along = between / (length * length * self.sigma);
+        // c = −(T exp δ)⁻¹·0  ⇒  ∂c/∂ω = c^, ∂c/∂ν = −I
+        let by = |c: &Vector3<f64>, sign: f64| {
+            let turn = along.cross(c) * sign;
+            let shift = -along * sign;
+            Vector6::new(turn.x, turn.y, turn.z, shift.x, shift.y, shift.z)
+        };
+        Some(((length.ln() - self.log_length) / self.sigma, by(&a, -1.0), by(&b, 1.0)))
+    }
+
+    fn cost(&self, poses: &[CameraFromWorld]) -> f64 {
+        let residual = self.linearise(poses).map_or(0.0, |(r, _, _)| r);
+        PIXEL_SIGMA_PX * PIXEL_SIGMA_PX * LENGTH_KERNEL.cost(residual * residual)
+    }
 }
 
 /// Limits of the solver.
@@ -83,7 +130,9 @@ impl BundleProblem {
             kernel.cost(projected.map_or(BEHIND_PX * BEHIND_PX, |p| (p - s.pixel).norm_squared()))
         };
         let all = points.iter().zip(&self.sightings);
-        all.map(|(point, sightings)| sightings.iter().map(|s| one(point, s)).sum::<f64>()).sum()
+        let seen: f64 =
+            all.map(|(point, sightings)| sightings.iter().map(|s| one(point, s)).sum::<f64>()).sum();
+        seen + self.lengths.iter().map(|l| l.cost(poses)).sum::<f64>()
     }
 
     /// Solves in place.
@@ -190,6 +239,7 @@ impl BundleProblem {
             }
             reduced.fixed_view_mut::<6, 6>(6 * slot, 6 * slot).copy_from(&damped);
         }
+        self.add_lengths(slots, &mut reduced, &mut gradient);
         for block in &blocks {
             for (a, (slot_a, cross_a)) in block.cross.iter().enumerate() {
                 let scaled: Matrix6x3<f64> = cross_a * block.inverse;
@@ -221,6 +271,25 @@ impl BundleProblem {
             && point_steps.iter().all(|p| p.iter().all(|v| v.is_finite()));
         finite.then_some((pose_steps, point_steps))
     }
+
+    /// Adds the lengths to the camera system (its lower triangle) and its gradient.
+    fn add_lengths(&self, slots: &[Option<usize>], reduced: &mut DMatrix<f64>, gradient: &mut DVector<f64>) {
+        for length in &self.lengths {
+            let Some((residual, by_from, by_to)) = length.linearise(&self.poses) else { continue };
+            let w = PIXEL_SIGMA_PX * PIXEL_SIGMA_PX * LENGTH_KERNEL.weight(residual * residual);
+            let ends = [(slots[length.from], by_from), (slots[length.to], by_to)];
+            for (row, j_row) in ends.iter().filter_map(|(s, j)| Some(((*s)?, j))) {
+                let mut g = gradient.fixed_rows_mut::<6>(6 * row);
+                g += j_row * (w * residual);
+                for (column, j_column) in ends.iter().filter_map(|(s, j)| Some(((*s)?, j))) {
+                    if row >= column {
+                        let mut block = reduced.fixed_view_mut::<6, 6>(6 * row, 6 * column);
+                        block += j_row * j_column.transpose() * w;
+                    }
+                }
+            }
+        }
+    }
 }
 
 #[cfg(test)]
@@ -231,6 +300,35 @@ mod tests {
 
     const CAMERA: PinholeCamera =
         PinholeCamera { fx: 720.0, fy: 720.0, cx: 600.0, cy: 180.0, width: 1242, height: 375 };
+
+    #[test]
+    fn lengths_match_differences_and_stretch_a_window() {
+        let poses: Vec<CameraFromWorld> = vec![
+            Pose::exp(&Vector6::new(0.1, -0.2, 0.05, 0.3, -0.1, 0.8)),
+            Pose::exp(&Vector6::new(0.1, 0.3, -0.05, 0.5, 0.1, -0.9)),
+        ];
+        let length = Length { from: 0, to: 1, log_length: 0.3, sigma: 0.02 };
+        let (r0, by_from, by_to) = length.linearise(&poses).unwrap();
+        for (pose, jacobian) in [(0, by_from), (1, by_to)] {
+            for k in 0..6 {
+                let mut moved = poses.clone();
+                let mut d = Vector6::zeros();
+                d[k] = 1e-6;
+                moved[pose] = moved[pose].retract(&d);
+                let slope = (length.linearise(&moved).unwrap().0 - r0) / 1e-6;
+                assert!((slope - jacobian[k]).abs() < 1e-3 * (1.0 + slope.abs()), "{pose} {k}");
+            }
+        }
+        let mut problem = BundleProblem {
+            poses: poses.clone(),
+            fixed: vec![true, false],
+            lengths: vec![length],
+            ..Default::default()
+        };
+        problem.solve(&CAMERA, &BundleOptions { max_iterations: 30, ..Default::default() });
+        let found = (problem.poses[1].inverse().translation() - poses[0].inverse().translation()).norm();
+        assert!((found.ln() - 0.3).abs() < 1e-6, "{found}");
+    }
 
     #[test]
     fn recovers_a_disturbed_window() {

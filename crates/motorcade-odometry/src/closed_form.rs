@@ -55,6 +55,11 @@ impl ClosedFormScale {
         &self.measurements
     }
 
+    /// Camera height in the odometry's unit by the last frame that told it.
+    pub fn height_units(&self) -> Option<f64> {
+        self.height_units
+    }
+
     /// Road point of unit camera height for a pixel, eq. (1) with n = (0, −1, 0); `None` beyond T or above the horizon.
     fn lift(&self, pixel: &Point2<f64>) -> Option<Vector3<f64>> {
         let ray = self.camera.ray(pixel);
@@ -113,6 +118,7 @@ impl ClosedFormScale {
             frame,
             reference: before,
             value: Vector3::new(mean.ln(), 0.0, 0.0),
+            baseline: before_from_now.translation().norm(),
             covariance: Matrix3::from_diagonal(&Vector3::new(variance.max(1e-8), 1e-4, 1e-4)),
             agreement: 1.0,
             pixels: alphas.len(),

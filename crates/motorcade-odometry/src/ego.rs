@@ -231,7 +231,7 @@ fn keep_segment(
     states: &mut [Option<SmoothedState>],
 ) -> Option<NoiseModel> {
     let of = |m: &RoadMeasurement| SmoothedState {
-        value: Vector3::new(m.value.x + height_m.ln(), m.value.y, m.value.z),
+        value: m.value_by(odometry) + Vector3::new(height_m.ln(), 0.0, 0.0),
         covariance: m.covariance,
     };
     let mut own = measurements.iter().filter(|m| odometry.frames[m.frame].segment == segment).peekable();
@@ -263,7 +263,7 @@ fn smooth_segment(
         .map(|m| {
             // The scale belongs to the motion between the two frames; its middle is where it is put.
             let middle = (m.frame + m.reference).div_ceil(2).max(first);
-            let value = Vector3::new(m.value.x + height_m.ln(), m.value.y, m.value.z);
+            let value = m.value_by(odometry) + Vector3::new(height_m.ln(), 0.0, 0.0);
             StateMeasurement {
                 frame: middle.max(m.frame.min(middle)) - first,
                 value,

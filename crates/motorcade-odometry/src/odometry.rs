@@ -3,6 +3,8 @@
 
 mod advancing;
 mod beginning;
+mod road_scale;
+mod standing;
 
 use std::sync::Arc;
 
@@ -34,6 +36,8 @@ pub struct Odometry {
     /// Motion per frame interval, `camera_from_camera` of the last tracked pair.
     velocity: CameraFromCamera,
     failures: usize,
+    /// Logarithm of the camera's height that the segment's unit is held to.
+    held_height: Option<f64>,
 }
 
 const PYRAMID_LEVELS: usize = 4;
@@ -50,6 +54,7 @@ impl Odometry {
             last: None,
             velocity: CameraFromCamera::identity(),
             failures: 0,
+            held_height: None,
         }
     }
 

@@ -7,6 +7,7 @@ use motorcade_geometry::{Camera, PinholeCamera, Pose, World, robust::median};
 use nalgebra::{Matrix3, Point2, Vector3};
 
 use crate::pyramid::Pyramid;
+use crate::record::UpToScale;
 use crate::road::{RoadOptions, RoadPlane, RoadView, align_road, search_scale};
 
 /// What one frame says about road and scale.
@@ -19,12 +20,26 @@ pub struct RoadMeasurement {
     /// `[log(|m|·height unit), pitch, roll]`: log of 1 / camera height in the odometry's unit, pitch and roll of the road
     /// relative to the camera \[rad\].
     pub value: Vector3<f64>,
-    /// Its covariance (3×3) as the pixels tell it.
+    /// Distance between the two cameras in the odometry's unit, as the poses stood then.
+    pub baseline: f64,
+    /// Covariance of the value (3×3) as the pixels tell it.
     pub covariance: Matrix3<f64>,
     /// Share of the road pixels that agree.
     pub agreement: f64,
     /// Pixels used.
     pub pixels: usize,
+}
+
+impl RoadMeasurement {
+    /// The value by the poses as they stand now. The images told the baseline in camera heights; a later adjustment that
+    /// stretches the baseline stretches the height with it.
+    pub fn value_by(&self, odometry: &UpToScale) -> Vector3<f64> {
+        let pose = |k: usize| odometry.camera_from_world(k);
+        let now = pose(self.reference).zip(pose(self.frame));
+        let now = now.map(|(a, b)| (a * b.inverse()).translation().norm()).filter(|l| *l > 1e-9);
+        let stretched = now.map_or(0.0, |length| (self.baseline / length).ln());
+        self.value + Vector3::new(stretched, 0.0, 0.0)
+    }
 }
 
 /// Unit normal of the road towards the camera, in the camera frame, from pitch and roll.
@@ -170,7 +185,7 @@ impl RoadTracker {
         let updated = plane + (found.m - plane) * FOLLOW;
         self.plane = Some(updated);
         self.normal = updated.normalize();
-        Some(measurement(frame, reference, &found))
+        Some(measurement(frame, reference, motion.translation().norm(), &found))
     }
 
     /// Searches the plane's distance over a wide range until a few frames agree.
@@ -212,10 +227,18 @@ impl RoadTracker {
     }
 }
 
-fn measurement(frame: usize, reference: usize, plane: &RoadPlane) -> RoadMeasurement {
+fn measurement(frame: usize, reference: usize, baseline: f64, plane: &RoadPlane) -> RoadMeasurement {
     let (value, jacobian) = coordinates(&plane.m);
     let covariance = jacobian * plane.covariance * jacobian.transpose();
-    RoadMeasurement { frame, reference, value, covariance, agreement: plane.agreement, pixels: plane.pixels }
+    RoadMeasurement {
+        frame,
+        reference,
+        value,
+        baseline,
+        covariance,
+        agreement: plane.agreement,
+        pixels: plane.pixels,
+    }
 }
 
 #[cfg(test)]

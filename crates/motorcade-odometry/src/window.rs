@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World, triangulate_rays};
 use nalgebra::{Point2, Point3};
 
-use crate::bundle::{BundleOptions, BundleProblem, Sighting};
+use crate::bundle::{BundleOptions, BundleProblem, Length, Sighting};
 use crate::landmark::Landmark;
 
 /// A frame whose pose is optimised together with the landmarks.
@@ -15,6 +15,42 @@ pub struct Keyframe {
     pub number: usize,
     /// Its pose.
     pub camera_from_world: Pose<Camera, World>,
+    /// What the road says of the way to the next keyframe.
+    pub road: RoadScale,
+}
+
+impl Keyframe {
+    /// A keyframe that nobody has yet driven on from.
+    pub fn new(number: usize, camera_from_world: Pose<Camera, World>) -> Self {
+        Self { number, camera_from_world, road: RoadScale::default() }
+    }
+}
+
+/// The scale of the way between two keyframes, as road measurements on it tell.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RoadScale {
+    /// Σ w·ln(height measured / height held), Σ w with w = 1/σ².
+    sum: f64,
+    weight: f64,
+    /// Logarithm of the length the road wants, once the next keyframe is there.
+    log_length: Option<f64>,
+}
+
+impl RoadScale {
+    /// Takes the camera height as measured over the height that is held; `sigma` of its logarithm.
+    pub fn add(&mut self, log_ratio: f64, sigma: f64) {
+        let weight = 1.0 / (sigma * sigma);
+        self.sum += weight * log_ratio;
+        self.weight += weight;
+    }
+    /// The next keyframe came `length` further on, in the unit the measurements were made in.
+    fn close(&mut self, length: f64) {
+        self.log_length = (self.weight > 0.0 && length > 1e-9).then(|| length.ln() - self.sum / self.weight);
+    }
+    /// Logarithm of the length and its standard deviation.
+    fn length(&self) -> Option<(f64, f64)> {
+        Some((self.log_length?, self.weight.sqrt().recip()))
+    }
 }
 
 /// Sizes of the local map.
@@ -29,6 +65,8 @@ pub struct WindowOptions {
     pub least_parallax_rad: f64,
     /// A sighting further off than this is dropped after the adjustment \[px\].
     pub outlier_px: f64,
+    /// True lets the road hold the unit of length softly, inside the adjustment.
+    pub road_scale: bool,
     /// Bundle adjustment.
     pub bundle: BundleOptions,
 }
@@ -40,6 +78,7 @@ impl Default for WindowOptions {
             fixed_keyframes: 3,
             least_parallax_rad: 0.5_f64.to_radians(),
             outlier_px: 3.0,
+            road_scale: true,
             bundle: BundleOptions::default(),
         }
     }
@@ -74,6 +113,10 @@ impl Window {
                 landmark.sightings.push((keyframe.number, pixel));
             }
         }
+        if let Some(before) = self.keyframes.back_mut() {
+            let step = keyframe.camera_from_world * before.camera_from_world.inverse();
+            before.road.close(step.translation().norm());
+        }
         self.keyframes.push_back(keyframe);
         let full = self.options.free_keyframes + self.options.fixed_keyframes;
         let left = if self.keyframes.len() > full { self.keyframes.pop_front() } else { None };
@@ -97,8 +140,9 @@ impl Window {
     /// Gives positions to landmarks whose sightings now see them from different directions.
     pub fn triangulate(&mut self, camera: &PinholeCamera) {
         let mut landmarks = std::mem::take(&mut self.landmarks);
-        for landmark in landmarks.iter_mut().filter(|l| l.point_in_world.is_none() && l.sightings.len() >= 2)
-        {
+        // What lies on a vehicle is positioned anew each time: the adjustment does not carry it.
+        let wanting = |l: &&mut Landmark| l.point_in_world.is_none() || !l.is_static();
+        for landmark in landmarks.iter_mut().filter(wanting).filter(|l| l.sightings.len() >= 2) {
             landmark.point_in_world = self.position(&landmark.sightings, camera);
         }
         self.landmarks = landmarks;
@@ -156,7 +200,8 @@ impl Window {
         }
         let chosen: Vec<usize> = (0..self.landmarks.len())
             .filter(|i| {
-                self.landmarks[*i].point_in_world.is_some() && self.landmarks[*i].sightings.len() >= 2
+                let l = &self.landmarks[*i];
+                l.is_static() && l.point_in_world.is_some() && l.sightings.len() >= 2
             })
             .collect();
         let free_from = self.keyframes.len().saturating_sub(self.options.free_keyframes).max(2);
@@ -169,6 +214,7 @@ impl Window {
             fixed: (0..self.keyframes.len()).map(|k| k < free_from).collect(),
             points: chosen.iter().filter_map(|i| self.landmarks[*i].point_in_world).collect(),
             sightings: chosen.iter().map(sightings).collect(),
+            lengths: self.lengths(),
         };
         problem.solve(camera, &self.options.bundle);
         for (keyframe, pose) in self.keyframes.iter_mut().zip(&problem.poses) {
@@ -178,6 +224,20 @@ impl Window {
             self.keep_what_agrees(i, point, camera);
         }
         self.landmarks.retain(|l| l.pixel.is_some() || l.point_in_world.is_some());
+    }
+
+    /// The road's say on the ways between neighbouring keyframes.
+    fn lengths(&self) -> Vec<Length> {
+        let told = |(k, keyframe): (usize, &Keyframe)| {
+            let (log_length, sigma) = keyframe.road.length()?;
+            (k + 1 < self.keyframes.len()).then_some(Length { from: k, to: k + 1, log_length, sigma })
+        };
+        self.keyframes.iter().enumerate().filter_map(told).collect()
+    }
+
+    /// The newest keyframe, for what the road says on the way from it.
+    pub fn newest_mut(&mut self) -> Option<&mut Keyframe> {
+        self.keyframes.back_mut()
     }
 
     fn keep_what_agrees(&mut self, index: usize, point: Point3<f64>, camera: &PinholeCamera) {

@@ -24,9 +24,9 @@ pub enum Preset {
 #[serde(rename_all = "lowercase")]
 pub enum VehicleMask {
     /// Every box of a vehicle.
-    #[default]
     All,
     /// Boxes of vehicles that have not shown that they stand.
+    #[default]
     Moving,
     /// Nothing.
     None,
@@ -49,7 +49,7 @@ pub struct RunOptions {
 impl Default for RunOptions {
     fn default() -> Self {
         // A fifth of the frames: gaps of a second in five can still be bridged sensibly, more cannot.
-        Self { most_untracked: 0.2, vehicle_mask: VehicleMask::All, road_mask: true, seed: 1 }
+        Self { most_untracked: 0.2, vehicle_mask: VehicleMask::Moving, road_mask: true, seed: 1 }
     }
 }
 

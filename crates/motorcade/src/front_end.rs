@@ -185,18 +185,25 @@ impl Pass {
         let index = self.frames.len();
         let boxes: Vec<Rectangle> =
             percepts.detections.iter().filter(|d| d.score >= MASKING_SCORE).map(rectangle).collect();
-        let masked: &[Rectangle] = if config.run.vehicle_mask == VehicleMask::All { &boxes } else { &[] };
-        let mask = StaticMask { boxes: masked, ignore: frame.ignore.as_ref() };
+        let masked: &[Rectangle] = if config.run.vehicle_mask == VehicleMask::None { &[] } else { &boxes };
+        let boxes_may_stand = config.run.vehicle_mask == VehicleMask::Moving;
+        let mask = StaticMask { boxes: masked, boxes_may_stand, ignore: frame.ignore.as_ref() };
         let gray = frame.gray();
         let pyramid = self.stopwatch.time("odometry", || self.motion.process(&gray, &mask));
         let so_far = self.motion.so_far();
         // Vehicles hide the road whether they move or not.
-        let hidden = StaticMask { boxes: &boxes, ignore: frame.ignore.as_ref() };
+        let hidden = StaticMask { boxes: &boxes, boxes_may_stand: false, ignore: frame.ignore.as_ref() };
         let road = percepts.road.as_ref().filter(|_| config.run.road_mask);
         let usable = |p: &nalgebra::Point2<f64>| hidden.allows(p) && road.is_none_or(|r| r.is_road(p.x, p.y));
         let (scale, segment) = (&mut self.scale, so_far.frames[index].segment);
         self.stopwatch
             .time("road", || scale.process(index, segment, &pyramid, so_far, road.is_some(), usable));
+        if let Some(measured) = self.scale.measurements().last().filter(|m| m.frame == index) {
+            self.motion.constrain_scale(measured);
+        }
+        if let Some(plane) = self.scale.plane().filter(|_| boxes_may_stand) {
+            self.motion.judge_vehicles(&boxes, &plane);
+        }
         self.frames.push(FrameInfo { number: frame.number, timestamp_ns: frame.timestamp_ns, problem: None });
         self.detections.push(percepts.detections);
     }

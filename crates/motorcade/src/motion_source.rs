@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use image::GrayImage;
 use motorcade_geometry::{Camera, Pose, World};
-use motorcade_odometry::{Odometry, Pyramid, StaticMask, UpToScale};
+use motorcade_odometry::{Odometry, Pyramid, Rectangle, RoadMeasurement, StaticMask, UpToScale};
+use nalgebra::Vector3;
 
 /// A camera trajectory from elsewhere, one pose a frame of the run.
 #[derive(Clone, Debug)]
@@ -54,6 +55,16 @@ impl MotionSource {
     pub(crate) fn skip(&mut self) {
         if let Self::Own(odometry) = self {
             odometry.skip();
+        }
+    }
+    pub(crate) fn constrain_scale(&mut self, measured: &RoadMeasurement) {
+        if let Self::Own(odometry) = self {
+            odometry.constrain_scale(measured);
+        }
+    }
+    pub(crate) fn judge_vehicles(&mut self, boxes: &[Rectangle], plane: &Vector3<f64>) {
+        if let Self::Own(odometry) = self {
+            odometry.judge_vehicles(boxes, plane);
         }
     }
     pub(crate) fn so_far(&self) -> &UpToScale {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use motorcade_geometry::PinholeCamera;
 use motorcade_odometry::{ClosedFormScale, EgoTrajectory, Pyramid, RoadMeasurement, RoadTracker, UpToScale};
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector3};
 
 use crate::config::Config;
 
@@ -43,6 +43,15 @@ impl ScaleSource {
         match self {
             Self::Aligned(road) => road.process(frame, segment, pyramid, pose_of, masked, usable),
             Self::ClosedForm(scale) => scale.process(frame, segment, pyramid, pose_of, usable),
+        }
+    }
+
+    /// The road as last followed, in the odometry's unit; m with `mᵀX = 1`.
+    pub(crate) fn plane(&self) -> Option<Vector3<f64>> {
+        match self {
+            Self::Aligned(road) => road.plane(),
+            // A level road under a camera that looks along it.
+            Self::ClosedForm(scale) => scale.height_units().map(|h| Vector3::y() / h),
         }
     }
 

@@ -13,7 +13,7 @@ use crate::nearby_depths::NearbyDepths;
 use crate::pose_only::{Observation, PoseEstimate, refine_pose};
 use crate::pyramid::Pyramid;
 use crate::record::FrameStatus;
-use crate::static_mask::StaticMask;
+use crate::static_mask::{Place, StaticMask};
 use crate::window::Keyframe;
 
 impl Odometry {
@@ -91,14 +91,14 @@ impl Odometry {
                     }
                 }
             };
-            track_checked(from, to, &request, &self.options.klt).filter(|p| mask.allows(p))
+            track_checked(from, to, &request, &self.options.klt).filter(|p| stays(landmark, mask.place(p)))
         };
         self.window.landmarks.iter().map(one).collect()
     }
 
     fn is_standstill(&self, pixels: &[Option<Point2<f64>>]) -> bool {
-        let moves =
-            self.window.landmarks.iter().zip(pixels).filter_map(|(l, p)| Some(((*p)? - l.pixel?).norm()));
+        let moves = self.window.landmarks.iter().zip(pixels).filter(|(l, _)| l.is_static());
+        let moves = moves.filter_map(|(l, p)| Some(((*p)? - l.pixel?).norm()));
         let mut moves: Vec<f64> = moves.collect();
         let enough = moves.len() >= self.options.policy.least_inliers;
         enough && median(&mut moves).is_some_and(|m| m < self.options.policy.standstill_px)
@@ -111,6 +111,7 @@ impl Odometry {
         pixels: &[Option<Point2<f64>>],
     ) -> Option<PoseEstimate> {
         let observation = |(l, p): (&Landmark, &Option<Point2<f64>>)| {
+            l.is_static().then_some(())?;
             Some(Observation { point_in_world: l.point_in_world?, pixel: (*p)? })
         };
         let observations: Vec<Observation> =
@@ -130,7 +131,7 @@ impl Odometry {
         const STRIKES: u8 = 3;
         let mut verdicts = estimate.inliers.iter();
         for (landmark, pixel) in self.window.landmarks.iter_mut().zip(pixels) {
-            if landmark.point_in_world.is_some() && pixel.is_some() {
+            if landmark.is_static() && landmark.point_in_world.is_some() && pixel.is_some() {
                 let inlier = verdicts.next().copied().unwrap_or(true);
                 landmark.strikes = if inlier { 0 } else { landmark.strikes + 1 };
             }
@@ -145,7 +146,7 @@ impl Odometry {
 
     fn wants_keyframe(&self) -> bool {
         let Some(newest) = self.window.newest() else { return false };
-        let seen_then = self.window.landmarks.iter().filter_map(|l| {
+        let seen_then = self.window.landmarks.iter().filter(|l| l.is_static()).filter_map(|l| {
             l.sightings.last().filter(|(n, _)| *n == newest.number).map(|(_, then)| (l.pixel, then))
         });
         let (mut flow, mut total) = (Vec::new(), 0);
@@ -169,7 +170,7 @@ impl Odometry {
         let segment = self.out.keyframes.len() - 1;
         let number = self.out.keyframes[segment].len();
         self.out.keyframes[segment].push(pose);
-        self.window.push(Keyframe { number, camera_from_world: pose });
+        self.window.push(Keyframe::new(number, pose));
         self.window.triangulate(&self.camera);
         self.window.adjust(&self.camera);
         for keyframe in self.window.keyframes() {
@@ -181,12 +182,26 @@ impl Odometry {
         record.camera_from_keyframe = CameraFromCamera::identity();
         record.status = FrameStatus::Tracked;
         let occupied: Vec<Point2<f64>> = self.window.landmarks.iter().filter_map(|l| l.pixel).collect();
-        let allowed = |x: usize, y: usize| mask.allows(&Point2::new(x as f64, y as f64));
+        let allowed = |x: usize, y: usize| {
+            matches!(mask.place(&Point2::new(x as f64, y as f64)), Place::Scene | Place::Vehicle)
+        };
         let fresh = detect(pyramid.level(0), &occupied, allowed, &self.options.corners);
-        self.window.landmarks.extend(fresh.into_iter().map(|p| Landmark::new(p, number)));
+        self.window.landmarks.extend(fresh.into_iter().map(|p| {
+            let on_vehicle = (mask.place(&p) == Place::Vehicle).then_some(0);
+            Landmark { on_vehicle, ..Landmark::new(p, number) }
+        }));
     }
 
     pub(super) fn newest_pose(&self, fallback: CameraFromWorld) -> CameraFromWorld {
         self.window.newest().map_or(fallback, |k| k.camera_from_world)
+    }
+}
+
+/// A scene point that comes to lie in a vehicle's box is hidden by it; one on a vehicle may leave a box that is drawn tight.
+fn stays(landmark: &Landmark, place: Place) -> bool {
+    match place {
+        Place::Scene => true,
+        Place::Vehicle | Place::Rim => landmark.on_vehicle.is_some(),
+        Place::Forbidden => false,
     }
 }

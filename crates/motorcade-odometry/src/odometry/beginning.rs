@@ -139,7 +139,8 @@ impl Odometry {
         self.out.keyframes.push(vec![CameraFromWorld::identity()]);
         self.fill_in_beginning(beginning, &landmarks, segment, frame, &last_pose);
         self.window = Window::new(self.options.window);
-        self.window.push(Keyframe { number: 0, camera_from_world: CameraFromWorld::identity() });
+        self.held_height = None;
+        self.window.push(Keyframe::new(0, CameraFromWorld::identity()));
         self.window.landmarks = landmarks.into_iter().map(|(_, l)| l).collect();
         let steps = (frame - beginning.first_frame).max(1) as f64;
         self.velocity = CameraFromCamera::exp(&(last_pose.log() / steps));
