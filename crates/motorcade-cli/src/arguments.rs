@@ -1,5 +1,6 @@
 //! The command line.
 
+mod ablate;
 mod evaluate;
 mod graph;
 mod simulate;
@@ -9,6 +10,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use motorcade_dataset::{Format, FrameRange};
 
+pub use self::ablate::{AblateArguments, AblateCommand};
 pub use self::evaluate::EvaluateArguments;
 pub use self::graph::{CompareArguments, GraphCommand, InfoArguments, OptimiseArguments};
 pub use self::simulate::{DemoArguments, SimulateArguments};
@@ -41,6 +43,9 @@ pub enum Command {
     Inspect(InspectArguments),
     /// Errors of a run against the ground truth of a KITTI tracking sequence.
     Evaluate(EvaluateArguments),
+    /// Tables of what each choice of the method gives, on a drive with ground truth.
+    #[command(subcommand)]
+    Ablate(AblateCommand),
     /// Renders a synthetic drive, runs everything on it, evaluates and writes the report. Needs nothing.
     Demo(DemoArguments),
     /// Renders a synthetic drive with exact ground truth, in the shape of KITTI tracking.

@@ -1,7 +1,9 @@
 //! The `motorcade` program.
 
+mod ablate;
 mod arguments;
 mod demo;
+mod drive;
 mod evaluate;
 mod exit;
 mod files;
@@ -32,6 +34,7 @@ fn main() -> ExitCode {
     let outcome = match cli.command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Inspect(arguments) => inspect::inspect(&arguments),
+        Command::Ablate(command) => ablate::ablate(&command),
         Command::Demo(arguments) => demo::demo(&arguments),
         Command::Simulate(arguments) => simulate::simulate(&arguments),
         Command::Evaluate(arguments) => evaluate::evaluate(&arguments),

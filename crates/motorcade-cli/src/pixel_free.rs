@@ -1,22 +1,20 @@
 //! Runs without frames: a KITTI tracking split with calibration but no images, everything else from files.
 
-use motorcade::{Config, FrameInfo, PixelFree, RunContext, output, run_without_frames};
-use motorcade_dataset::{Calibration, Cam0, Format, KITTI_HEIGHT_M, Summary};
+use motorcade::{FrameInfo, PixelFree};
+use motorcade_dataset::{Calibration, Cam0, Format, Summary};
 use motorcade_geometry::{Camera, Pose};
 use motorcade_perception::DetectionTable;
 
 use crate::arguments::RunArguments;
-use crate::exit;
-use crate::fingerprint::fingerprint;
-use crate::given;
-use crate::progress::Reporter;
-use crate::run::{conclude, finished_before, threads};
 
 /// A drive known from files only.
 pub struct Files {
-    input: PixelFree,
-    camera_from_cam0: Pose<Camera, Cam0>,
-    summary: Summary,
+    /// Frames and detections.
+    pub input: PixelFree,
+    /// Of the camera that is processed.
+    pub camera_from_cam0: Pose<Camera, Cam0>,
+    /// What it is.
+    pub summary: Summary,
 }
 
 /// Recognises such a run: trajectory, detections, a sequence, a closed range of frames, and not all of them as images.
@@ -77,33 +75,4 @@ pub fn open(arguments: &RunArguments) -> anyhow::Result<Option<Files>> {
     };
     let input = PixelFree { camera, frames, detections: boxes };
     Ok(Some(Files { input, camera_from_cam0: calibration.camera_from_cam0, summary }))
-}
-
-/// Runs it and writes the directory.
-///
-/// # Errors
-/// As a run with frames.
-pub fn run(arguments: &RunArguments, files: Files, config: &Config) -> anyhow::Result<u8> {
-    let height_m = arguments.height.unwrap_or(KITTI_HEIGHT_M);
-    let fingerprint = fingerprint(arguments, &files.summary.input_hash, height_m, config);
-    if finished_before(arguments, &fingerprint) {
-        return Ok(exit::FINE);
-    }
-    output::prepare(&arguments.out, arguments.force)?;
-    let numbers: Vec<u64> = files.input.frames.iter().map(|f| f.number).collect();
-    let times: Vec<i64> = files.input.frames.iter().map(|f| f.timestamp_ns).collect();
-    let given = given::read(arguments, &numbers, &times)?;
-    let reporter = Reporter::new(arguments.progress);
-    let result =
-        run_without_frames(files.input, &given, height_m, config, threads(arguments.threads), &reporter)?;
-    reporter.finish();
-    let context = RunContext {
-        config: *config,
-        camera_from_cam0: files.camera_from_cam0,
-        input: files.summary,
-        perception: ("file".to_owned(), "level plane: no frames".to_owned()),
-        command: std::env::args().collect(),
-        fingerprint,
-    };
-    conclude(arguments, &result, &context)
 }

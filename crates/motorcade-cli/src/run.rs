@@ -2,50 +2,33 @@
 
 use anyhow::Context;
 use motorcade::{Config, Preset, RunContext, RunResult, output, write_run};
-use motorcade_dataset::Sequence;
-use motorcade_perception::{ModelOptions, Perception, PerceptionOptions};
 
 use crate::arguments::{PresetName, RunArguments};
+use crate::drive::Drive;
 use crate::exit;
 use crate::fingerprint::{already_done, fingerprint};
-use crate::given;
 use crate::progress::Reporter;
 
 /// Runs the pipeline and writes its directory.
 pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     let config = configuration(arguments)?;
-    if let Some(files) = crate::pixel_free::open(arguments)? {
-        return crate::pixel_free::run(arguments, files, &config);
-    }
-    let sequence = Sequence::open(&arguments.input.input, &arguments.input.options())?;
-    let height_m = sequence.height_m(arguments.height)?;
-    let fingerprint = fingerprint(arguments, &sequence.summary().input_hash, height_m, &config);
+    let drive = Drive::open(arguments)?;
+    let fingerprint = fingerprint(arguments, &drive.summary().input_hash, drive.height_m, &config);
     if finished_before(arguments, &fingerprint) {
         return Ok(exit::FINE);
     }
     output::prepare(&arguments.out, arguments.force)?;
-    // Asked for before the first network is loaded: without it nothing can run.
-    sequence.camera()?;
-    let perception = Perception::open(&perception_options(arguments), sequence.size())?;
-    let numbers: Vec<u64> = sequence.numbers().collect();
-    let given = given::read(arguments, &numbers, &sequence.timestamps_ns().collect::<Vec<_>>())?;
+    let drive = drive.load(arguments)?;
     let reporter = Reporter::new(arguments.progress);
-    let threads = threads(arguments.threads);
-    let result = motorcade::run(&sequence, &perception, &given, height_m, &config, threads, &reporter)?;
+    let front_end = drive.front_end(&config, &reporter)?;
+    let (height_m, threads) = (drive.height_m(), drive.threads());
+    let result = motorcade::conclude(front_end, &drive.given, height_m, &config, threads, &reporter);
     reporter.finish();
-    let context = RunContext {
-        config,
-        camera_from_cam0: sequence.camera_from_cam0(),
-        input: sequence.summary(),
-        perception: perception.describe(),
-        command: std::env::args().collect(),
-        fingerprint,
-    };
-    conclude(arguments, &result, &context)
+    conclude(arguments, &result, &drive.context(config, fingerprint))
 }
 
 /// True, and said, when --out holds this very run already.
-pub fn finished_before(arguments: &RunArguments, fingerprint: &str) -> bool {
+fn finished_before(arguments: &RunArguments, fingerprint: &str) -> bool {
     let done = !arguments.force && already_done(&arguments.out, fingerprint);
     if done {
         exit::print(&format!("{} already holds this run; --force repeats it", arguments.out.display()));
@@ -54,7 +37,7 @@ pub fn finished_before(arguments: &RunArguments, fingerprint: &str) -> bool {
 }
 
 /// Writes the results and says where they are.
-pub fn conclude(arguments: &RunArguments, result: &RunResult, context: &RunContext) -> anyhow::Result<u8> {
+fn conclude(arguments: &RunArguments, result: &RunResult, context: &RunContext) -> anyhow::Result<u8> {
     let report = motorcade_viewer::report(result, context, None).into_bytes();
     let extras = [output::Extra { name: "report.html".into(), content: report }];
     write_run(&arguments.out, result, context, &extras)?;
@@ -73,12 +56,17 @@ pub fn code(result: &RunResult, config: &Config) -> u8 {
     }
 }
 
-fn configuration(arguments: &RunArguments) -> anyhow::Result<Config> {
+/// Preset, file and single settings, in that order.
+pub fn configuration(arguments: &RunArguments) -> anyhow::Result<Config> {
     let preset = match arguments.preset {
         PresetName::Default => Preset::Default,
         PresetName::Paper => Preset::Paper,
     };
-    let mut config = Config::preset(preset);
+    overlaid(Config::preset(preset), arguments)
+}
+
+/// A configuration with the file and the settings of the command line over it.
+pub fn overlaid(mut config: Config, arguments: &RunArguments) -> anyhow::Result<Config> {
     if let Some(path) = &arguments.config {
         let text =
             std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
@@ -93,15 +81,7 @@ fn configuration(arguments: &RunArguments) -> anyhow::Result<Config> {
     Ok(config)
 }
 
-fn perception_options(arguments: &RunArguments) -> PerceptionOptions {
-    PerceptionOptions {
-        models: arguments.models.clone(),
-        detections: arguments.detections.clone(),
-        road_masks: arguments.road_masks.clone(),
-        networks: ModelOptions::default(),
-    }
-}
-
+/// Asked for, or all cores.
 pub fn threads(asked: usize) -> usize {
     if asked > 0 { asked } else { std::thread::available_parallelism().map_or(1, std::num::NonZero::get) }
 }

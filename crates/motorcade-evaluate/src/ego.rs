@@ -6,7 +6,7 @@ use motorcade_geometry::{Camera, Pose, World};
 use nalgebra::{Point3, Vector3};
 
 use crate::error::{Error, Result};
-use crate::statistics::{median, rms};
+use crate::statistics::{median, quantile, rms};
 
 /// Steps of the true motion shorter than this \[m\] say nothing about scale: noise of the ground truth.
 const MOVING_M: f64 = 0.2;
@@ -43,6 +43,10 @@ pub struct EgoReport {
     pub best_scale: Option<f64>,
     /// Median over moving frames of |step estimated / step true − 1| \[%\].
     pub scale_error_pct_median: Option<f64>,
+    /// Median of |scale error| over windows of ±5 frames \[%\]: single steps of a GPS/INS truth jitter by 5 %.
+    pub scale_window_pct_median: Option<f64>,
+    /// 95th percentile of the same \[%\].
+    pub scale_window_pct_p95: Option<f64>,
     /// RMS of the translation error from frame to frame \[m\].
     pub rpe_m: Option<f64>,
     /// RMS of the rotation error from frame to frame \[deg\].
@@ -120,6 +124,8 @@ pub(crate) fn report(compared: &Compared) -> EgoReport {
         .zip(truth.windows(2))
         .map(|(e, t)| (t[0].inverse() * t[1]).inverse() * (e[0].inverse() * e[1]))
         .collect();
+    let scale_over_time = scale_over_time(&found_steps, &wanted_steps);
+    let windows: Vec<f64> = scale_over_time.iter().map(|point| point.error_pct.abs()).collect();
     let end = estimate.last().zip(truth.last());
     let rotation_end_deg = end.map_or(0.0, |(e, t)| e.rotation().angle_to(&t.rotation()).to_degrees());
     let angle = |pose: &Pose<Camera, Camera>| Vector3::new(pose.rotation().angle().to_degrees(), 0.0, 0.0);
@@ -131,11 +137,13 @@ pub(crate) fn report(compared: &Compared) -> EgoReport {
         ate_sim3_m: sim3.as_ref().and_then(ate),
         best_scale: sim3.as_ref().map(|similarity| similarity.scale),
         scale_error_pct_median: median(moving.map(|(e, t)| (e / t - 1.0).abs() * 100.0).collect()),
+        scale_window_pct_median: median(windows.clone()),
+        scale_window_pct_p95: quantile(windows, 0.95),
         rpe_m: rms(relative.iter().map(Pose::translation)),
         rpe_deg: rms(relative.iter().map(angle)),
         rotation_end_deg,
         rotation_deg_per_100m: (length_m > DRIFT_PATH_M).then(|| rotation_end_deg / length_m * 100.0),
-        scale_over_time: scale_over_time(&found_steps, &wanted_steps),
+        scale_over_time,
     }
 }
 

@@ -19,3 +19,10 @@ pub(crate) fn median(mut values: Vec<f64>) -> Option<f64> {
     let upper = *values.get(values.len() / 2)?;
     Some(if values.len() % 2 == 1 { upper } else { 0.5 * (values[values.len() / 2 - 1] + upper) })
 }
+
+/// Value below which the given share lies (nearest rank); `None` of nothing.
+pub(crate) fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let rank = (values.len().saturating_sub(1) as f64 * share).round() as usize;
+    values.get(rank).copied()
+}

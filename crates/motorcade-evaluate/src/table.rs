@@ -22,6 +22,8 @@ impl Display for EgoReport {
         line("ATE, Sim(3)", self.ate_sim3_m, 3, "m", "and best scale")?;
         line("best scale", self.best_scale, 4, "", "true / estimated")?;
         line("scale error", self.scale_error_pct_median, 2, "%", "median over frames")?;
+        line("scale error, ±5 frames", self.scale_window_pct_median, 2, "%", "median over windows")?;
+        line("  95th percentile", self.scale_window_pct_p95, 2, "%", "")?;
         line("RPE, translation", self.rpe_m, 4, "m", "RMS frame to frame")?;
         line("RPE, rotation", self.rpe_deg, 4, "deg", "RMS frame to frame")?;
         line("rotation at the end", Some(self.rotation_end_deg), 3, "deg", "")?;

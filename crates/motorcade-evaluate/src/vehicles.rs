@@ -27,6 +27,8 @@ pub struct VehicleReport {
     pub coverage: f64,
     /// How often the identity of the estimate changes.
     pub id_switches: usize,
+    /// Length of its true way in the world over the answered frames \[m\].
+    pub driven_m: f64,
     /// Nearest and farthest distance along the optical axis \[m\].
     pub depth_m: Option<[f64; 2]>,
     /// RMS of the bottom centre in the world, first camera poses identified \[m\].
@@ -74,6 +76,7 @@ pub(crate) struct Vehicles<'a> {
 /// One matched frame of one vehicle.
 struct Sample {
     id: i64,
+    truth_in_world: Point3<f64>,
     in_world: Vector3<f64>,
     in_aligned_world: Vector3<f64>,
     in_camera: Vector3<f64>,
@@ -128,6 +131,7 @@ impl Vehicles<'_> {
         let turn = (estimate.ry_rad - label.ry_rad + PI).rem_euclid(2.0 * PI) - PI;
         Sample {
             id: estimate.track,
+            truth_in_world: wanted_in_world,
             in_world: found_in_world - wanted_in_world,
             in_aligned_world: ego.se3.transform_point(&found_in_world) - wanted_in_world,
             in_camera: found - wanted,
@@ -148,6 +152,7 @@ impl Track {
             frames: self.frames,
             coverage: samples.len() as f64 / self.frames as f64,
             id_switches: samples.windows(2).filter(|pair| pair[0].id != pair[1].id).count(),
+            driven_m: samples.windows(2).map(|w| (w[1].truth_in_world - w[0].truth_in_world).norm()).sum(),
             depth_m: nearest.zip(farthest).map(|(near, far)| [near, far]),
             ate_origin_m: rms(samples.iter().map(|sample| sample.in_world)),
             ate_ego_se3_m: rms(samples.iter().map(|sample| sample.in_aligned_world)),

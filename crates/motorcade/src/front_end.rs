@@ -109,6 +109,7 @@ impl FrontEnd {
 }
 
 /// A run without any pixel: frames by number and time, detections and a metric camera trajectory from files.
+#[derive(Clone, Debug)]
 pub struct PixelFree {
     /// Intrinsics.
     pub camera: PinholeCamera,

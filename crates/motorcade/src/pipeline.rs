@@ -7,7 +7,7 @@ use motorcade_vehicles::{GivenView, GroundFrame, Track, VehicleTrajectory, estim
 
 use crate::config::Config;
 use crate::error::Result;
-use crate::front_end::{FrontEnd, PixelFree};
+use crate::front_end::FrontEnd;
 use crate::given_vehicles::{GivenPose, given_tracks};
 use crate::motion_source::GivenTrajectory;
 use crate::multibody::Multibody;
@@ -38,22 +38,6 @@ pub fn run(
     progress: &dyn Progress,
 ) -> Result<RunResult> {
     let front_end = FrontEnd::pass(sequence, perception, given, config, threads, progress)?;
-    Ok(conclude(front_end, given, height_m, config, threads, progress))
-}
-
-/// Runs tracking, vehicles and graph where no frames are: `given` must hold a metric trajectory.
-///
-/// # Errors
-/// A trajectory that is missing, not metric or of another length.
-pub fn run_without_frames(
-    input: PixelFree,
-    given: &Given,
-    height_m: f64,
-    config: &Config,
-    threads: usize,
-    progress: &dyn Progress,
-) -> Result<RunResult> {
-    let front_end = FrontEnd::without_frames(input, given, config)?;
     Ok(conclude(front_end, given, height_m, config, threads, progress))
 }
 

@@ -12,13 +12,33 @@ mod motion_factors;
 
 use motorcade_geometry::Pose;
 use motorcade_graph::factors::Between;
-use motorcade_graph::{Cauchy, Graph, GraphError, Marginals, Options, Report, Robust, VariableId, optimise};
+use motorcade_graph::{
+    Cauchy, Dcs, GemanMcClure, Graph, GraphError, Huber, Marginals, Options, Report, Robust, VariableId,
+    optimise,
+};
 use motorcade_odometry::EgoTrajectory;
 use motorcade_vehicles::{VehicleState, VehicleTrajectory};
 use nalgebra::{Isometry3, Matrix6};
 use serde::{Deserialize, Serialize};
 
 use motion_factors::{NoSideSlip, SteadyMotion};
+
+/// Robust kernels of camera–vehicle edges.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GraphKernel {
+    /// Least squares.
+    None,
+    /// Huber.
+    Huber,
+    /// Cauchy.
+    #[default]
+    Cauchy,
+    /// Geman–McClure.
+    GemanMcClure,
+    /// Dynamic covariance scaling.
+    Dcs,
+}
 
 /// What the graph holds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -42,8 +62,10 @@ pub struct GraphOptions {
     pub lambda_doubted: f64,
     /// Depth up to which camera–vehicle edges are the trusted ones \[m\].
     pub near_limit_m: f64,
-    /// Cauchy scale of camera–vehicle edges: √ of the 95 % quantile of χ²₆.
-    pub cauchy: f64,
+    /// Robust kernel of camera–vehicle edges.
+    pub kernel: GraphKernel,
+    /// Its scale \[standard deviations\]: √ of the 95 % quantile of χ²₆.
+    pub kernel_scale: f64,
     /// Variance of a camera–vehicle edge is multiplied by this: boxes of neighbouring frames err alike.
     pub correlated_frames: f64,
     /// Iterations at most.
@@ -62,7 +84,8 @@ impl Default for GraphOptions {
             lambda_trusted: 1e2,
             lambda_doubted: 1.0,
             near_limit_m: 45.0,
-            cauchy: 12.59_f64.sqrt(),
+            kernel: GraphKernel::Cauchy,
+            kernel_scale: 12.59_f64.sqrt(),
             correlated_frames: 4.0,
             max_iterations: 100,
         }
@@ -212,7 +235,15 @@ impl Multibody {
         }
         let information = inverse(&(measured.covariance * share));
         let edge = Between::new(camera, vehicle, pose, information)?;
-        self.graph.add_factor(Robust::new(edge, Cauchy { c: options.cauchy })).map(drop)
+        let c = options.kernel_scale;
+        match options.kernel {
+            GraphKernel::None => self.graph.add_factor(edge),
+            GraphKernel::Huber => self.graph.add_factor(Robust::new(edge, Huber { c })),
+            GraphKernel::Cauchy => self.graph.add_factor(Robust::new(edge, Cauchy { c })),
+            GraphKernel::GemanMcClure => self.graph.add_factor(Robust::new(edge, GemanMcClure { c })),
+            GraphKernel::Dcs => self.graph.add_factor(Robust::new(edge, Dcs { phi: c * c })),
+        }
+        .map(drop)
     }
 
     fn add_motion(

@@ -67,6 +67,18 @@ pub fn prepare(directory: &Path, force: bool) -> Result<()> {
     tempfile::tempdir_in(&parent).map(drop).map_err(|e| io_error(&parent, &e))
 }
 
+/// Makes a folder for single files, where it is not there yet.
+///
+/// # Errors
+/// A file of that name, a place that cannot be written.
+pub fn prepare_folder(directory: &Path) -> Result<()> {
+    if directory.is_file() {
+        return Err(output_error(directory, "a file has this name"));
+    }
+    fs::create_dir_all(directory).map_err(|e| io_error(directory, &e))?;
+    tempfile::tempdir_in(directory).map(drop).map_err(|e| io_error(directory, &e))
+}
+
 /// Writes all files of a run into `directory`, completely or not at all; `extras` come along.
 ///
 /// # Errors
