@@ -11,8 +11,7 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 /// A saloon seen from behind its left, every seventh point far off.
 fn scene(prior: &ShapePrior, camera: &PinholeCamera, z: f64) -> Observation {
     let (s, c) = 0.5_f64.sin_cos();
-    let rotation =
-        Matrix3::from_columns(&[Vector3::new(s, 0.0, c), Vector3::new(-c, 0.0, s), -Vector3::y()]);
+    let rotation = Matrix3::from_columns(&[Vector3::new(s, 0.0, c), Vector3::new(-c, 0.0, s), -Vector3::y()]);
     let pose = Pose::from_matrix(&rotation, &Vector3::new(3.0, 1.65, z));
     let shape = prior.coefficients_of(BodyType::Saloon).unwrap_or_default();
     let points = project(prior, shape, &pose, camera).into_iter().enumerate().map(|(i, p)| {
@@ -27,15 +26,15 @@ fn scene(prior: &ShapePrior, camera: &PinholeCamera, z: f64) -> Observation {
 }
 
 fn fits(criterion: &mut Criterion) {
-    let camera =
-        PinholeCamera { fx: 720.0, fy: 720.0, cx: 610.0, cy: 175.0, width: 1242, height: 375 };
+    let camera = PinholeCamera { fx: 720.0, fy: 720.0, cx: 610.0, cy: 175.0, width: 1242, height: 375 };
     for (name, layout) in [("14 keypoints", Layout::Car14), ("36 keypoints", Layout::Car36)] {
         let fitter = ShapeFitter::new(ShapePrior::of_family(layout), FitOptions::default());
         let mut observation = scene(fitter.prior(), &camera, 14.0);
         criterion.bench_function(&format!("one vehicle, {name}"), |b| {
             b.iter(|| fitter.fit(&camera, black_box(&observation)))
         });
-        let track: Vec<_> = (0..50).map(|k| scene(fitter.prior(), &camera, 10.0 + 0.4 * f64::from(k))).collect();
+        let track: Vec<_> =
+            (0..50).map(|k| scene(fitter.prior(), &camera, 10.0 + 0.4 * f64::from(k))).collect();
         criterion.bench_function(&format!("track of 50 frames, {name}"), |b| {
             b.iter(|| fitter.fit_track(&camera, black_box(&track)))
         });

@@ -137,9 +137,11 @@ impl Blueprint {
             point("rear wheel arch, rear high", arch(rear, 135.0), &[SIDE]),
             point("rear wheel arch, rear low", arch(rear, 185.0), &[SIDE]),
             point("rear bumper low corner", self.at(tail + 0.06, 0.86, 0.34), &[REAR, SIDE]),
-            point("boot lid corner at the tail light", self.at(tail + 0.08, 0.80, self.tail_height_m), &[
-                REAR, SIDE,
-            ]),
+            point(
+                "boot lid corner at the tail light",
+                self.at(tail + 0.08, 0.80, self.tail_height_m),
+                &[REAR, SIDE],
+            ),
             point(
                 "rear window base",
                 self.at(rear - self.rear_window_base_m, 0.78, self.rear_window_base_height_m),

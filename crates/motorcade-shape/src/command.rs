@@ -64,8 +64,7 @@ pub fn info(path: &Path) -> Result<PriorReport, PriorError> {
 fn report(prior: &ShapePrior, path: &Path) -> PriorReport {
     let count = prior.keypoints().len();
     let own = [Layout::Car36, Layout::Car14].into_iter().find(|l| l.count() == count);
-    let rms_to_own_m =
-        own.and_then(|layout| ShapePrior::of_family(layout).rms_to(&prior.mean()[..count]));
+    let rms_to_own_m = own.and_then(|layout| ShapePrior::of_family(layout).rms_to(&prior.mean()[..count]));
     PriorReport {
         path: path.to_owned(),
         name: prior.name().to_owned(),

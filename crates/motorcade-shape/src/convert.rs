@@ -155,8 +155,7 @@ impl Frame {
             Layout::Car36 => [0, 1, 18, 19],
             Layout::Car14 => [0, 1, 2, 3],
         };
-        let wheel_height =
-            |points: &[Vector3<f64>]| wheels.iter().map(|i| points[*i].z).sum::<f64>() / 4.0;
+        let wheel_height = |points: &[Vector3<f64>]| wheels.iter().map(|i| points[*i].z).sum::<f64>() / 4.0;
         let mut centre = 0.5 * (low + high);
         let mut offset = 0.5 * (own_low + own_high);
         centre.z = wheel_height(points);

@@ -115,7 +115,8 @@ impl Family {
             out
         };
 
-        let mut keypoints = vec![Keypoint { name: String::new(), mirror: 0, faces: Vec::new() }; layout.count()];
+        let mut keypoints =
+            vec![Keypoint { name: String::new(), mirror: 0, faces: Vec::new() }; layout.count()];
         for (i, point) in points.iter().enumerate() {
             let (left, right) = layout.pair(i);
             let faces: Vec<Vector3<f64>> = point.faces.iter().map(|f| Vector3::from(*f)).collect();

@@ -7,8 +7,7 @@ use crate::error::PriorError;
 
 /// Reads rows of `columns` numbers parted by spaces or commas; empty lines and lines that start with `#` are skipped.
 pub(crate) fn read(path: &Path, columns: usize) -> Result<Vec<Vec<f64>>, PriorError> {
-    let text =
-        fs::read_to_string(path).map_err(|source| PriorError::Io { path: path.to_owned(), source })?;
+    let text = fs::read_to_string(path).map_err(|source| PriorError::Io { path: path.to_owned(), source })?;
     let mut rows = Vec::new();
     for (index, line) in text.lines().enumerate() {
         if line.trim().is_empty() || line.trim_start().starts_with('#') {

@@ -8,9 +8,10 @@ use motorcade_shape::{ConvertOptions, Layout, ShapePrior, command, convert};
 #[test]
 fn our_mean_lies_close_to_the_published_one() {
     let Some(folder) = common::shared("shape_prior") else { return };
-    for (layout, tables, bound_m) in
-        [(Layout::Car36, ["mean_36.txt", "basis_36.txt"], 0.12), (Layout::Car14, ["mean_14.txt", "basis_14.txt"], 0.15)]
-    {
+    for (layout, tables, bound_m) in [
+        (Layout::Car36, ["mean_36.txt", "basis_36.txt"], 0.12),
+        (Layout::Car14, ["mean_14.txt", "basis_14.txt"], 0.15),
+    ] {
         let [mean, basis] = tables.map(|name| folder.join(name));
         let published = convert(&mean, &basis, &ConvertOptions::new(layout)).unwrap();
         let own = ShapePrior::of_family(layout);

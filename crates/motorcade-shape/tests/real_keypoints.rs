@@ -82,7 +82,12 @@ struct Figures {
     near: usize,
 }
 
-fn figures(name: &str, fitter: &ShapeFitter, views: &[View], change: impl Fn(&View) -> Observation) -> Figures {
+fn figures(
+    name: &str,
+    fitter: &ShapeFitter,
+    views: &[View],
+    change: impl Fn(&View) -> Observation,
+) -> Figures {
     let (mut positions, mut headings, mut near) = (Vec::new(), Vec::new(), 0);
     let (mut by_file, mut flipped): (Vec<(&str, Vec<f64>, Vec<f64>)>, usize) = (Vec::new(), 0);
     for view in views {
@@ -145,10 +150,7 @@ fn position_within_8_percent_and_heading_within_10_degrees() {
     let without = |v: &View| Observation { road: None, ..v.observation.clone() };
     let without_road = figures("neither", &fitter, &views, without);
     // On the views both can fit: the road must help there, not only by letting more views in.
-    let both: Vec<View> = views
-        .into_iter()
-        .filter(|v| fitter.fit(&v.camera, &without(v)).is_ok())
-        .collect();
+    let both: Vec<View> = views.into_iter().filter(|v| fitter.fit(&v.camera, &without(v)).is_ok()).collect();
     let same_with = figures("road, same views as without", &fitter, &both, |v| v.observation.clone());
 
     assert_eq!(with_road.fitted, with_road.near);
@@ -176,13 +178,18 @@ fn tracks_of_real_outputs_share_a_shape() {
             if let (true, Ok(frame)) = (depth_m <= 30.0, frame) {
                 let offset = frame.camera_from_vehicle.translation() - view.truth.translation();
                 positions.push(offset.norm() / depth_m);
-                headings.push(common::heading_error_rad(&frame.camera_from_vehicle, &view.truth).to_degrees());
+                headings
+                    .push(common::heading_error_rad(&frame.camera_from_vehicle, &view.truth).to_degrees());
             }
         }
     }
     let flipped = headings.iter().filter(|h| **h > 90.0).count();
     let (position, heading) = (common::median(&mut positions), common::median(&mut headings));
     let worst = positions[positions.len() * 9 / 10];
-    println!("tracks: median position {:.1} % (90 %: {:.1}), heading {heading:.1}°, {flipped} flipped", 100.0 * position, 100.0 * worst);
+    println!(
+        "tracks: median position {:.1} % (90 %: {:.1}), heading {heading:.1}°, {flipped} flipped",
+        100.0 * position,
+        100.0 * worst
+    );
     assert!(position <= 0.08 && heading <= 10.0);
 }

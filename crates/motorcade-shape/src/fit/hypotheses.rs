@@ -7,7 +7,7 @@ use super::model::{Model, Shape, State};
 use super::observation::Observation;
 use super::options::FitOptions;
 use super::problem::{Problem, pose};
-use super::solver::Normal;
+use super::solver::cost_of;
 
 /// A start.
 #[derive(Clone, Copy, Debug)]
@@ -56,14 +56,17 @@ pub(crate) fn choose(
             problem.distance_m = first_distance_m;
             let at = |t: &Vector3<f64>| State { camera_from_vehicle: pose(&rotation, t), shape: *shape };
             let start = at(&Vector3::zeros());
-            let Some(translation) = problem.linear_translation(&rotation, &start) else { continue };
+            // Strays can drag the linear place behind the camera: then the first distance has to do.
+            let translation = problem
+                .linear_translation(&rotation, &start)
+                .unwrap_or_else(|| problem.place_at(first_distance_m));
             let state = at(&translation);
             problem.distance_m = translation.z;
             if !problem.rows(&state, &mut rows) {
                 continue;
             }
             let penalty = if swapped { options.swap_cost } else { 0.0 };
-            let cost = Normal::of(&problem, &rows, |_| true).cost + penalty;
+            let cost = cost_of(&problem, &rows) + penalty;
             all.push(Hypothesis { state, swapped, cost });
         }
     }

@@ -32,12 +32,7 @@ impl RoadPlane {
     /// A level road that was not measured. The pitch of the road under a driving car's camera varies by about 0.25° and the
     /// slope of streets by 0.2° over 20 m; 0.5° leaves room for a camera that is not mounted quite level.
     pub fn level(height_m: f64) -> Self {
-        Self {
-            up: -Vector3::y(),
-            height_m,
-            height_sigma_m: 0.03,
-            slope_sigma_rad: 0.5_f64.to_radians(),
-        }
+        Self { up: -Vector3::y(), height_m, height_sigma_m: 0.03, slope_sigma_rad: 0.5_f64.to_radians() }
     }
     /// How far the road at a distance may lie off the plane \[m\].
     pub(crate) fn height_sigma_at(&self, distance_m: f64) -> f64 {
@@ -64,8 +59,7 @@ impl ImageBox {
         const BORDER_PX: f64 = 3.0;
         let (right, bottom) = (f64::from(camera.width) - 1.0, f64::from(camera.height) - 1.0);
         let [x1, y1, x2, y2] = edges_px;
-        let trusted =
-            [x1 > BORDER_PX, y1 > BORDER_PX, x2 < right - BORDER_PX, y2 < bottom - BORDER_PX];
+        let trusted = [x1 > BORDER_PX, y1 > BORDER_PX, x2 < right - BORDER_PX, y2 < bottom - BORDER_PX];
         Self { edges_px, trusted }
     }
     /// Width and height \[px\].
@@ -140,11 +134,11 @@ impl Observation {
             if !((road.up.norm() - 1.0).abs() < 1e-6) {
                 return refuse("length of the road normal".into(), "1", road.up.norm());
             }
-            let lengths =
-                [("camera height", road.height_m), ("camera height sigma", road.height_sigma_m), (
-                    "road slope sigma",
-                    road.slope_sigma_rad,
-                )];
+            let lengths = [
+                ("camera height", road.height_m),
+                ("camera height sigma", road.height_sigma_m),
+                ("road slope sigma", road.slope_sigma_rad),
+            ];
             for (what, value) in lengths.into_iter().filter(|(_, v)| !positive(*v)) {
                 return refuse(what.into(), "a positive number", value);
             }

@@ -13,7 +13,7 @@
 //! Tangent of a state: `[ω, ν, shape]`, the pose's part on the right, the shape whitened.
 
 use motorcade_geometry::lie::so3::hat;
-use motorcade_geometry::robust::Kernel;
+use motorcade_geometry::robust::{Kernel, median};
 use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
 use nalgebra::{Matrix2x3, Matrix3, Point2, RowVector3, SMatrix, SVector, Vector2, Vector3};
 
@@ -177,14 +177,8 @@ impl<'a> Problem<'a> {
         let (iz, c) = (1.0 / p.z, self.camera);
         let pixel = Vector2::new(c.fx * p.x * iz + c.cx, c.fy * p.y * iz + c.cy);
         // ∂u/∂p (2×3), ∂p/∂[ω, ν, shape] = R [−X^, I, V] (3×14)
-        let du_dp = Matrix2x3::new(
-            c.fx * iz,
-            0.0,
-            -c.fx * p.x * iz * iz,
-            0.0,
-            c.fy * iz,
-            -c.fy * p.y * iz * iz,
-        );
+        let du_dp =
+            Matrix2x3::new(c.fx * iz, 0.0, -c.fx * p.x * iz * iz, 0.0, c.fy * iz, -c.fy * p.y * iz * iz);
         let du_dx = du_dp * rotation;
         let mut j = SMatrix::<f64, 2, DOF>::zeros();
         j.fixed_view_mut::<2, 3>(0, 0).copy_from(&(-du_dx * hat(&in_vehicle)));
@@ -200,8 +194,8 @@ impl<'a> Problem<'a> {
         translation: &Vector3<f64>,
         rows: &mut Vec<Row>,
     ) -> bool {
-        let spread_px = Vector2::new(self.camera.fx, self.camera.fy)
-            * (self.options.keypoint_sigma_m / self.distance_m);
+        let spread_px =
+            Vector2::new(self.camera.fx, self.camera.fy) * (self.options.keypoint_sigma_m / self.distance_m);
         for m in &self.measured {
             let Some((pixel, j)) = self.image(m.point, state, rotation, translation) else { return false };
             for axis in 0..2 {
@@ -231,10 +225,8 @@ impl<'a> Problem<'a> {
             if p.z < NEAREST_M {
                 return false;
             }
-            let pixel = [
-                self.camera.fx * p.x / p.z + self.camera.cx,
-                self.camera.fy * p.y / p.z + self.camera.cy,
-            ];
+            let pixel =
+                [self.camera.fx * p.x / p.z + self.camera.cx, self.camera.fy * p.y / p.z + self.camera.cy];
             for axis in 0..2 {
                 if pixel[axis] < extreme[axis].0 {
                     extreme[axis] = (pixel[axis], index);
@@ -288,9 +280,8 @@ impl<'a> Problem<'a> {
         self.measured.iter().for_each(|m| push(m.point, true));
         for point in &self.unseen {
             // A point out of the image cannot be seen, whatever it faces.
-            let p = state
-                .camera_from_vehicle
-                .transform_point(&self.model.points[*point].at(&state.shape).into());
+            let p =
+                state.camera_from_vehicle.transform_point(&self.model.points[*point].at(&state.shape).into());
             if self.camera.project(&p).is_some_and(|pixel| self.camera.contains(&pixel, 0.0)) {
                 push(*point, false);
             }
@@ -354,9 +345,8 @@ impl<'a> Problem<'a> {
                     (Vector3::new(0.0, 1.0, -ray.y), ray.y * q.z - q.y, self.camera.fy, m.variance.y),
                 ];
                 // Metre sigma of the pixel at this depth.
-                let variance = rows.map(|(_, _, f, v)| {
-                    v * (depth / f).powi(2) + self.options.keypoint_sigma_m.powi(2)
-                });
+                let variance =
+                    rows.map(|(_, _, f, v)| v * (depth / f).powi(2) + self.options.keypoint_sigma_m.powi(2));
                 let s: f64 = (0..2).map(|k| (rows[k].0.dot(&t) - rows[k].1).powi(2) / variance[k]).sum();
                 let robust = if round == 0 { 1.0 } else { self.options.kernel.weight(s) };
                 for k in 0..2 {
@@ -376,6 +366,17 @@ impl<'a> Problem<'a> {
             }
         }
         Some(t)
+    }
+
+    /// The road (or else the middle of a body) under the median keypoint, at a distance.
+    pub fn place_at(&self, distance_m: f64) -> Vector3<f64> {
+        let middle = |axis: usize| {
+            let mut values: Vec<f64> = self.measured.iter().map(|m| m.pixel[axis]).collect();
+            median(&mut values).unwrap_or(0.0)
+        };
+        let t = self.camera.ray(&Point2::new(middle(0), middle(1))) * distance_m;
+        let over_road_m = self.road.map_or(0.8, |r| r.up.dot(&t) + r.height_m);
+        t - self.up() * over_road_m
     }
 
     /// Height of the measured keypoints' bundle \[px\], for a first guess of the distance.

@@ -8,7 +8,7 @@ use super::model::{Model, State};
 use super::observation::Observation;
 use super::options::{FitMethod, FitOptions};
 use super::problem::{Problem, Row, Term};
-use super::solver::{Free, Normal, Refined, refine};
+use super::solver::{Effort, Free, Normal, Refined, refine};
 use super::{DOF, hypotheses};
 use crate::dimensions::Dimensions;
 use crate::error::FitError;
@@ -106,20 +106,37 @@ impl ShapeFitter {
         let start = self.start_shape(observation);
         let chosen = hypotheses::choose(&self.model, camera, &self.options, observation, &start);
 
+        // First roughly, all of them; then to the end those that may still win and the best that faces the other way.
         let mut iterations = 0;
-        let mut found: Vec<(Refined, bool)> = Vec::new();
+        let mut rough: Vec<(Refined, bool)> = Vec::new();
         for hypothesis in chosen {
             let swapped = hypothesis.swapped;
             let mut problem = Problem::new(&self.model, camera, &self.options, observation, swapped);
-            let Some(mut refined) = self.descend(&mut problem, hypothesis.state, &mut rows) else { continue };
+            problem.distance_m = hypothesis.state.camera_from_vehicle.translation().z;
+            let refined = refine(&problem, hypothesis.state, Free::All, Effort::ROUGH, &mut rows);
+            let Some(mut refined) = refined else { continue };
             iterations += refined.iterations;
-            refined.cost += if swapped { self.options.swap_cost } else { 0.0 };
+            refined.cost += self.penalty(swapped);
+            rough.push((refined, swapped));
+        }
+        rough.sort_by(|a, b| a.0.cost.total_cmp(&b.0.cost));
+        let first = rough.first().ok_or(FitError::NoSolution)?.0;
+        let mut found: Vec<(Refined, bool)> = Vec::new();
+        let mut turned = false;
+        for (start, swapped) in rough {
+            let away = hypotheses::heading_cosine(&start.state, &first.state) < 0.0;
+            if start.cost > first.cost + CLEAR_COST && (!away || turned) {
+                continue;
+            }
+            turned |= away;
+            let mut problem = Problem::new(&self.model, camera, &self.options, observation, swapped);
+            let Some(mut refined) = self.descend(&mut problem, start.state, &mut rows) else { continue };
+            iterations += refined.iterations;
+            refined.cost += self.penalty(swapped);
             found.push((refined, swapped));
         }
-        let (best, swapped) = *found
-            .iter()
-            .min_by(|a, b| a.0.cost.total_cmp(&b.0.cost))
-            .ok_or(FitError::NoSolution)?;
+        let (best, swapped) =
+            *found.iter().min_by(|a, b| a.0.cost.total_cmp(&b.0.cost)).ok_or(FitError::NoSolution)?;
         let opposite = found
             .iter()
             .filter(|(other, _)| hypotheses::heading_cosine(&other.state, &best.state) < 0.0)
@@ -169,15 +186,21 @@ impl ShapeFitter {
         Ok(())
     }
 
+    /// Cost of an assignment of sides.
+    pub(super) fn penalty(&self, swapped: bool) -> f64 {
+        if swapped { self.options.swap_cost } else { 0.0 }
+    }
+
     /// The likeliest shape before looking: that of the size, or the mean.
     pub(super) fn start_shape(&self, observation: &Observation) -> super::model::Shape {
-        observation.size.map_or_else(Default::default, |size| {
-            self.model.whitened(&self.prior.coefficients_for(&size))
-        })
+        observation
+            .size
+            .map_or_else(Default::default, |size| self.model.whitened(&self.prior.coefficients_for(&size)))
     }
 
     /// Refines by the chosen method, twice: the second time with metre sigmas at the distance that was found.
     fn descend(&self, problem: &mut Problem<'_>, state: State, rows: &mut Vec<Row>) -> Option<Refined> {
+        let effort = Effort::full(self.options.max_iterations);
         let mut out = Refined { state, cost: f64::INFINITY, iterations: 0 };
         for _ in 0..2 {
             problem.distance_m = out.state.camera_from_vehicle.translation().z;
@@ -190,7 +213,7 @@ impl ShapeFitter {
                 FitMethod::Alternating { rounds } => rounds,
             };
             for free in (0..rounds).flat_map(|_| parts) {
-                let refined = refine(problem, out.state, *free, self.options.max_iterations, rows)?;
+                let refined = refine(problem, out.state, *free, effort, rows)?;
                 out = Refined { iterations: out.iterations + refined.iterations, ..refined };
             }
         }

@@ -18,26 +18,36 @@ impl Normal {
     /// Sums the rows that `keep` wants.
     pub fn of(problem: &Problem<'_>, rows: &[Row], keep: impl Fn(Term) -> bool) -> Self {
         let mut out = Self { h: SMatrix::zeros(), g: SVector::zeros(), cost: 0.0 };
-        let mut next = 0;
-        while let Some(row) = rows.get(next) {
-            // Both rows of a keypoint share one kernel.
-            let count = if matches!(row.term, Term::Keypoint(_)) { 2 } else { 1 };
-            let group = &rows[next..(next + count).min(rows.len())];
-            next += count;
-            if !keep(row.term) {
-                continue;
-            }
-            let s: f64 = group.iter().map(|r| r.r * r.r).sum();
-            let (cost, weight) = problem.robust(row.term, s);
+        for (group, cost, weight) in robust_groups(problem, rows).filter(|(group, ..)| keep(group[0].term)) {
             out.cost += cost;
             for row in group {
                 let weighted = row.j * weight;
-                out.h.ger(1.0, &weighted, &row.j, 1.0);
+                // The lower triangle; half the work.
+                out.h.syger(1.0, &weighted, &row.j, 1.0);
                 out.g.axpy(row.r, &weighted, 1.0);
             }
         }
+        out.h.fill_upper_triangle_with_lower_triangle();
         out
     }
+}
+
+/// The robust cost of all rows.
+pub(crate) fn cost_of(problem: &Problem<'_>, rows: &[Row]) -> f64 {
+    robust_groups(problem, rows).map(|(_, cost, _)| cost).sum()
+}
+
+/// Rows that share one kernel (both rows of a keypoint), never empty, with its cost and weight.
+fn robust_groups<'a>(
+    problem: &'a Problem<'_>,
+    rows: &'a [Row],
+) -> impl Iterator<Item = (&'a [Row], f64, f64)> {
+    let keypoint = |row: &Row| matches!(row.term, Term::Keypoint(_));
+    rows.chunk_by(move |a, b| keypoint(a) && a.term == b.term).map(|group| {
+        let s: f64 = group.iter().map(|r| r.r * r.r).sum();
+        let (cost, weight) = problem.robust(group[0].term, s);
+        (group, cost, weight)
+    })
 }
 
 /// Which part of the state may move.
@@ -49,6 +59,23 @@ pub(crate) enum Free {
     Pose,
     /// Shape alone (equation 8).
     Shape,
+}
+
+/// How long to go on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Effort {
+    pub max_iterations: usize,
+    /// A step that gains less than this share of the cost is the last.
+    pub tolerance: f64,
+}
+
+impl Effort {
+    /// Enough to compare hypotheses.
+    pub const ROUGH: Self = Self { max_iterations: 5, tolerance: 1e-2 };
+    /// To the minimum: depth and size trade off along a flat valley, so small gains still move far.
+    pub fn full(max_iterations: usize) -> Self {
+        Self { max_iterations, tolerance: 1e-6 }
+    }
 }
 
 /// Where a refinement ended.
@@ -78,7 +105,7 @@ pub(crate) fn refine(
     problem: &Problem<'_>,
     state: State,
     free: Free,
-    max_iterations: usize,
+    effort: Effort,
     rows: &mut Vec<Row>,
 ) -> Option<Refined> {
     let normal_at = |state: &State, rows: &mut Vec<Row>| {
@@ -88,7 +115,7 @@ pub(crate) fn refine(
     let mut normal = normal_at(&state, rows)?;
     let mut damping = 1e-3;
     let mut iterations = 0;
-    while iterations < max_iterations && damping < 1e8 {
+    while iterations < effort.max_iterations && damping < 1e8 {
         iterations += 1;
         let mut damped = normal.h;
         for k in 0..DOF {
@@ -103,7 +130,7 @@ pub(crate) fn refine(
         match normal_at(&trial, rows) {
             Some(there) if there.cost < normal.cost => {
                 let gain = normal.cost - there.cost;
-                let settled = gain < 1e-5 * (1.0 + there.cost) || delta.norm() < 1e-6;
+                let settled = gain < effort.tolerance * (1.0 + there.cost) || delta.norm() < 1e-6;
                 state = trial;
                 normal = there;
                 damping = (damping * 0.1).max(1e-9);

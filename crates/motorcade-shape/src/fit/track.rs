@@ -7,7 +7,7 @@ use super::model::{Shape, State};
 use super::observation::Observation;
 use super::problem::{Problem, Row};
 use super::single::{Quality, ShapeFit, ShapeFitter, information};
-use super::solver::{Free, Normal, refine, step};
+use super::solver::{Effort, Free, Normal, cost_of, refine, step};
 use super::{DOF, MAX_SHAPE};
 use crate::dimensions::Dimensions;
 use crate::error::FitError;
@@ -102,12 +102,7 @@ impl ShapeFitter {
         for (frame, fit) in frames.iter().zip(fits) {
             out[frame.index] = Ok(fit);
         }
-        Ok(TrackFit {
-            frames: out,
-            dimensions: self.prior().dimensions(&coefficients),
-            coefficients,
-            cost,
-        })
+        Ok(TrackFit { frames: out, dimensions: self.prior().dimensions(&coefficients), coefficients, cost })
     }
 
     fn frame<'a>(
@@ -238,7 +233,6 @@ impl ShapeFitter {
         frames: &mut [Frame<'a>],
         rows: &mut Vec<Row>,
     ) -> bool {
-        let penalty = |swapped: bool| if swapped { self.options().swap_cost } else { 0.0 };
         let mut turned = false;
         for frame in frames {
             let Some(opposite) = frame.single.opposite else { continue };
@@ -248,17 +242,16 @@ impl ShapeFitter {
             if !frame.problem.rows(&frame.state, rows) {
                 continue;
             }
-            let now = Normal::of(&frame.problem, rows, |_| true).cost + penalty(frame.swapped);
+            let now = cost_of(&frame.problem, rows) + self.penalty(frame.swapped);
             let swapped = opposite.sides_swapped;
             let observation = &observations[frame.index];
             let mut problem = Problem::new(&self.model, camera, self.options(), observation, swapped);
             problem.shape_terms = false;
             problem.distance_m = opposite.camera_from_vehicle.translation().z;
-            let start =
-                State { camera_from_vehicle: opposite.camera_from_vehicle, shape: frame.state.shape };
-            let limit = self.options().max_iterations;
-            let Some(there) = refine(&problem, start, Free::Pose, limit, rows) else { continue };
-            if there.cost + penalty(swapped) + FLIP_GAIN < now {
+            let start = State { camera_from_vehicle: opposite.camera_from_vehicle, shape: frame.state.shape };
+            let effort = Effort::full(self.options().max_iterations);
+            let Some(there) = refine(&problem, start, Free::Pose, effort, rows) else { continue };
+            if there.cost + self.penalty(swapped) + FLIP_GAIN < now {
                 (frame.problem, frame.state, frame.swapped) = (problem, there.state, swapped);
                 turned = true;
             }
@@ -276,14 +269,11 @@ impl ShapeFitter {
                 return Err(FitError::NoSolution);
             }
             let quality = Quality::of(rows, frame.problem.model.keypoints);
-            let cost = Normal::of(&frame.problem, rows, |_| true).cost;
+            let cost = cost_of(&frame.problem, rows);
             let information = information(&frame.problem, rows, quality.scale());
             let hps = information.fixed_view::<6, MAX_SHAPE>(0, 6).into_owned();
-            let factor = information
-                .fixed_view::<6, 6>(0, 0)
-                .into_owned()
-                .cholesky()
-                .ok_or(FitError::NoSolution)?;
+            let factor =
+                information.fixed_view::<6, 6>(0, 0).into_owned().cholesky().ok_or(FitError::NoSolution)?;
             s += information.fixed_view::<MAX_SHAPE, MAX_SHAPE>(6, 6);
             s -= hps.transpose() * factor.solve(&hps);
             parts.push((factor, hps, quality, cost));
@@ -311,4 +301,3 @@ impl ShapeFitter {
         Ok(frames.iter().zip(parts).map(fit).collect())
     }
 }
-

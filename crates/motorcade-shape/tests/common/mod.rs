@@ -70,7 +70,8 @@ pub fn look(
             let mut normal = || -> f64 { StandardNormal.sample(rng) };
             let body = network.body_sigma_m * camera().fx / point.depth_m.max(1.0);
             let sigma = network.sigma_px.hypot(body);
-            let mut pixel = point.pixel.unwrap_or_default() + nalgebra::Vector2::new(normal(), normal()) * sigma;
+            let mut pixel =
+                point.pixel.unwrap_or_default() + nalgebra::Vector2::new(normal(), normal()) * sigma;
             let (hidden, outlier) = (rng.random::<f64>() < network.hidden, rng.random::<f64>());
             if outlier < network.outliers {
                 pixel += nalgebra::Vector2::new(rng.random::<f64>() - 0.5, rng.random::<f64>() - 0.5) * 120.0;
