@@ -80,7 +80,7 @@ pub fn convert(mean: &Path, basis: &Path, options: &ConvertOptions) -> Result<Sh
         basis_rows.iter().map(|row| row.chunks_exact(3).map(|v| turn * vector(v)).collect()).collect();
     let project = |points: &[Point3<f64>], direction: &[Vector3<f64>]| -> f64 {
         let length: f64 = direction.iter().map(Vector3::norm_squared).sum();
-        let offsets = points.iter().zip(&turned).map(|(p, mean)| frame.from_metres(p) - mean);
+        let offsets = points.iter().zip(&turned).map(|(p, mean)| frame.to_table(p) - mean);
         offsets.zip(direction).map(|(offset, v)| offset.dot(v)).sum::<f64>() / length.max(1e-300)
     };
     let origin = basis.display().to_string();
@@ -139,7 +139,7 @@ impl Frame {
         let (low, high) = range(points);
         let (own_low, own_high) = range(&own_points);
         let extent = high - low;
-        if !(extent.min() > 1e-9) {
+        if extent.iter().any(|side| *side < 1e-9) {
             return None;
         }
         let mut scale = (own_high - own_low).component_div(&extent);
@@ -165,7 +165,7 @@ impl Frame {
     fn to_metres(&self, v: &Vector3<f64>) -> Point3<f64> {
         Point3::from(self.scale.component_mul(&(v - self.centre)) + self.offset)
     }
-    fn from_metres(&self, p: &Point3<f64>) -> Vector3<f64> {
+    fn to_table(&self, p: &Point3<f64>) -> Vector3<f64> {
         (p.coords - self.offset).component_div(&self.scale) + self.centre
     }
 }

@@ -253,7 +253,8 @@ fn check(parts: &PriorParts, origin: &str) -> Result<(), PriorError> {
             return refuse(format!("keypoints[{i}].mirror"), expected, keypoint.mirror.to_string());
         }
         for (k, face) in keypoint.faces.iter().enumerate() {
-            if !((face.norm() - 1.0).abs() < 1e-6) {
+            let unit = (face.norm() - 1.0).abs() < 1e-6;
+            if !unit {
                 let found = format!("length {}", face.norm());
                 return refuse(format!("keypoints[{i}].faces[{k}]"), "a unit vector".into(), found);
             }

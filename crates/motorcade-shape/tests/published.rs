@@ -1,4 +1,5 @@
 //! Against the published priors of `shape_prior`, when they are there.
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)] // helpers of tests
 
 mod common;
 

@@ -1,5 +1,6 @@
 //! On real network outputs (`keypoints`) against KITTI's 3D labels, when they are there. Labels give the 2D box, which is
 //! part of the data format, and judge the result; nothing else of them reaches the fit.
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)] // helpers of tests
 
 mod common;
 
@@ -89,7 +90,8 @@ fn figures(
     change: impl Fn(&View) -> Observation,
 ) -> Figures {
     let (mut positions, mut headings, mut near) = (Vec::new(), Vec::new(), 0);
-    let (mut by_file, mut flipped): (Vec<(&str, Vec<f64>, Vec<f64>)>, usize) = (Vec::new(), 0);
+    let mut flipped = 0;
+    let mut by_file: Vec<(&str, Vec<f64>, Vec<f64>)> = Vec::new();
     for view in views {
         let depth_m = view.truth.translation().z;
         if depth_m > 30.0 {

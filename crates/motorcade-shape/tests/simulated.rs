@@ -1,4 +1,5 @@
 //! Vehicles of known pose and shape through a simulated keypoint network.
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)] // helpers of tests
 
 mod common;
 

@@ -116,47 +116,42 @@ impl Observation {
 
     /// Refuses numbers that are not finite or out of range.
     pub(crate) fn validate(&self) -> Result<(), FitError> {
-        let refuse = |what: String, expected, found| Err(FitError::Value { what, expected, found });
         for (i, seen) in self.keypoints.iter().enumerate() {
-            if !(0.0..=1.0).contains(&seen.confidence) {
-                return refuse(format!("confidence of keypoint {i}"), "0 to 1", seen.confidence);
-            }
-            if seen.confidence > 0.0 && !seen.pixel.iter().all(|v| v.is_finite()) {
-                let found = if seen.pixel.x.is_finite() { seen.pixel.y } else { seen.pixel.x };
-                return refuse(format!("pixel of keypoint {i}"), "a finite number", found);
+            let confidence = (0.0..=1.0).contains(&seen.confidence);
+            require(confidence, || format!("confidence of keypoint {i}"), "0 to 1", seen.confidence)?;
+            if seen.confidence > 0.0 {
+                let what = || format!("pixel of keypoint {i}");
+                seen.pixel.iter().try_for_each(|v| require(v.is_finite(), what, "a finite number", *v))?;
             }
         }
-        let positive = |v: f64| v.is_finite() && v > 0.0;
-        for sigma in self.sigma_px.iter().filter(|s| !positive(**s)) {
-            return refuse("keypoint sigma".into(), "positive pixels", *sigma);
-        }
+        let positive = |what: &'static str, v: f64| {
+            require(v.is_finite() && v > 0.0, || what.to_owned(), "a positive number", v)
+        };
+        self.sigma_px.iter().try_for_each(|v| positive("keypoint sigma", *v))?;
         if let Some(road) = &self.road {
-            if !((road.up.norm() - 1.0).abs() < 1e-6) {
-                return refuse("length of the road normal".into(), "1", road.up.norm());
-            }
-            let lengths = [
-                ("camera height", road.height_m),
-                ("camera height sigma", road.height_sigma_m),
-                ("road slope sigma", road.slope_sigma_rad),
-            ];
-            for (what, value) in lengths.into_iter().filter(|(_, v)| !positive(*v)) {
-                return refuse(what.into(), "a positive number", value);
-            }
+            let length = road.up.norm();
+            let unit = (length - 1.0).abs() < 1e-6;
+            require(unit, || "length of the road normal".to_owned(), "1", length)?;
+            positive("camera height", road.height_m)?;
+            positive("sigma of the camera height", road.height_sigma_m)?;
+            positive("sigma of the road's slope", road.slope_sigma_rad)?;
         }
         if let Some(seen) = &self.image_box {
-            for edge in seen.edges_px.iter().filter(|e| !e.is_finite()) {
-                return refuse("edge of the image box".into(), "a finite number", *edge);
-            }
-            for side in seen.size_px().iter().filter(|s| !positive(**s)) {
-                return refuse("side of the image box".into(), "positive pixels", *side);
-            }
+            seen.size_px().iter().try_for_each(|v| positive("side of the image box", *v))?;
         }
         if let Some(size) = &self.size {
             let numbers = [size.mean.to_vector(), size.sigma.to_vector()];
-            for value in numbers.iter().flat_map(|v| v.iter()).filter(|v| !positive(**v)) {
-                return refuse("size prior".into(), "a positive number", *value);
-            }
+            numbers.iter().flat_map(|v| v.iter()).try_for_each(|v| positive("size prior", *v))?;
         }
         Ok(())
     }
+}
+
+fn require(
+    holds: bool,
+    what: impl Fn() -> String,
+    expected: &'static str,
+    found: f64,
+) -> Result<(), FitError> {
+    if holds { Ok(()) } else { Err(FitError::Value { what: what(), expected, found }) }
 }

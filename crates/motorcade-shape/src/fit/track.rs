@@ -64,6 +64,14 @@ struct Blocks {
     gp: Vector6<f64>,
 }
 
+/// Normal equations of a track: a block a frame, and the shape's own.
+struct TrackNormal {
+    frames: Vec<Blocks>,
+    shape_h: ShapeMatrix,
+    shape_g: Shape,
+    cost: f64,
+}
+
 type ShapeMatrix = SMatrix<f64, MAX_SHAPE, MAX_SHAPE>;
 
 impl ShapeFitter {
@@ -126,20 +134,18 @@ impl ShapeFitter {
     /// Levenberg–Marquardt over all poses and the shape; returns the cost.
     fn solve(&self, frames: &mut [Frame<'_>], rows: &mut Vec<Row>) -> f64 {
         let mut damping = 1e-3;
-        let Some((mut normals, mut shape_normal, mut cost)) = self.linearise(frames, rows) else {
-            return f64::INFINITY;
-        };
+        let Some(mut normal) = self.linearise(frames, rows) else { return f64::INFINITY };
         for _ in 0..2 * self.options().max_iterations {
             let before: Vec<State> = frames.iter().map(|f| f.state).collect();
             let damped = |h: f64| h * (1.0 + damping) + 1e-9;
             // S = H_ss − Σ H_spᵢ H_ppᵢ⁻¹ H_psᵢ, and the same for the gradient.
-            let mut s: ShapeMatrix = shape_normal.0;
-            let mut g = shape_normal.1;
+            let mut s = normal.shape_h;
+            let mut g = normal.shape_g;
             for k in 0..MAX_SHAPE {
                 s[(k, k)] = damped(s[(k, k)]);
             }
             let mut eliminated = Vec::with_capacity(frames.len());
-            for blocks in &normals {
+            for blocks in &normal.frames {
                 let mut hpp = blocks.hpp;
                 for k in 0..6 {
                     hpp[(k, k)] = damped(hpp[(k, k)]);
@@ -149,7 +155,7 @@ impl ShapeFitter {
                 g -= blocks.hps.transpose() * factor.solve(&blocks.gp);
                 eliminated.push(factor);
             }
-            let solved = s.cholesky().filter(|_| eliminated.len() == normals.len()).map(|f| f.solve(&-g));
+            let solved = s.cholesky().filter(|_| eliminated.len() == frames.len()).map(|f| f.solve(&-g));
             let Some(shape_step) = solved else {
                 damping *= 10.0;
                 if damping > 1e8 {
@@ -158,7 +164,7 @@ impl ShapeFitter {
                 continue;
             };
             let shape = frames[0].state.shape + shape_step;
-            for ((frame, blocks), factor) in frames.iter_mut().zip(&normals).zip(&eliminated) {
+            for ((frame, blocks), factor) in frames.iter_mut().zip(&normal.frames).zip(&eliminated) {
                 let pose_step = factor.solve(&-(blocks.gp + blocks.hps * shape_step));
                 let mut delta = SVector::<f64, DOF>::zeros();
                 delta.fixed_rows_mut::<6>(0).copy_from(&pose_step);
@@ -166,9 +172,9 @@ impl ShapeFitter {
                 frame.state.shape = shape;
             }
             match self.linearise(frames, rows) {
-                Some((new, new_shape, there)) if there < cost => {
-                    let settled = cost - there < 1e-6 * (1.0 + there);
-                    (normals, shape_normal, cost) = (new, new_shape, there);
+                Some(there) if there.cost < normal.cost => {
+                    let settled = normal.cost - there.cost < 1e-6 * (1.0 + there.cost);
+                    normal = there;
                     damping = (damping * 0.1).max(1e-9);
                     if settled {
                         break;
@@ -183,16 +189,11 @@ impl ShapeFitter {
                 }
             }
         }
-        cost
+        normal.cost
     }
 
     /// Normal equations of all frames and of the shape, with the total cost; `None` when a frame is behind the camera.
-    #[allow(clippy::type_complexity)]
-    fn linearise(
-        &self,
-        frames: &[Frame<'_>],
-        rows: &mut Vec<Row>,
-    ) -> Option<(Vec<Blocks>, (ShapeMatrix, Shape), f64)> {
+    fn linearise(&self, frames: &[Frame<'_>], rows: &mut Vec<Row>) -> Option<TrackNormal> {
         let first = frames.first()?;
         let (mut shape_h, mut shape_g, mut cost) = self.shape_terms(first, rows);
         let mut all = Vec::with_capacity(frames.len());
@@ -210,7 +211,7 @@ impl ShapeFitter {
                 gp: normal.g.fixed_rows::<6>(0).into_owned(),
             });
         }
-        Some((all, (shape_h, shape_g), cost))
+        Some(TrackNormal { frames: all, shape_h, shape_g, cost })
     }
 
     /// Shape and size prior at the shared shape; coefficients nobody uses are held.

@@ -1,5 +1,5 @@
 //! Shared by the tests: the folder of reference data, vehicles before a camera.
-#![allow(dead_code)] // every test uses its part
+#![allow(dead_code, clippy::print_stderr)] // every test uses its part
 
 use std::path::{Path, PathBuf};
 
