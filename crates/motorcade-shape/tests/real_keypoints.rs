@@ -9,7 +9,7 @@ use std::path::Path;
 use motorcade_dataset::{KittiCalibration, Label, read_labels};
 use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
 use motorcade_shape::fit::{FitOptions, ImageBox, Observation, RoadPlane, ShapeFitter};
-use motorcade_shape::{Dimensions, FitError, Layout, ShapePrior, SizePrior};
+use motorcade_shape::{ConvertOptions, Dimensions, FitError, Layout, ShapePrior, SizePrior, convert};
 use nalgebra::{Matrix3, Vector3};
 
 /// File, sequence, first frame, track. The name of the last file lacks its track: of those in view it fits 14's box.
@@ -80,6 +80,8 @@ struct Figures {
     position_share: f64,
     heading_deg: f64,
     fitted: usize,
+    /// Facing the wrong way without saying that they may.
+    silent_flips: usize,
     near: usize,
 }
 
@@ -90,7 +92,7 @@ fn figures(
     change: impl Fn(&View) -> Observation,
 ) -> Figures {
     let (mut positions, mut headings, mut near) = (Vec::new(), Vec::new(), 0);
-    let mut flipped = 0;
+    let (mut flipped, mut ambiguous, mut silent) = (0, 0, 0);
     let mut by_file: Vec<(&str, Vec<f64>, Vec<f64>)> = Vec::new();
     for view in views {
         let depth_m = view.truth.translation().z;
@@ -108,6 +110,8 @@ fn figures(
         let heading = common::heading_error_rad(&fit.camera_from_vehicle, &view.truth).to_degrees();
         headings.push(heading);
         flipped += usize::from(heading > 90.0);
+        ambiguous += usize::from(fit.heading_is_ambiguous());
+        silent += usize::from(heading > 90.0 && !fit.heading_is_ambiguous());
         if by_file.last().is_none_or(|f| f.0 != view.file) {
             by_file.push((view.file, Vec::new(), Vec::new()));
         }
@@ -120,7 +124,7 @@ fn figures(
     let (position_share, heading_deg) = (common::median(&mut positions), common::median(&mut headings));
     println!(
         "{name}: {fitted} of {near} within 30 m; median position {:.1} % of depth (90 %: {:.1}), heading {:.1}° \
-         (90 %: {:.1}), {flipped} flipped",
+         (90 %: {:.1}), {flipped} flipped, {ambiguous} called ambiguous",
         100.0 * position_share,
         100.0 * positions[positions.len() * 9 / 10],
         heading_deg,
@@ -130,7 +134,7 @@ fn figures(
         let (p, h, n) = (common::median(&mut p), common::median(&mut h), p.len());
         println!("    {file}: {n} views, {:.1} %, {h:.1}°", 100.0 * p);
     }
-    Figures { position_share, heading_deg, fitted, near }
+    Figures { position_share, heading_deg, fitted, silent_flips: silent, near }
 }
 
 #[test]
@@ -156,6 +160,7 @@ fn position_within_8_percent_and_heading_within_10_degrees() {
     let same_with = figures("road, same views as without", &fitter, &both, |v| v.observation.clone());
 
     assert_eq!(with_road.fitted, with_road.near);
+    assert_eq!((with_road.silent_flips, with_box.silent_flips), (0, 0));
     for found in [&with_road, &with_loose, &with_box] {
         assert!(found.position_share <= 0.08, "{}", found.position_share);
         assert!(found.heading_deg <= 10.0, "{}", found.heading_deg);
@@ -194,4 +199,15 @@ fn tracks_of_real_outputs_share_a_shape() {
         100.0 * worst
     );
     assert!(position <= 0.08 && heading <= 10.0);
+}
+
+/// The published 14 keypoints through the converter, on the same outputs.
+#[test]
+fn the_published_prior_fits_too() {
+    let (Some(views), Some(folder)) = (views(), common::shared("shape_prior")) else { return };
+    let [mean, basis] = ["mean_14.txt", "basis_14.txt"].map(|name| folder.join(name));
+    let prior = convert(&mean, &basis, &ConvertOptions::new(Layout::Car14)).unwrap();
+    let fitter = ShapeFitter::new(prior, FitOptions::default());
+    let found = figures("published prior, road", &fitter, &views, |v| v.observation.clone());
+    assert!(found.position_share <= 0.08 && found.heading_deg <= 10.0);
 }
