@@ -4,8 +4,8 @@
 //! arXiv 2002.03528) with a prior of our own: cars drawn from published dimensions, their mean and principal components.
 //!
 //! Three types to know: a [`ShapePrior`] (our own by [`ShapePrior::of_family`], others from [JSON files](json) or
-//! [tables](convert())), an [`Observation`](fit::Observation) of one vehicle in one image, and the
-//! [`ShapeFitter`](fit::ShapeFitter) that turns one into a [`ShapeFit`](fit::ShapeFit): pose, covariance, shape, size.
+//! [tables](mod@convert)), an [`Observation`] of one vehicle in one image, and the
+//! [`ShapeFitter`] that turns one into a [`ShapeFit`]: pose, covariance, shape, size.
 //!
 //! Frames: vehicle x forward, y left, z up, origin on the road below the body's centre; camera x right, y down, z forward.
 //! Metres, radians, pixels.
