@@ -1,0 +1,75 @@
+//! Kinds of bodies.
+
+/// A kind of body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BodyType {
+    /// Smallest cars, up to about 3.75 m.
+    City,
+    /// Two boxes, steep tail.
+    Hatchback,
+    /// Three boxes.
+    Saloon,
+    /// Saloon with the roof drawn to the tail.
+    Estate,
+    /// High two-box body.
+    Suv,
+    /// People carriers and small delivery vans.
+    Van,
+    /// Cab and open bed.
+    Pickup,
+    /// Low, roof falling to the tail.
+    Coupe,
+}
+
+impl BodyType {
+    /// All of them, in order.
+    pub const ALL: [Self; 8] = [
+        Self::City,
+        Self::Hatchback,
+        Self::Saloon,
+        Self::Estate,
+        Self::Suv,
+        Self::Van,
+        Self::Pickup,
+        Self::Coupe,
+    ];
+
+    /// Name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::City => "city",
+            Self::Hatchback => "hatchback",
+            Self::Saloon => "saloon",
+            Self::Estate => "estate",
+            Self::Suv => "suv",
+            Self::Van => "van",
+            Self::Pickup => "pickup",
+            Self::Coupe => "coupe",
+        }
+    }
+
+    /// Rough share of European traffic: keeps rare bodies from shaping the mean as much as common ones. The shares sum to 1.
+    pub fn share(self) -> f64 {
+        match self {
+            Self::City => 0.10,
+            Self::Hatchback => 0.30,
+            Self::Saloon => 0.19,
+            Self::Estate => 0.13,
+            Self::Suv => 0.14,
+            Self::Van => 0.08,
+            Self::Pickup => 0.02,
+            Self::Coupe => 0.04,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_sum_to_one() {
+        assert!((BodyType::ALL.iter().map(|t| t.share()).sum::<f64>() - 1.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,76 @@
+//! What the command `shape convert` does, without a command line. Requests are plain structs, answers can be serialised;
+//! nothing is printed here.
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use crate::convert::{ConvertOptions, convert as convert_tables};
+use crate::dimensions::Dimensions;
+use crate::error::PriorError;
+use crate::keypoint::Layout;
+use crate::prior::ShapePrior;
+
+/// What to convert.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ConvertRequest {
+    /// Table of the mean: a row of three coordinates a keypoint.
+    pub mean: PathBuf,
+    /// Table of the basis: a row a deformation.
+    pub basis: PathBuf,
+    /// JSON file to write.
+    pub output: PathBuf,
+    /// Layout, length, proportions.
+    pub options: ConvertOptions,
+}
+
+/// What was written, or what a file holds.
+#[derive(Clone, Debug, Serialize)]
+pub struct PriorReport {
+    /// The JSON file.
+    pub path: PathBuf,
+    /// Name of the prior.
+    pub name: String,
+    /// Number of keypoints.
+    pub keypoints: usize,
+    /// Number of deformations.
+    pub deformations: usize,
+    /// Size of the mean.
+    pub mean_size: Dimensions,
+    /// Similarity-aligned RMS distance of the mean's keypoints from our own prior of the same layout \[m\]; none when no
+    /// layout of ours has as many keypoints.
+    pub rms_to_own_m: Option<f64>,
+}
+
+/// `shape convert`: tables to JSON.
+pub fn convert(request: &ConvertRequest) -> Result<PriorReport, PriorError> {
+    let prior = convert_tables(&request.mean, &request.basis, &request.options)?;
+    prior.write(&request.output)?;
+    Ok(report(&prior, &request.output))
+}
+
+/// `shape export`: the project's own prior as JSON, to start one's own from.
+pub fn export(layout: Layout, output: &Path) -> Result<PriorReport, PriorError> {
+    let prior = ShapePrior::of_family(layout);
+    prior.write(output)?;
+    Ok(report(&prior, output))
+}
+
+/// `shape info`: what a JSON file holds.
+pub fn info(path: &Path) -> Result<PriorReport, PriorError> {
+    Ok(report(&ShapePrior::read(path)?, path))
+}
+
+fn report(prior: &ShapePrior, path: &Path) -> PriorReport {
+    let count = prior.keypoints().len();
+    let own = [Layout::Car36, Layout::Car14].into_iter().find(|l| l.count() == count);
+    let rms_to_own_m = own.and_then(|layout| ShapePrior::of_family(layout).rms_to(&prior.mean()[..count]));
+    PriorReport {
+        path: path.to_owned(),
+        name: prior.name().to_owned(),
+        keypoints: count,
+        deformations: prior.basis().len(),
+        mean_size: prior.dimensions(&[]),
+        rms_to_own_m,
+    }
+}

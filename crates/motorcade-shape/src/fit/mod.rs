@@ -1,0 +1,20 @@
+//! Pose and shape of vehicles from 2D keypoints.
+
+mod hypotheses;
+mod model;
+mod observation;
+mod options;
+mod problem;
+mod single;
+mod solver;
+mod track;
+
+pub use observation::{ImageBox, Observation, RoadPlane, SeenKeypoint};
+pub use options::{FitMethod, FitOptions};
+pub use single::{Alternative, ShapeFit, ShapeFitter};
+pub use track::{FrameFit, TrackFit};
+
+/// Most deformations a fit uses: normal equations of fixed size stay on the stack.
+pub const MAX_SHAPE: usize = 8;
+/// Unknowns of one vehicle in one image: 6 of the pose, 8 of the shape.
+const DOF: usize = 6 + MAX_SHAPE;

@@ -1,0 +1,157 @@
+//! What is known of one vehicle in one image.
+
+use motorcade_geometry::PinholeCamera;
+use nalgebra::{Point2, Vector2, Vector3};
+
+use crate::dimensions::SizePrior;
+use crate::error::FitError;
+
+/// A keypoint as a network gives it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SeenKeypoint {
+    /// Place in the image \[px\].
+    pub pixel: Point2<f64>,
+    /// Confidence, 0 to 1; 0 for a point that was not looked for or not found (its pixel is then not read).
+    pub confidence: f64,
+}
+
+/// The road under a vehicle: all X (camera frame) with `up · X = −height`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoadPlane {
+    /// Unit normal from the road to the camera (camera frame), nominally (0, −1, 0).
+    pub up: Vector3<f64>,
+    /// Height of the camera over the road \[m\].
+    pub height_m: f64,
+    /// Standard deviation of that height \[m\].
+    pub height_sigma_m: f64,
+    /// Standard deviation of the slope of the line from the road under the camera to that under the vehicle \[rad\].
+    pub slope_sigma_rad: f64,
+}
+
+impl RoadPlane {
+    /// A level road that was not measured. The pitch of the road under a driving car's camera varies by about 0.25° and the
+    /// slope of streets by 0.2° over 20 m; 0.5° leaves room for a camera that is not mounted quite level.
+    pub fn level(height_m: f64) -> Self {
+        Self { up: -Vector3::y(), height_m, height_sigma_m: 0.03, slope_sigma_rad: 0.5_f64.to_radians() }
+    }
+    /// How far the road at a distance may lie off the plane \[m\].
+    pub(crate) fn height_sigma_at(&self, distance_m: f64) -> f64 {
+        self.height_sigma_m.hypot(self.slope_sigma_rad * distance_m)
+    }
+    /// How far a standing vehicle may lean against the plane \[rad\]: suspension and load besides the slope.
+    pub(crate) fn lean_sigma_rad(&self) -> f64 {
+        self.slope_sigma_rad.hypot(1.0_f64.to_radians())
+    }
+}
+
+/// The detector's box around the vehicle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImageBox {
+    /// Left, top, right, bottom \[px\].
+    pub edges_px: [f64; 4],
+    /// Which edges are the vehicle's own: neither cut off by the image nor hidden behind something.
+    pub trusted: [bool; 4],
+}
+
+impl ImageBox {
+    /// A box whose edges are trusted unless they lie at the image's border.
+    pub fn new(edges_px: [f64; 4], camera: &PinholeCamera) -> Self {
+        const BORDER_PX: f64 = 3.0;
+        let (right, bottom) = (f64::from(camera.width) - 1.0, f64::from(camera.height) - 1.0);
+        let [x1, y1, x2, y2] = edges_px;
+        let trusted = [x1 > BORDER_PX, y1 > BORDER_PX, x2 < right - BORDER_PX, y2 < bottom - BORDER_PX];
+        Self { edges_px, trusted }
+    }
+    /// Width and height \[px\].
+    pub fn size_px(&self) -> Vector2<f64> {
+        let [x1, y1, x2, y2] = self.edges_px;
+        Vector2::new(x2 - x1, y2 - y1)
+    }
+    /// Standard deviation of an edge \[px\]: a floor, and a share of the box for what the outline of a few points does not
+    /// know of the body and the detector's habits (mirrors, shadows).
+    pub(crate) fn sigma_px(&self, edge: usize) -> f64 {
+        let side = self.size_px()[edge % 2];
+        1.5_f64.hypot(0.03 * side)
+    }
+}
+
+/// One vehicle in one image.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Observation {
+    /// The keypoints in the order of the prior.
+    pub keypoints: Vec<SeenKeypoint>,
+    /// Standard deviation of a keypoint of confidence 1 along x and y \[px\].
+    pub sigma_px: Vector2<f64>,
+    /// The box, when its edges are to count.
+    pub image_box: Option<ImageBox>,
+    /// The road, when it is known.
+    pub road: Option<RoadPlane>,
+    /// The size of the class or track, when it is known.
+    pub size: Option<SizePrior>,
+}
+
+impl Observation {
+    /// Keypoints of a known accuracy and nothing else.
+    pub fn new(keypoints: Vec<SeenKeypoint>, sigma_px: f64) -> Self {
+        Self { keypoints, sigma_px: Vector2::repeat(sigma_px), image_box: None, road: None, size: None }
+    }
+
+    /// Outputs (x, y, confidence) of a network that looks at the box's content stretched to `crop_px` square:
+    /// `pixel_x = x · w / crop + x1`. The accuracy scales with the box: 3 % of its sides, what a network with a 64 px
+    /// heat map is good for (2 px). The box's edges do not count as measurements; set `image_box` for that.
+    pub fn from_crop(outputs: &[[f64; 3]], edges_px: [f64; 4], crop_px: f64) -> Self {
+        const SIGMA_OF_SIDE: f64 = 0.03;
+        let [x1, y1, x2, y2] = edges_px;
+        let (w, h) = (x2 - x1, y2 - y1);
+        let keypoints = outputs
+            .iter()
+            .map(|[x, y, confidence]| SeenKeypoint {
+                pixel: Point2::new(x * w / crop_px + x1, y * h / crop_px + y1),
+                confidence: *confidence,
+            })
+            .collect();
+        let sigma_px = Vector2::new(w, h) * SIGMA_OF_SIDE;
+        Self { keypoints, sigma_px, image_box: None, road: None, size: None }
+    }
+
+    /// Refuses numbers that are not finite or out of range.
+    pub(crate) fn validate(&self) -> Result<(), FitError> {
+        for (i, seen) in self.keypoints.iter().enumerate() {
+            let confidence = (0.0..=1.0).contains(&seen.confidence);
+            require(confidence, || format!("confidence of keypoint {i}"), "0 to 1", seen.confidence)?;
+            if seen.confidence > 0.0 {
+                let what = || format!("pixel of keypoint {i}");
+                seen.pixel.iter().try_for_each(|v| require(v.is_finite(), what, "a finite number", *v))?;
+            }
+        }
+        let positive = |what: &'static str, v: f64| {
+            require(v.is_finite() && v > 0.0, || what.to_owned(), "a positive number", v)
+        };
+        self.sigma_px.iter().try_for_each(|v| positive("keypoint sigma", *v))?;
+        if let Some(road) = &self.road {
+            let length = road.up.norm();
+            let unit = (length - 1.0).abs() < 1e-6;
+            require(unit, || "length of the road normal".to_owned(), "1", length)?;
+            positive("camera height", road.height_m)?;
+            positive("sigma of the camera height", road.height_sigma_m)?;
+            positive("sigma of the road's slope", road.slope_sigma_rad)?;
+        }
+        if let Some(seen) = &self.image_box {
+            seen.size_px().iter().try_for_each(|v| positive("side of the image box", *v))?;
+        }
+        if let Some(size) = &self.size {
+            let numbers = [size.mean.to_vector(), size.sigma.to_vector()];
+            numbers.iter().flat_map(|v| v.iter()).try_for_each(|v| positive("size prior", *v))?;
+        }
+        Ok(())
+    }
+}
+
+fn require(
+    holds: bool,
+    what: impl Fn() -> String,
+    expected: &'static str,
+    found: f64,
+) -> Result<(), FitError> {
+    if holds { Ok(()) } else { Err(FitError::Value { what: what(), expected, found }) }
+}

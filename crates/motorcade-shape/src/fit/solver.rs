@@ -1,0 +1,170 @@
+//! Levenberg–Marquardt on one vehicle: dense, on the stack.
+
+use nalgebra::{SMatrix, SVector};
+
+use super::model::State;
+use super::problem::{Problem, Row, Term};
+use super::{DOF, MAX_SHAPE};
+
+/// Normal equations at a state: H = Σ ρ' JᵀJ (14×14), g = Σ ρ' Jᵀr.
+#[derive(Clone, Debug)]
+pub(crate) struct Normal {
+    pub h: SMatrix<f64, DOF, DOF>,
+    pub g: SVector<f64, DOF>,
+    pub cost: f64,
+}
+
+impl Normal {
+    /// Sums the rows that `keep` wants.
+    pub fn of(problem: &Problem<'_>, rows: &[Row], keep: impl Fn(Term) -> bool) -> Self {
+        let mut out = Self { h: SMatrix::zeros(), g: SVector::zeros(), cost: 0.0 };
+        for (group, cost, weight) in robust_groups(problem, rows).filter(|(group, ..)| keep(group[0].term)) {
+            out.cost += cost;
+            for row in group {
+                let weighted = row.j * weight;
+                // The lower triangle; half the work.
+                out.h.syger(1.0, &weighted, &row.j, 1.0);
+                out.g.axpy(row.r, &weighted, 1.0);
+            }
+        }
+        out.h.fill_upper_triangle_with_lower_triangle();
+        out
+    }
+}
+
+/// The robust cost of all rows.
+pub(crate) fn cost_of(problem: &Problem<'_>, rows: &[Row]) -> f64 {
+    robust_groups(problem, rows).map(|(_, cost, _)| cost).sum()
+}
+
+/// Rows that share one kernel (both rows of a keypoint), never empty, with its cost and weight.
+fn robust_groups<'a>(
+    problem: &'a Problem<'_>,
+    rows: &'a [Row],
+) -> impl Iterator<Item = (&'a [Row], f64, f64)> {
+    let keypoint = |row: &Row| matches!(row.term, Term::Keypoint(_));
+    rows.chunk_by(move |a, b| keypoint(a) && a.term == b.term).map(|group| {
+        let s: f64 = group.iter().map(|r| r.r * r.r).sum();
+        let (cost, weight) = problem.robust(group[0].term, s);
+        (group, cost, weight)
+    })
+}
+
+/// Which part of the state may move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Free {
+    /// Pose and shape.
+    All,
+    /// Pose alone (equation 7 of the paper).
+    Pose,
+    /// Shape alone (equation 8).
+    Shape,
+}
+
+/// How long to go on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Effort {
+    pub max_iterations: usize,
+    /// A step that gains less than this share of the cost is the last.
+    pub tolerance: f64,
+}
+
+impl Effort {
+    /// Enough to compare hypotheses.
+    pub const ROUGH: Self = Self { max_iterations: 5, tolerance: 1e-2 };
+    /// To the minimum: depth and size trade off along a flat valley, so small gains still move far.
+    pub fn full(max_iterations: usize) -> Self {
+        Self { max_iterations, tolerance: 1e-6 }
+    }
+}
+
+/// Where a refinement ended.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Refined {
+    pub state: State,
+    pub cost: f64,
+    pub iterations: usize,
+}
+
+/// Applies a step to the pose (on the right) and the shape, shortened where it would leave the neighbourhood in which a
+/// linear model means anything.
+pub(crate) fn step(state: &State, delta: &SVector<f64, DOF>) -> State {
+    let pose = &state.camera_from_vehicle;
+    let turn = delta.fixed_rows::<3>(0).norm() / 0.5;
+    let way = delta.fixed_rows::<3>(3).norm() / (0.4 * pose.translation().norm()).max(0.5);
+    let bend = delta.fixed_rows::<MAX_SHAPE>(6).norm() / 4.0;
+    let delta = delta / turn.max(way).max(bend).max(1.0);
+    State {
+        camera_from_vehicle: pose.retract(&delta.fixed_rows::<6>(0).into_owned()),
+        shape: state.shape + delta.fixed_rows::<MAX_SHAPE>(6),
+    }
+}
+
+/// Descends from a state. `None` when it is not in front of the camera.
+pub(crate) fn refine(
+    problem: &Problem<'_>,
+    state: State,
+    free: Free,
+    effort: Effort,
+    rows: &mut Vec<Row>,
+) -> Option<Refined> {
+    let normal_at = |state: &State, rows: &mut Vec<Row>| {
+        problem.rows(state, rows).then(|| hold(Normal::of(problem, rows, |_| true), free))
+    };
+    let mut state = state;
+    let mut normal = normal_at(&state, rows)?;
+    let mut damping = 1e-3;
+    let mut iterations = 0;
+    while iterations < effort.max_iterations && damping < 1e8 {
+        iterations += 1;
+        let mut damped = normal.h;
+        for k in 0..DOF {
+            damped[(k, k)] += damping * damped[(k, k)] + 1e-9;
+        }
+        let Some(factor) = damped.cholesky() else {
+            damping *= 10.0;
+            continue;
+        };
+        let delta = factor.solve(&-normal.g);
+        let trial = step(&state, &delta);
+        match normal_at(&trial, rows) {
+            Some(there) if there.cost < normal.cost => {
+                let gain = normal.cost - there.cost;
+                let settled = gain < effort.tolerance * (1.0 + there.cost) || delta.norm() < 1e-6;
+                state = trial;
+                normal = there;
+                damping = (damping * 0.1).max(1e-9);
+                if settled {
+                    break;
+                }
+            }
+            _ => {
+                if delta.norm() < 1e-6 {
+                    break;
+                }
+                damping *= 10.0;
+            }
+        }
+    }
+    Some(Refined { state, cost: normal.cost, iterations })
+}
+
+/// Takes what is held, and coefficients nobody uses, out of the equations.
+fn hold(mut normal: Normal, free: Free) -> Normal {
+    let range = match free {
+        Free::All => 0..0,
+        Free::Pose => 6..DOF,
+        Free::Shape => 0..6,
+    };
+    for k in range {
+        normal.h.row_mut(k).fill(0.0);
+        normal.h.column_mut(k).fill(0.0);
+        normal.g[k] = 0.0;
+    }
+    for k in 0..DOF {
+        if normal.h[(k, k)] == 0.0 {
+            normal.h[(k, k)] = 1.0;
+        }
+    }
+    normal
+}

@@ -1,0 +1,112 @@
+//! A posed shape as a camera sees it.
+
+use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
+use nalgebra::{Point2, Point3, Vector3};
+
+use crate::prior::ShapePrior;
+
+/// A face shows itself from this cosine between its outward normal and the way to the camera on: at grazing angles
+/// (below about 5°) nothing of it is seen.
+pub const VISIBLE_COSINE: f64 = 0.08;
+
+/// One keypoint in an image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProjectedKeypoint {
+    /// Place in the image \[px\], also beyond its border; `None` behind the camera.
+    pub pixel: Option<Point2<f64>>,
+    /// Distance along the camera's z axis \[m\].
+    pub depth_m: f64,
+    /// Largest cosine between the outward normals of the point's faces and the way to the camera; 1 when the prior knows
+    /// no faces.
+    pub facing: f64,
+    /// In front of the camera, inside the image and not hidden by the vehicle's own body.
+    pub visible: bool,
+}
+
+/// Projects all keypoints of a shape. A point is hidden by its own body when none of its faces looks at the camera: exact
+/// for a convex body, which a car nearly is.
+pub fn project(
+    prior: &ShapePrior,
+    coefficients: &[f64],
+    camera_from_vehicle: &Pose<Camera, Vehicle>,
+    camera: &PinholeCamera,
+) -> Vec<ProjectedKeypoint> {
+    let camera_in_vehicle = Point3::from(camera_from_vehicle.inverse().translation());
+    prior
+        .keypoints()
+        .iter()
+        .zip(prior.points(coefficients))
+        .map(|(keypoint, point)| {
+            let in_camera = camera_from_vehicle.transform_point(&point);
+            let pixel = camera.project(&in_camera);
+            let (facing, _) = facing(&keypoint.faces, &(camera_in_vehicle - point));
+            let inside = pixel.is_some_and(|p| camera.contains(&p, 0.0));
+            ProjectedKeypoint {
+                pixel,
+                depth_m: in_camera.z,
+                facing,
+                visible: inside && facing > VISIBLE_COSINE,
+            }
+        })
+        .collect()
+}
+
+/// Largest cosine between `faces` and the way to the camera, and the face that has it.
+pub(crate) fn facing(faces: &[Vector3<f64>], to_camera: &Vector3<f64>) -> (f64, Option<Vector3<f64>>) {
+    let distance = to_camera.norm().max(1e-9);
+    faces
+        .iter()
+        .map(|face| (face.dot(to_camera) / distance, Some(*face)))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .unwrap_or((1.0, None))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::keypoint::Layout;
+    use nalgebra::Matrix3;
+
+    fn camera() -> PinholeCamera {
+        PinholeCamera { fx: 720.0, fy: 720.0, cx: 620.0, cy: 180.0, width: 1242, height: 375 }
+    }
+
+    /// Heading as seen from above: 0 drives away from the camera, positive to the left.
+    fn at(x: f64, z: f64, heading_rad: f64) -> Pose<Camera, Vehicle> {
+        let (s, c) = heading_rad.sin_cos();
+        let rotation = Matrix3::from_columns(&[
+            Vector3::new(-s, 0.0, c),
+            Vector3::new(-c, 0.0, -s),
+            Vector3::new(0.0, -1.0, 0.0),
+        ]);
+        Pose::from_matrix(&rotation, &Vector3::new(x, 1.65, z))
+    }
+
+    fn visible(prior: &ShapePrior, pose: &Pose<Camera, Vehicle>) -> Vec<String> {
+        let points = project(prior, &[], pose, &camera());
+        let names = prior.keypoints().iter().zip(points);
+        names.filter(|(_, p)| p.visible).map(|(k, _)| k.name.clone()).collect()
+    }
+
+    #[test]
+    fn from_behind_the_tail_shows_and_from_the_front_the_nose() {
+        let prior = ShapePrior::of_family(Layout::Car14);
+        let behind = visible(&prior, &at(0.0, 15.0, 0.0));
+        assert!(behind.contains(&"tail light, left".into()) && behind.contains(&"tail light, right".into()));
+        assert!(!behind.iter().any(|n| n.contains("headlight") || n.contains("wheel")), "{behind:?}");
+        let front = visible(&prior, &at(0.0, 15.0, std::f64::consts::PI));
+        assert!(front.contains(&"headlight, right".into()) && !front.iter().any(|n| n.contains("tail")));
+    }
+
+    #[test]
+    fn the_side_that_faces_the_camera_shows() {
+        // A car ahead on the right that drives away shows its left side.
+        let prior = ShapePrior::of_family(Layout::Car36);
+        let names = visible(&prior, &at(4.0, 12.0, 0.0));
+        assert!(names.contains(&"rear wheel centre, left".into()), "{names:?}");
+        assert!(!names.contains(&"rear wheel centre, right".into()));
+        // Out of the image: known, but not visible.
+        let outside = project(&prior, &[], &at(16.0, 12.0, 0.0), &camera());
+        assert!(outside.iter().all(|p| p.pixel.is_some() && !p.visible));
+    }
+}

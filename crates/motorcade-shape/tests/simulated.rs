@@ -1,0 +1,331 @@
+//! Vehicles of known pose and shape through a simulated keypoint network.
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)] // helpers of tests
+
+mod common;
+
+use std::f64::consts::PI;
+
+use common::{Network, camera, heading_error_rad, look, median, standing};
+use motorcade_geometry::{Camera, Pose, Vehicle};
+use motorcade_shape::fit::{FitMethod, FitOptions, Observation, RoadPlane, SeenKeypoint, ShapeFitter};
+use motorcade_shape::{BodyType, FitError, Layout, ShapeFit, ShapePrior};
+use nalgebra::{Point2, Vector2};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+const CLEAN: Network = Network { sigma_px: 0.0, outliers: 0.0, hidden: 0.0, body_sigma_m: 0.0 };
+
+fn fitter(layout: Layout) -> ShapeFitter {
+    ShapeFitter::new(ShapePrior::of_family(layout), FitOptions::default())
+}
+
+fn road() -> RoadPlane {
+    RoadPlane { height_sigma_m: 0.02, slope_sigma_rad: 0.003, ..RoadPlane::level(1.65) }
+}
+
+/// Shape coefficients drawn from the prior, of the deformations a fit uses.
+fn draw_shape(prior: &ShapePrior, rng: &mut impl Rng) -> Vec<f64> {
+    let normal = |rng: &mut _| -> f64 { StandardNormal.sample(rng) };
+    prior.basis().iter().map(|d| d.variance.sqrt() * normal(rng)).collect()
+}
+
+fn position_error_m(fit: &ShapeFit, truth: &Pose<Camera, Vehicle>) -> f64 {
+    (fit.camera_from_vehicle.translation() - truth.translation()).norm()
+}
+
+fn observe(keypoints: Vec<SeenKeypoint>, sigma_px: f64, on_road: bool) -> Observation {
+    let mut observation = Observation::new(keypoints, sigma_px);
+    observation.road = on_road.then(road);
+    observation
+}
+
+#[test]
+fn perfect_keypoints_of_a_known_type_give_pose_and_shape_back() {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let prior = ShapePrior::of_family(Layout::Car36);
+    // The points are exact, so the fit is told that they are.
+    let options = FitOptions { keypoint_sigma_m: 0.005, ..FitOptions::default() };
+    let fitter = ShapeFitter::new(prior.clone(), options);
+    for body_type in BodyType::ALL {
+        let shape = prior.coefficients_of(body_type).unwrap();
+        for heading in [0.3, 1.4, 2.7, -2.0, -0.8] {
+            let truth = standing(-2.5, 11.0, heading);
+            let seen = look(&prior, shape, &truth, &CLEAN, &mut rng);
+            let fit = fitter.fit(&camera(), &observe(seen, 0.5, true)).unwrap();
+            let (position, turn) =
+                (position_error_m(&fit, &truth), heading_error_rad(&fit.camera_from_vehicle, &truth));
+            assert!(position < 0.35 && turn < 0.03, "{body_type:?} {heading}: {position} m, {turn} rad");
+            // What is left is the pull of the prior towards the mean: distance and size look alike.
+            let size = fit.dimensions.to_vector() - prior.dimensions(shape).to_vector();
+            // Seen almost from behind, the length hardly shows.
+            let bound = if heading.sin().abs() < 0.4 { 0.8 } else { 0.25 };
+            assert!(size.amax() < bound, "{body_type:?} {heading}: {size}");
+        }
+    }
+}
+
+/// Errors (position as a share of the distance, heading \[rad\]) over vehicles all around.
+fn errors(
+    layout: Layout,
+    distance_m: f64,
+    network: &Network,
+    on_road: bool,
+    count: usize,
+) -> (Vec<f64>, Vec<f64>) {
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let fitter = fitter(layout);
+    let prior = fitter.prior().clone();
+    let (mut positions, mut headings) = (Vec::new(), Vec::new());
+    for k in 0..count {
+        let truth = standing(
+            distance_m * 0.4 * (rng.random::<f64>() - 0.5),
+            distance_m,
+            k as f64 / count as f64 * 2.0 * PI,
+        );
+        let shape = draw_shape(&prior, &mut rng);
+        let seen = look(&prior, &shape, &truth, network, &mut rng);
+        let sigma_px = network.sigma_px;
+        match fitter.fit(&camera(), &observe(seen, sigma_px, on_road)) {
+            Ok(fit) => {
+                positions.push(position_error_m(&fit, &truth) / distance_m);
+                headings.push(heading_error_rad(&fit.camera_from_vehicle, &truth));
+            }
+            Err(FitError::TooFewKeypoints { .. }) => {}
+            Err(error) => panic!("{error}"),
+        }
+    }
+    (positions, headings)
+}
+
+#[test]
+fn noisy_occluded_keypoints_with_a_fifth_outliers_from_5_to_60_m() {
+    // Distance, noise, bounds of the median position (share of depth) and of the share of headings worse than 25°.
+    let cases = [
+        (6.0, 1.0, 0.03, 0.03),
+        (10.0, 2.0, 0.03, 0.03),
+        (20.0, 2.0, 0.04, 0.05),
+        (30.0, 2.0, 0.05, 0.10),
+        (40.0, 3.0, 0.06, 0.25),
+        (60.0, 3.0, 0.08, 0.40),
+    ];
+    for layout in [Layout::Car36, Layout::Car14] {
+        for (distance_m, sigma_px, position_bound, wrong_bound) in cases {
+            let network = Network { sigma_px, outliers: 0.2, hidden: 0.2, body_sigma_m: 0.03 };
+            let (mut positions, headings) = errors(layout, distance_m, &network, true, 120);
+            let wrong =
+                headings.iter().filter(|h| h.to_degrees() > 25.0).count() as f64 / headings.len() as f64;
+            let position = median(&mut positions);
+            let mut sorted = headings.clone();
+            println!(
+                "{layout:?} {distance_m} m, {sigma_px} px: position {:.1} % , heading {:.1}°, wrong {:.0} % of {}",
+                100.0 * position,
+                median(&mut sorted).to_degrees(),
+                100.0 * wrong,
+                headings.len()
+            );
+            // A third of the 14 points is seen at a time; with outliers among them more headings are lost.
+            let slack: f64 = if layout == Layout::Car14 { 2.0 } else { 1.0 };
+            assert!(position < position_bound * slack.min(1.5), "{layout:?} {distance_m}: {position}");
+            assert!(wrong <= wrong_bound * slack + 0.05 * (slack - 1.0), "{layout:?} {distance_m}: {wrong}");
+        }
+    }
+}
+
+#[test]
+fn the_road_plane_steadies_the_place() {
+    let network = Network { sigma_px: 2.0, outliers: 0.0, hidden: 0.1, body_sigma_m: 0.03 };
+    let (mut with, _) = errors(Layout::Car14, 20.0, &network, true, 80);
+    let (mut without, _) = errors(Layout::Car14, 20.0, &network, false, 80);
+    let (with, without) = (median(&mut with), median(&mut without));
+    println!("with the road {:.1} %, without {:.1} %", 100.0 * with, 100.0 * without);
+    assert!(with < 0.8 * without);
+}
+
+/// Normalised error squared of position and rotation against the covariance, whose mean is 6 for an honest one.
+#[test]
+fn covariances_are_honest() {
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let options = FitOptions { visibility: false, ..FitOptions::default() };
+    let prior = ShapePrior::of_family(Layout::Car36);
+    let fitter = ShapeFitter::new(prior.clone(), options);
+    let network = Network { sigma_px: 1.5, outliers: 0.0, hidden: 0.1, body_sigma_m: 0.05 };
+    let (mut sum, mut inside, mut count) = (0.0, 0, 0);
+    for k in 0..300 {
+        let distance_m = 8.0 + 17.0 * rng.random::<f64>();
+        // The true road lies off the assumed one as its sigmas say, and the vehicle leans.
+        let normal = |rng: &mut ChaCha8Rng| -> f64 { StandardNormal.sample(rng) };
+        let lean = [road().slope_sigma_rad.hypot(1.0_f64.to_radians()); 2].map(|s| s * normal(&mut rng));
+        let down = normal(&mut rng) * 0.02_f64.hypot(0.003 * distance_m);
+        let level = standing(2.0, distance_m, f64::from(k) * 0.7);
+        let shift = Pose::from_parts(Default::default(), nalgebra::Vector3::new(0.0, down, 0.0));
+        let truth: Pose<Camera, Vehicle> =
+            shift * level.retract(&nalgebra::Vector6::new(lean[0], lean[1], 0.0, 0.0, 0.0, 0.0));
+        let shape = draw_shape(&prior, &mut rng);
+        let seen = look(&prior, &shape, &truth, &network, &mut rng);
+        let Ok(fit) = fitter.fit(&camera(), &observe(seen, 1.5, true)) else { continue };
+        let error = (fit.camera_from_vehicle.inverse() * truth).log();
+        if error.fixed_rows::<3>(0).norm() > 0.5 {
+            continue;
+        }
+        let nees = error.dot(&fit.covariance.cholesky().unwrap().solve(&error));
+        sum += nees;
+        inside += usize::from(nees < 12.59);
+        count += 1;
+    }
+    let (mean, share) = (sum / f64::from(count), inside as f64 / f64::from(count));
+    println!("NEES {mean:.2} of 6, {:.0} % within the 95 % region, {count} fits", 100.0 * share);
+    assert!(count > 280 && mean > 3.0 && mean < 9.0 && share > 0.85, "{mean} {share} {count}");
+}
+
+#[test]
+fn sides_that_the_network_confuses_are_exchanged() {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let fitter = fitter(Layout::Car36);
+    let prior = fitter.prior().clone();
+    let network = Network { sigma_px: 1.0, outliers: 0.0, hidden: 0.1, body_sigma_m: 0.02 };
+    for k in 0..12 {
+        let truth = standing(2.0, 12.0, 0.25 + f64::from(k) * PI / 6.0);
+        let shape = draw_shape(&prior, &mut rng);
+        let right = look(&prior, &shape, &truth, &network, &mut rng);
+        let confused: Vec<SeenKeypoint> = prior.keypoints().iter().map(|k| right[k.mirror]).collect();
+        let fit = fitter.fit(&camera(), &observe(confused, 1.0, true)).unwrap();
+        assert!(fit.sides_swapped, "{k}");
+        assert!(heading_error_rad(&fit.camera_from_vehicle, &truth) < 0.15, "{k}");
+        assert!(!fitter.fit(&camera(), &observe(right, 1.0, true)).unwrap().sides_swapped, "{k}");
+    }
+}
+
+#[test]
+fn a_heading_that_is_clear_says_so_and_one_that_is_not_too() {
+    let mut rng = ChaCha8Rng::seed_from_u64(11);
+    let fitter = fitter(Layout::Car36);
+    let prior = fitter.prior().clone();
+    let network = Network { sigma_px: 1.0, ..CLEAN };
+    let truth = standing(3.0, 12.0, 0.4);
+    let seen = look(&prior, &[], &truth, &network, &mut rng);
+    let clear = fitter.fit(&camera(), &observe(seen.clone(), 1.0, true)).unwrap();
+    assert!(clear.opposite.is_some() && !clear.heading_is_ambiguous(), "{}", clear.heading_margin());
+    // Only the rear corners of the roof: they fit a car that faces us, with sides exchanged.
+    let options = FitOptions { visibility: false, ..FitOptions::default() };
+    let blind = ShapeFitter::new(ShapePrior::of_family(Layout::Car14), options);
+    let mut roof = look(blind.prior(), &[], &standing(0.0, 25.0, 0.0), &CLEAN, &mut rng);
+    for (i, point) in roof.iter_mut().enumerate() {
+        point.confidence = if i >= 12 { 1.0 } else { 0.0 };
+    }
+    let open = blind.fit(&camera(), &observe(roof, 2.0, true)).unwrap();
+    assert!(open.heading_is_ambiguous() && !open.sides_swapped, "{}", open.heading_margin());
+    let opposite = open.opposite.unwrap();
+    assert!(heading_error_rad(&open.camera_from_vehicle, &opposite.camera_from_vehicle) > PI / 2.0);
+}
+
+#[test]
+fn alternating_as_in_the_paper_comes_to_the_joint_minimum() {
+    let mut rng = ChaCha8Rng::seed_from_u64(13);
+    let prior = ShapePrior::of_family(Layout::Car36);
+    let joint = fitter(Layout::Car36);
+    let method = FitMethod::Alternating { rounds: 40 };
+    let alternating = ShapeFitter::new(prior.clone(), FitOptions { method, ..FitOptions::default() });
+    let network = Network { sigma_px: 1.0, outliers: 0.1, hidden: 0.1, body_sigma_m: 0.03 };
+    for k in 0..6 {
+        let truth = standing(-2.0, 13.0, 0.5 + f64::from(k));
+        let seen = look(&prior, &draw_shape(&prior, &mut rng), &truth, &network, &mut rng);
+        let observation = observe(seen, 1.0, true);
+        let (a, b) =
+            (joint.fit(&camera(), &observation).unwrap(), alternating.fit(&camera(), &observation).unwrap());
+        // A robust cost has minima side by side; both end in one as good.
+        assert!((b.cost - a.cost).abs() < 1.0, "{k}: joint {} alternating {}", a.cost, b.cost);
+        assert!(position_error_m(&b, &a.camera_from_vehicle) < 0.3, "{k}");
+    }
+}
+
+#[test]
+fn a_track_knows_the_shape_better_than_its_frames() {
+    let mut rng = ChaCha8Rng::seed_from_u64(17);
+    let fitter = fitter(Layout::Car36);
+    let prior = fitter.prior().clone();
+    let network = Network { sigma_px: 2.0, outliers: 0.1, hidden: 0.2, body_sigma_m: 0.02 };
+    let (mut single, mut shared) = (Vec::new(), Vec::new());
+    let (mut alone, mut joined) = (Vec::new(), Vec::new());
+    for _ in 0..12 {
+        let shape = draw_shape(&prior, &mut rng);
+        let truths: Vec<_> =
+            (0..15).map(|k| standing(-4.0, 24.0 - f64::from(k), 0.1 * f64::from(k))).collect();
+        let mut observations: Vec<Observation> = truths
+            .iter()
+            .map(|truth| observe(look(&prior, &shape, truth, &network, &mut rng), 2.0, true))
+            .collect();
+        observations[4].keypoints.iter_mut().for_each(|k| k.confidence = 0.0);
+        let track = fitter.fit_track(&camera(), &observations).unwrap();
+        assert!(matches!(track.frames[4], Err(FitError::TooFewKeypoints { found: 0, .. })));
+        let size = prior.dimensions(&shape).to_vector();
+        shared.push((track.dimensions.to_vector() - size).norm());
+        for ((observation, truth), frame) in observations.iter().zip(&truths).zip(&track.frames) {
+            let (Ok(fit), Ok(frame)) = (fitter.fit(&camera(), observation), frame) else { continue };
+            single.push((fit.dimensions.to_vector() - size).norm());
+            alone.push(position_error_m(&fit, truth));
+            joined.push((frame.camera_from_vehicle.translation() - truth.translation()).norm());
+            assert!(frame.covariance.symmetric_eigenvalues().min() > 0.0);
+        }
+    }
+    let (single, shared) = (median(&mut single), median(&mut shared));
+    let (alone, joined) = (median(&mut alone), median(&mut joined));
+    println!("size {single:.3} m alone, {shared:.3} m shared; position {alone:.3} m, {joined:.3} m");
+    assert!(shared < 0.7 * single && joined < alone);
+}
+
+#[test]
+fn unusable_input_is_an_error_that_says_why() {
+    let mut rng = ChaCha8Rng::seed_from_u64(19);
+    let fitter = fitter(Layout::Car14);
+    let good = look(fitter.prior(), &[], &standing(2.0, 12.0, 0.4), &CLEAN, &mut rng);
+    let fit =
+        |keypoints: Vec<SeenKeypoint>, sigma: f64| fitter.fit(&camera(), &observe(keypoints, sigma, true));
+    assert!(fit(good.clone(), 1.0).is_ok());
+    let changed = |change: &dyn Fn(&mut SeenKeypoint)| {
+        let mut keypoints = good.clone();
+        change(keypoints.iter_mut().find(|k| k.confidence > 0.0).unwrap());
+        fit(keypoints, 1.0).unwrap_err()
+    };
+    assert!(matches!(changed(&|k| k.pixel.x = f64::NAN), FitError::Value { .. }));
+    assert!(matches!(changed(&|k| k.confidence = f64::NAN), FitError::Value { .. }));
+    assert!(matches!(changed(&|k| k.confidence = 1.5), FitError::Value { .. }));
+    assert!(matches!(fit(good.clone(), 0.0), Err(FitError::Value { .. })));
+    assert_eq!(
+        fit(good[..13].to_vec(), 1.0).unwrap_err().to_string(),
+        "13 keypoints seen, but the shape prior `motorcade car, 14 keypoints` has 14"
+    );
+    let nothing = vec![SeenKeypoint { pixel: Point2::new(f64::NAN, 0.0), confidence: 0.0 }; 14];
+    assert!(matches!(fit(nothing, 1.0), Err(FitError::TooFewKeypoints { found: 0, needed: 2, .. })));
+    let mut bad_camera = camera();
+    bad_camera.fx = 0.0;
+    let observation = observe(good, 1.0, true);
+    assert!(matches!(fitter.fit(&bad_camera, &observation), Err(FitError::Camera(_))));
+    let mut bad_road = observation.clone();
+    bad_road.road = Some(RoadPlane { up: nalgebra::Vector3::new(0.0, -2.0, 0.0), ..road() });
+    assert!(matches!(fitter.fit(&camera(), &bad_road), Err(FitError::Value { .. })));
+    assert!(matches!(fitter.fit_track(&camera(), &[]), Err(FitError::NoSolution)));
+}
+
+/// All points in one place or far out: whatever comes, no panic and nothing that is not finite.
+#[test]
+fn nonsense_never_panics() {
+    let mut rng = ChaCha8Rng::seed_from_u64(23);
+    for layout in [Layout::Car36, Layout::Car14] {
+        let fitter = fitter(layout);
+        for k in 0..60 {
+            let spread = [0.0, 1.0, 300.0, 1e6][k % 4];
+            let keypoints = (0..layout.count())
+                .map(|_| SeenKeypoint {
+                    pixel: Point2::new(600.0, 200.0)
+                        + Vector2::new(rng.random::<f64>() - 0.5, rng.random::<f64>() - 0.5) * spread,
+                    confidence: rng.random(),
+                })
+                .collect();
+            if let Ok(fit) = fitter.fit(&camera(), &observe(keypoints, 1.0, k % 3 == 0)) {
+                assert!(fit.camera_from_vehicle.is_finite() && fit.cost.is_finite());
+                assert!(fit.covariance.iter().all(|v| v.is_finite()));
+            }
+        }
+    }
+}
