@@ -18,6 +18,7 @@
 //! # Ok::<(), motorcade_evaluate::Error>(())
 //! ```
 
+mod consistency;
 mod ego;
 mod error;
 mod matching;
@@ -26,6 +27,7 @@ mod statistics;
 mod table;
 mod vehicles;
 
+pub use consistency::ConsistencyReport;
 pub use ego::{EgoReport, ScalePoint, evaluate_trajectory};
 pub use error::{Error, Result};
 pub use run::{Report, evaluate_run};

@@ -5,6 +5,7 @@ use std::path::Path;
 use motorcade_dataset::{Cam0, Error as InputError, KittiCalibration, Label, read_labels, read_trajectory};
 use motorcade_geometry::{Camera, Pose, World};
 
+use crate::consistency::{ConsistencyReport, consistency, read_covariances};
 use crate::ego::{Compared, EgoReport, report};
 use crate::error::{Error, Result};
 use crate::matching::by_frame;
@@ -27,6 +28,8 @@ pub struct Report {
     pub first: u64,
     /// The camera's trajectory.
     pub ego: EgoReport,
+    /// Whether the poses' covariances fit their errors; none when the run gives no covariances.
+    pub consistency: Option<ConsistencyReport>,
     /// Labelled vehicles by identity; none when the run gives no tracks.
     pub vehicles: Option<Vec<VehicleReport>>,
     /// Their means; none when no labelled vehicle has an estimate.
@@ -81,6 +84,10 @@ pub fn evaluate_run(run: &Path, kitti_root: &Path, sequence: &str, camera: u8, f
         camera,
         first,
         ego: report(&compared),
+        consistency: match run.join("ego_covariance.csv") {
+            path if path.is_file() => consistency(&compared, &read_covariances(&path)?),
+            _ => None,
+        },
         vehicles_mean: vehicles.as_deref().and_then(means),
         vehicles,
         truth_path_m: compared.truth.iter().map(|pose| pose.translation().into()).collect(),

@@ -1,7 +1,7 @@
 //! The metric trajectory of the camera and the road under it, from up-to-scale odometry and road measurements.
 
-use motorcade_geometry::{Camera, Pose, World};
-use nalgebra::{Matrix3, Matrix6, Vector3};
+use motorcade_geometry::{Camera, Pose, World, lie::se3::adjoint};
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 use crate::record::{FrameStatus, UpToScale};
 use crate::road_track::{RoadMeasurement, road_normal};
@@ -22,6 +22,10 @@ pub struct EgoFrame {
     pub scale: f64,
     /// Standard deviation of log scale.
     pub scale_sigma: f64,
+    /// The part of it that `step_covariance` holds: what the frame errs by beside its neighbours.
+    pub scale_sigma_alone: f64,
+    /// Correlation of its error with that of the frame before.
+    pub scale_correlation: f64,
     /// True when a measurement of this frame itself entered; else the scale leans on neighbours.
     pub scale_measured: bool,
     /// Unit normal of the road towards the camera, camera frame.
@@ -78,6 +82,7 @@ impl EgoTrajectory {
         }
         let mut ego = Self { frames: Vec::with_capacity(n), height_m, noise };
         let mut last_step = Pose::<Camera, Camera>::identity();
+        let mut uncertainty = Uncertainty::default();
         for k in 0..n {
             let frame = ego.next_frame(
                 odometry,
@@ -87,7 +92,8 @@ impl EgoTrajectory {
                 measurements,
                 &mut last_step,
             );
-            ego.frames.push(frame);
+            let covariance = uncertainty.advance(&frame, &last_step);
+            ego.frames.push(EgoFrame { covariance, ..frame });
         }
         ego
     }
@@ -124,12 +130,9 @@ impl EgoTrajectory {
         }
         let world_from_camera =
             before.map_or(Pose::identity(), |b| b.world_from_camera * metric_step.cast::<Camera, Camera>());
-        let step_covariance =
-            step_covariance(&metric_step, record.covariance, scale, scale_sigma, record.status);
-        let covariance = before.map_or(Matrix6::zeros(), |b| {
-            let across = motorcade_geometry::lie::se3::adjoint(&metric_step.isometry().inverse());
-            across * b.covariance * across.transpose() + step_covariance
-        });
+        // In the step alone the scale errs as if measurements were independent; how long its error lasts is told apart.
+        let alone = scale_sigma / state.map_or(1.0, |s| s.overlap.sqrt());
+        let step_covariance = step_covariance(&metric_step, record.covariance, scale, alone, record.status);
         let (pitch, roll) = state.map_or((0.0, 0.0), |s| (s.value.y, s.value.z));
         let mut road_tilt_covariance = Matrix3::zeros();
         match state {
@@ -143,9 +146,11 @@ impl EgoTrajectory {
             world_from_camera,
             status: record.status,
             step_covariance,
-            covariance,
+            covariance: Matrix6::zeros(),
             scale,
             scale_sigma,
+            scale_sigma_alone: alone,
+            scale_correlation: state.map_or(0.0, |s| s.correlation),
             scale_measured: measurements.iter().any(|m| m.frame == k),
             road_normal: road_normal(pitch, roll),
             road_tilt_covariance,
@@ -214,7 +219,8 @@ fn metric_segment(
     for (_, state) in states.iter_mut().enumerate().filter(own) {
         // Half a degree of pitch and roll where nobody saw the road: a camera mounted level.
         let level = Matrix3::from_diagonal(&Vector3::new(1e-4, 7.6e-5, 7.6e-5));
-        let mut own = state.unwrap_or(SmoothedState { value: Vector3::zeros(), covariance: level });
+        let mut own =
+            state.unwrap_or(SmoothedState { value: Vector3::zeros(), covariance: level, correlation: 0.0, overlap: 1.0 });
         own.value.x = 0.0;
         own.covariance[(0, 0)] = 1e-4;
         *state = Some(own);
@@ -233,6 +239,9 @@ fn keep_segment(
     let of = |m: &RoadMeasurement| SmoothedState {
         value: m.value_by(odometry) + Vector3::new(height_m.ln(), 0.0, 0.0),
         covariance: m.covariance,
+        // Each frame stands alone.
+        correlation: 0.0,
+        overlap: 1.0,
     };
     let mut own = measurements.iter().filter(|m| odometry.frames[m.frame].segment == segment).peekable();
     let mut present = own.peek().map(|m| of(m))?;
@@ -283,6 +292,50 @@ fn smooth_segment(
     Some(model)
 }
 
+/// Derivative of a step by the logarithm of its scale (6).
+fn along(step: &Pose<Camera, Camera>) -> Vector6<f64> {
+    let t = step.rotation_matrix().transpose() * step.translation();
+    Vector6::new(0.0, 0.0, 0.0, t.x, t.y, t.z)
+}
+
+/// What is known of pose and scale together. Errors of scale last for seconds: taken as independent from step to step they
+/// would average out, and the pose would seem several times better known than it is.
+#[derive(Default)]
+struct Uncertainty {
+    /// Covariance of the pose (6×6).
+    pose: Matrix6<f64>,
+    /// Covariance of pose and log scale (6).
+    shared: Vector6<f64>,
+    /// Standard deviation of log scale of the frame before.
+    scale_sigma: f64,
+    begun: bool,
+}
+
+impl Uncertainty {
+    /// Takes one frame and the step that led to it; returns the covariance of its pose in the world.
+    fn advance(&mut self, frame: &EgoFrame, step: &Pose<Camera, Camera>) -> Matrix6<f64> {
+        if !self.begun {
+            (self.begun, self.scale_sigma) = (true, frame.scale_sigma);
+            return self.pose;
+        }
+        let across = adjoint(&step.isometry().inverse());
+        let by_scale = along(step);
+        let sigma = frame.scale_sigma;
+        // e_k = a e_k−1 + noise, with a from the correlation; where nothing links them the error is a new one.
+        let a = if self.scale_sigma > 0.0 { frame.scale_correlation * sigma / self.scale_sigma } else { 0.0 };
+        let shared = across * self.shared * a;
+        let rest = sigma * sigma - frame.scale_sigma_alone * frame.scale_sigma_alone;
+        self.pose = across * self.pose * across.transpose()
+            + frame.step_covariance
+            + by_scale * by_scale.transpose() * rest
+            + shared * by_scale.transpose()
+            + by_scale * shared.transpose();
+        self.shared = shared + by_scale * (sigma * sigma);
+        self.scale_sigma = sigma;
+        self.pose
+    }
+}
+
 fn step_covariance(
     step: &Pose<Camera, Camera>,
     tracking: Matrix6<f64>,
@@ -297,9 +350,7 @@ fn step_covariance(
             out[(j, k)] *= scale;
         }
     }
-    let t = step.translation();
-    let mut along = out.fixed_view_mut::<3, 3>(3, 3);
-    along += t * t.transpose() * (scale_sigma * scale_sigma);
+    out += along(step) * along(step).transpose() * (scale_sigma * scale_sigma);
     if status == FrameStatus::Bridged || status == FrameStatus::Initialising {
         // A tenth of a second unseen: half a degree, and 1 m/s of change in speed.
         for k in 0..3 {

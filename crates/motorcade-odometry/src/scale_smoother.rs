@@ -25,6 +25,10 @@ pub struct SmoothedState {
     pub value: Vector3<f64>,
     /// Covariance (3×3).
     pub covariance: Matrix3<f64>,
+    /// Correlation of the errors of log s with those of the frame before, 0 to 1: what makes scale errors add up.
+    pub correlation: f64,
+    /// How many neighbouring measurements count as one in the covariance of log s.
+    pub overlap: f64,
 }
 
 /// What the drive itself told about noise.
@@ -77,7 +81,17 @@ pub fn smooth(
     }
     let (_, model) = best?;
     let (filtered, _) = forward(travelled, &by_frame, &model);
-    Some((backward(travelled, &filtered, &model), model))
+    let mut states = backward(travelled, &filtered, &model);
+    let overlap = overlap(travelled, measurements);
+    for state in &mut states {
+        state.overlap = overlap;
+        // Variance times overlap, covariances with the tilt times its root.
+        for k in 0..3 {
+            state.covariance[(0, k)] *= overlap.sqrt();
+            state.covariance[(k, 0)] *= overlap.sqrt();
+        }
+    }
+    Some((states, model))
 }
 
 fn tilt_statistics(measurements: &[StateMeasurement]) -> Option<NoiseModel> {
@@ -96,6 +110,16 @@ fn tilt_statistics(measurements: &[StateMeasurement]) -> Option<NoiseModel> {
         mean_tilt: [pitch, roll],
         tilt_sigma: [pitch_sigma, roll_sigma],
     })
+}
+
+/// How many measurements look at the same stretch of road, and share what makes it no plane: each sees this far, one frame's
+/// step further on. The filter takes them as independent; its variance of scale is that many times too small.
+fn overlap(travelled: &[f64], measurements: &[StateMeasurement]) -> f64 {
+    /// Length of the stretch of a measurement \[camera heights\]: from where the bonnet ends to the far end of it.
+    const STRETCH_HEIGHTS: f64 = 11.0;
+    let way: f64 = travelled.iter().sum();
+    let step = way / measurements.len().max(1) as f64;
+    (STRETCH_HEIGHTS / step.max(1e-3)).clamp(1.0, 20.0)
 }
 
 struct Filtered {
@@ -172,14 +196,19 @@ fn backward(travelled: &[f64], filtered: &[Filtered], model: &NoiseModel) -> Vec
     let mut out: Vec<SmoothedState> = Vec::with_capacity(filtered.len());
     for k in (0..filtered.len()).rev() {
         let (mut x, mut p) = filtered[k].updated;
-        if let (Some(next), Some(ahead)) = (out.last(), filtered.get(k + 1))
+        if let (Some(next), Some(ahead)) = (out.last_mut(), filtered.get(k + 1))
             && let Some(inverse) = ahead.predicted.1.try_inverse()
         {
             let gain = p * f.transpose() * inverse;
             x += gain * (next.value - centre - ahead.predicted.0);
             p += gain * (next.covariance - ahead.predicted.1) * gain.transpose();
+            // Cov(x_k, x_k+1) of the smoothed states is the gain times the later covariance.
+            let shared = (gain * next.covariance)[(0, 0)];
+            let sigmas = (p[(0, 0)] * next.covariance[(0, 0)]).max(0.0).sqrt();
+            next.correlation = if sigmas > 0.0 { (shared / sigmas).clamp(0.0, 1.0) } else { 0.0 };
         }
-        out.push(SmoothedState { value: x + centre, covariance: (p + p.transpose()) * 0.5 });
+        let covariance = (p + p.transpose()) * 0.5;
+        out.push(SmoothedState { value: x + centre, covariance, correlation: 0.0, overlap: 1.0 });
     }
     debug_assert_eq!(out.len(), travelled.len());
     out.reverse();

@@ -10,7 +10,7 @@
 
 mod motion_factors;
 
-use motorcade_geometry::Pose;
+use motorcade_geometry::{Pose, lie::se3::adjoint};
 use motorcade_graph::factors::Between;
 use motorcade_graph::{
     Cauchy, Dcs, GemanMcClure, Graph, GraphError, Huber, Marginals, Options, Report, Robust, VariableId,
@@ -326,22 +326,45 @@ impl Multibody {
         let settings = Options { max_iterations: options.max_iterations, threads, ..Options::default() };
         let report = optimise(&mut self.graph, &settings)?;
         let marginals = Marginals::new(&self.graph)?;
-        let covariance = |id: VariableId| -> Result<Matrix6<f64>, GraphError> {
-            let dense = marginals.covariance(id)?;
-            Ok(Matrix6::from_fn(|r, c| dense[(r, c)]))
-        };
         let values = self.graph.values();
         for (frame, id) in ego.frames.iter_mut().zip(&self.cameras) {
             frame.world_from_camera = Pose::new(*values.get::<Isometry3<f64>>(*id)?);
-            frame.covariance = covariance(*id)?;
         }
         for (vehicle, ids) in vehicles.iter_mut().zip(&self.vehicles) {
             for (state, id) in vehicle.states.iter_mut().zip(ids) {
                 state.world_from_vehicle = Pose::new(*values.get::<Isometry3<f64>>(*id)?);
-                state.covariance = covariance(*id)?;
+                state.covariance = self.vehicle_covariance(&marginals, ego, state, *id)?;
             }
         }
         Ok(report)
+    }
+
+    /// Covariance of a vehicle in the world: that of its camera, carried over, and that of the vehicle relative to the camera.
+    /// The graph takes the steps of the camera as independent and would make the first part too small; the trajectory
+    /// knows how long errors of scale last.
+    fn vehicle_covariance(
+        &self,
+        marginals: &Marginals,
+        ego: &EgoTrajectory,
+        state: &VehicleState,
+        vehicle: VariableId,
+    ) -> Result<Matrix6<f64>, GraphError> {
+        let frame = &ego.frames[state.frame];
+        let camera_from_vehicle =
+            (frame.world_from_camera.inverse() * state.world_from_vehicle).isometry().to_owned();
+        let across = adjoint(&camera_from_vehicle.inverse());
+        let carried = across * frame.covariance * across.transpose();
+        let camera = self.cameras[state.frame];
+        if self.graph.is_fixed(camera) {
+            let dense = marginals.covariance(vehicle)?;
+            return Ok(carried + Matrix6::from_fn(|r, c| dense[(r, c)]));
+        }
+        // Error of camera_from_vehicle: δ_vehicle − Ad(camera_from_vehicle⁻¹) δ_camera.
+        let joint = marginals.joint(&[camera, vehicle])?;
+        let block = |r: usize, c: usize| Matrix6::from_fn(|i, j| joint[(r + i, c + j)]);
+        let cross = across * block(0, 6);
+        let relative = block(6, 6) + across * block(0, 0) * across.transpose() - cross - cross.transpose();
+        Ok(carried + relative)
     }
 }
 

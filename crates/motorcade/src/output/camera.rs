@@ -1,4 +1,4 @@
-//! `ego.tum`, `ego.kitti.txt`, `frames.csv`.
+//! `ego.tum`, `ego.kitti.txt`, `ego_covariance.csv`, `frames.csv`.
 
 use std::path::Path;
 
@@ -14,7 +14,23 @@ pub(super) fn write(folder: &Path, result: &RunResult) -> Result<()> {
     file(&folder.join("ego.kitti.txt"), |out| write_kitti(out, &poses))?;
     let rows = result.frames.iter().map(|f| f.timestamp_ns).zip(poses.iter().copied());
     file(&folder.join("ego.tum"), |out| write_tum(out, rows))?;
+    file(&folder.join("ego_covariance.csv"), |out| covariances(out, result))?;
     file(&folder.join("frames.csv"), |out| frames(out, result))
+}
+
+/// Upper triangle of the 6×6 covariance of each pose, row by row: tangent `[ω, ν]` of the camera (right perturbation), rad
+/// and m.
+fn covariances(out: impl std::io::Write, result: &RunResult) -> std::io::Result<()> {
+    let mut table = csv::Writer::from_writer(out);
+    let axes = ["wx", "wy", "wz", "x", "y", "z"];
+    let places = || (0..6).flat_map(|r| (r..6).map(move |c| (r, c)));
+    let names = places().map(|(r, c)| format!("{}_{}", axes[r], axes[c]));
+    table.write_record(std::iter::once("frame".to_owned()).chain(names))?;
+    for (ego, frame) in result.ego.frames.iter().zip(&result.frames) {
+        let values = places().map(|at| format!("{:e}", ego.covariance[at]));
+        table.write_record(std::iter::once(frame.number.to_string()).chain(values))?;
+    }
+    table.flush()
 }
 
 /// Name of a status in files.
