@@ -219,8 +219,12 @@ fn metric_segment(
     for (_, state) in states.iter_mut().enumerate().filter(own) {
         // Half a degree of pitch and roll where nobody saw the road: a camera mounted level.
         let level = Matrix3::from_diagonal(&Vector3::new(1e-4, 7.6e-5, 7.6e-5));
-        let mut own =
-            state.unwrap_or(SmoothedState { value: Vector3::zeros(), covariance: level, correlation: 0.0, overlap: 1.0 });
+        let mut own = state.unwrap_or(SmoothedState {
+            value: Vector3::zeros(),
+            covariance: level,
+            correlation: 0.0,
+            overlap: 1.0,
+        });
         own.value.x = 0.0;
         own.covariance[(0, 0)] = 1e-4;
         *state = Some(own);

@@ -34,6 +34,10 @@ pub struct RoadOptions {
     pub rotation_sigma_rad: f64,
     /// Standard deviation of pitch and roll about the expected plane \[rad\].
     pub tilt_sigma_rad: f64,
+    /// Standard deviation of the road's vertical curvature times the camera's height: 0.0005 is a radius of 3300 m, what
+    /// streets have on the level. Hilly drives are better served by 0.002, the foot of a hill of 800 m radius
+    /// under a car's camera; but then the crown of a flat street passes for height. Zero takes the road as a plane.
+    pub curvature_sigma: f64,
     /// Pixels with a smaller gradient carry no information \[grey levels/px\].
     pub least_gradient: f32,
     /// Pixels used at most on a level.
@@ -58,6 +62,7 @@ impl Default for RoadOptions {
             oldest_frames: 15,
             rotation_sigma_rad: 0.02_f64.to_radians(),
             tilt_sigma_rad: 1.5_f64.to_radians(),
+            curvature_sigma: 0.0005,
             least_gradient: 2.0,
             most_pixels: 8000,
             least_pixels: 300,
@@ -216,7 +221,7 @@ fn align(
     usable: &impl Fn(&Point2<f64>) -> bool,
     options: &RoadOptions,
 ) -> Option<RoadPlane> {
-    let mut state = State { m: view.guess, turn: Vector3::zeros(), gain: 0.0, bias: 0.0 };
+    let mut state = State { m: view.guess, turn: Vector3::zeros(), gain: 0.0, bias: 0.0, bend: 0.0 };
     let mut result = None;
     for level in (0..2.min(view.current.len())).rev() {
         let samples = view.samples(level, usable, options);
@@ -234,10 +239,13 @@ struct State {
     turn: Vector3<f64>,
     gain: f64,
     bias: f64,
+    /// Vertical curvature of the road over twice the camera's height, c in `1/z = mᵀx + c/(mᵀx)`: foot and crest of a hill.
+    bend: f64,
 }
 
-/// Parameters: m (3), small rotation (3), gain and bias of the grey values (2).
-type Normal = (SMatrix<f64, 8, 8>, SVector<f64, 8>);
+/// m (3), small rotation (3), gain and bias of the grey values (2), bend (1).
+const PARAMETERS: usize = 9;
+type Normal = (SMatrix<f64, PARAMETERS, PARAMETERS>, SVector<f64, PARAMETERS>);
 
 fn refine(
     view: &RoadView<'_>,
@@ -262,6 +270,7 @@ fn refine(
         state.turn += step.fixed_rows::<3>(3);
         state.gain += step[6];
         state.bias += step[7];
+        state.bend += step[8];
         let agreement =
             absolute.iter().filter(|r| **r < 2.5 * sigma.max(2.0)).count() as f64 / samples.len() as f64;
         sigma = sigma_from_absolute(&mut absolute)?.max(0.5);
@@ -294,11 +303,12 @@ fn accumulate(
     let kernel = Kernel::Cauchy(2.0 * sigma);
     let (fx, fy) = (view.camera.fx * scale, view.camera.fy * scale);
     let (cx, cy) = (view.camera.cx * scale, view.camera.cy * scale);
-    let (mut h, mut g) = (SMatrix::<f64, 8, 8>::zeros(), SVector::<f64, 8>::zeros());
+    let (mut h, mut g): Normal = (SMatrix::zeros(), SVector::zeros());
     let mut absolute = Vec::with_capacity(samples.len());
     for s in samples {
-        let y = r * s.ray + t * state.m.dot(&s.ray);
-        if y.z < 1e-6 {
+        let flat = state.m.dot(&s.ray);
+        let y = r * s.ray + t * (flat + state.bend / flat);
+        if y.z < 1e-6 || flat < 1e-9 {
             continue;
         }
         let iz = 1.0 / y.z;
@@ -310,16 +320,15 @@ fn accumulate(
         // ∂grey/∂y (1×3) through the projection
         let (gu, gv) = (f64::from(gx) * fx * iz, f64::from(gy) * fy * iz);
         let by_y = Vector3::new(gu, gv, -(gu * y.x + gv * y.y) * iz);
-        // ∂y/∂m = t rayᵀ, ∂y/∂ω = −y^ (left perturbation)
-        let by_m = s.ray * by_y.dot(&t);
+        // ∂y/∂m = t rayᵀ (1 − c/(mᵀx)²), ∂y/∂ω = −y^ (left perturbation), ∂y/∂c = t/(mᵀx)
+        let by_depth = by_y.dot(&t);
+        let by_m = s.ray * (by_depth * (1.0 - state.bend / (flat * flat)));
         let by_turn = y.cross(&by_y);
-        let j = SVector::<f64, 8>::from_column_slice(&[
-            by_m.x, by_m.y, by_m.z, by_turn.x, by_turn.y, by_turn.z, -s.grey, -1.0,
-        ]);
-        for a in 0..8 {
+        let j = [by_m.x, by_m.y, by_m.z, by_turn.x, by_turn.y, by_turn.z, -s.grey, -1.0, by_depth / flat];
+        for a in 0..PARAMETERS {
             let wa = w * j[a];
             g[a] += wa * residual;
-            for b in a..8 {
+            for b in a..PARAMETERS {
                 h[(a, b)] += wa * j[b];
             }
         }
@@ -331,8 +340,8 @@ fn accumulate(
 
 /// Priors, in the units of the data term (grey² · correlated pixels).
 fn add_priors(
-    h: &mut SMatrix<f64, 8, 8>,
-    g: &mut SVector<f64, 8>,
+    h: &mut SMatrix<f64, PARAMETERS, PARAMETERS>,
+    g: &mut SVector<f64, PARAMETERS>,
     view: &RoadView<'_>,
     state: &State,
     sigma: f64,
@@ -358,4 +367,8 @@ fn add_priors(
     g[6] += unit / 0.01 * state.gain;
     h[(7, 7)] += unit / 100.0;
     g[7] += unit / 100.0 * state.bias;
+    // c = κ/(2d), κ the curvature and d = 1/|m| the camera's height.
+    let bend = unit / (0.5 * options.curvature_sigma.max(1e-9) * norm * norm).powi(2);
+    h[(8, 8)] += bend;
+    g[8] += bend * state.bend;
 }
