@@ -152,6 +152,10 @@ pub struct RunArguments {
     /// Vehicle poses (CSV with frame, track_id, tx, ty, tz, R00, R02) instead of our own localisation; may be repeated.
     #[arg(long, num_args = 1..)]
     pub vehicle_poses: Vec<PathBuf>,
+    /// Keypoints of vehicles (CSV with frame, track_id, layout, index, x_px, y_px, confidence): the shape prior is fitted to
+    /// them.
+    #[arg(long)]
+    pub keypoints: Option<PathBuf>,
     /// Ready-made settings.
     #[arg(long, value_enum, default_value_t)]
     pub preset: PresetName,

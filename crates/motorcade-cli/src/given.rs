@@ -1,7 +1,7 @@
-//! Files that take the place of stages: `--trajectory`, `--vehicle-poses`.
+//! Files that take the place of stages, or help them: `--trajectory`, `--vehicle-poses`, `--keypoints`.
 
 use anyhow::bail;
-use motorcade::{Given, GivenTrajectory, read_vehicle_poses};
+use motorcade::{Given, GivenTrajectory, KeypointTable, read_vehicle_poses};
 use motorcade_dataset::{Trajectory, read_trajectory};
 use motorcade_geometry::{Camera, Pose, World};
 
@@ -34,7 +34,8 @@ pub fn read(arguments: &RunArguments, numbers: &[u64], timestamps_ns: &[i64]) ->
         [] => None,
         paths => Some(read_vehicle_poses(paths)?),
     };
-    Ok(Given { trajectory, vehicles })
+    let keypoints = arguments.keypoints.as_deref().map(KeypointTable::read).transpose()?;
+    Ok(Given { trajectory, vehicles, keypoints })
 }
 
 /// One pose a frame: by row, by frame number, or by time.

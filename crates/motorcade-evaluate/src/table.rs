@@ -61,7 +61,10 @@ impl Display for Report {
         write!(f, "{ego}")?;
         if let Some(c) = &self.consistency {
             let (allowed, band) = (100.0 * c.nees_allowed, 100.0 * c.nees_in_band);
-            let text = format!("median {:.1} of 6, {allowed:.0} % allowed at 95 %, {band:.0} % in the band", c.nees_median);
+            let text = format!(
+                "median {:.1} of 6, {allowed:.0} % allowed at 95 %, {band:.0} % in the band",
+                c.nees_median
+            );
             writeln!(f, "  {:<24}{text}", "NEES of the poses")?;
         }
         let Some(vehicles) = &self.vehicles else {

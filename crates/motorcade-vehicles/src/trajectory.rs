@@ -29,7 +29,7 @@ pub enum TrafficSide {
 pub enum Source {
     /// A box of this frame.
     Box,
-    /// A pose given for this frame, with its box when there is one.
+    /// A pose given for this frame, or fitted to its keypoints, with its box when there is one.
     Given,
     /// The motion model, between boxes.
     Predicted,

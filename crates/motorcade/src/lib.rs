@@ -24,6 +24,7 @@ mod config;
 mod error;
 mod front_end;
 mod given_vehicles;
+mod keypoints;
 mod motion_source;
 pub mod multibody;
 pub mod output;
@@ -37,6 +38,7 @@ pub use config::{Config, Preset, RunOptions, ScaleOptions, VehicleMask, VehicleO
 pub use error::{Error, Result};
 pub use front_end::{FrontEnd, PixelFree};
 pub use given_vehicles::{GivenPose, read_vehicle_poses};
+pub use keypoints::KeypointTable;
 pub use motion_source::GivenTrajectory;
 pub use multibody::{GraphKernel, GraphOptions};
 pub use output::{RunContext, write_run};

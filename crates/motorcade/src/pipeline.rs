@@ -9,6 +9,7 @@ use crate::config::Config;
 use crate::error::Result;
 use crate::front_end::FrontEnd;
 use crate::given_vehicles::{GivenPose, given_tracks};
+use crate::keypoints::{KeypointTable, KeypointViews};
 use crate::motion_source::GivenTrajectory;
 use crate::multibody::Multibody;
 use crate::progress::Progress;
@@ -22,6 +23,8 @@ pub struct Given {
     pub trajectory: Option<GivenTrajectory>,
     /// In place of our vehicle localisation.
     pub vehicles: Option<Vec<GivenPose>>,
+    /// Keypoints for our vehicle localisation.
+    pub keypoints: Option<KeypointTable>,
 }
 
 /// Runs everything on a sequence. `threads` ≥ 2 lets perception work ahead on threads of its own; results do not depend on it.
@@ -61,7 +64,16 @@ pub fn conclude(
         Some(poses) => given_tracks(poses, &numbers, &grounds, &detections, &camera),
         None => {
             let tracks = track_vehicles(&camera, &grounds, &detections, &config.tracker);
-            tracks.into_iter().map(|t| (t, Vec::new())).collect()
+            let keypoints =
+                given.keypoints.as_ref().map(|table| KeypointViews::new(table, &numbers, &camera, &grounds));
+            let views = |t: &Track| keypoints.as_ref().map_or_else(Vec::new, |k| k.of(t));
+            tracks
+                .into_iter()
+                .map(|t| {
+                    let views = views(&t);
+                    (t, views)
+                })
+                .collect()
         }
     });
     let side = config.vehicles.traffic_side;

@@ -1,0 +1,250 @@
+//! Keypoints of vehicles from a file, and what the shape prior makes of them (the paper's eqs. 6–8).
+//!
+//! CSV with a header; columns are found by name: `frame`, `track_id`, `layout` (`car-36` or `car-14`, see
+//! [`motorcade_shape::Layout`]), `index` within the layout, `x_px`, `y_px`, `confidence` (0 to 1). The track identity only
+//! says which points belong to one vehicle in a frame; which track that is the boxes tell.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use motorcade_geometry::PinholeCamera;
+use motorcade_perception::{BoundingBox, VehicleClass};
+use motorcade_shape::{
+    Dimensions, FitOptions, Layout, Observation, RoadPlane, SeenKeypoint, ShapeFit, ShapeFitter, ShapePrior,
+    SizePrior,
+};
+use motorcade_vehicles::{GivenView, GroundFrame, Track, TrackBox};
+use nalgebra::{Matrix3, Point2, Point3};
+use serde::Deserialize;
+
+use crate::error::{Error, Result};
+
+/// The keypoints of one vehicle in one frame.
+#[derive(Clone, Debug)]
+struct KeypointSet {
+    layout: Layout,
+    points: Vec<SeenKeypoint>,
+    /// Around the points that were found.
+    hull: BoundingBox,
+}
+
+/// Keypoints by the input's own frame number.
+#[derive(Clone, Debug, Default)]
+pub struct KeypointTable {
+    frames: BTreeMap<u64, Vec<KeypointSet>>,
+}
+
+#[derive(Deserialize)]
+struct Row {
+    frame: u64,
+    track_id: i64,
+    layout: String,
+    index: usize,
+    x_px: f64,
+    y_px: f64,
+    confidence: f64,
+}
+
+/// A keypoint less certain than this is not looked at when points are matched with boxes.
+const FOUND: f64 = 0.3;
+
+impl KeypointTable {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// A file that does not read, a missing column, an unknown layout, an index beyond it, a number that is none (file and
+    /// line are named).
+    pub fn read(path: &Path) -> Result<Self> {
+        let expected = "expected columns frame, track_id, layout, index, x_px, y_px, confidence";
+        let at = |line: u64, what: String| Error::Input(format!("{}:{line}: {what}", path.display()));
+        let problem = |e: csv::Error| {
+            let line = e.position().map_or(1, csv::Position::line);
+            at(line, format!("{expected}: {e}"))
+        };
+        let mut sets: BTreeMap<(u64, i64), BTreeMap<usize, Vec<SeenKeypoint>>> = BTreeMap::new();
+        let mut reader = csv::Reader::from_path(path).map_err(problem)?;
+        for (k, row) in reader.deserialize().enumerate() {
+            let row: Row = row.map_err(problem)?;
+            let line = k as u64 + 2;
+            let Some(layout) = layout(&row.layout) else {
+                return Err(at(line, format!("layout `{}`; expected car-36 or car-14", row.layout)));
+            };
+            let count = layout.count();
+            if row.index >= count {
+                return Err(at(
+                    line,
+                    format!("index {}; {} has keypoints 0 to {}", row.index, row.layout, count - 1),
+                ));
+            }
+            if !(0.0..=1.0).contains(&row.confidence) || !(row.x_px + row.y_px).is_finite() {
+                return Err(at(line, "expected finite pixels and a confidence from 0 to 1".to_owned()));
+            }
+            let nothing = SeenKeypoint { pixel: Point2::origin(), confidence: 0.0 };
+            let points = sets.entry((row.frame, row.track_id)).or_default().entry(count);
+            points.or_insert_with(|| vec![nothing; count])[row.index] =
+                SeenKeypoint { pixel: Point2::new(row.x_px, row.y_px), confidence: row.confidence };
+        }
+        let mut table = Self::default();
+        for ((frame, _), mut layouts) in sets {
+            // Of a vehicle given in both layouts the one that says more.
+            let Some((count, points)) = layouts.pop_last() else { continue };
+            let layout = if count == Layout::Car36.count() { Layout::Car36 } else { Layout::Car14 };
+            if let Some(hull) = hull(&points) {
+                table.frames.entry(frame).or_default().push(KeypointSet { layout, points, hull });
+            }
+        }
+        Ok(table)
+    }
+
+    /// The set that lies in a box: most of its points inside, and filling it better than any other.
+    fn in_box(&self, frame: u64, bbox: &BoundingBox) -> Option<&KeypointSet> {
+        const LEAST_IOU: f64 = 0.4;
+        let sets = self.frames.get(&frame)?.iter().map(|s| (s.hull.iou(bbox), s));
+        sets.filter(|(iou, _)| *iou > LEAST_IOU).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, s)| s)
+    }
+}
+
+fn layout(name: &str) -> Option<Layout> {
+    match name {
+        "car-36" => Some(Layout::Car36),
+        "car-14" => Some(Layout::Car14),
+        _ => None,
+    }
+}
+
+fn hull(points: &[SeenKeypoint]) -> Option<BoundingBox> {
+    let found: Vec<&SeenKeypoint> = points.iter().filter(|p| p.confidence >= FOUND).collect();
+    let reach =
+        |start: f64, f: fn(f64, f64) -> f64, axis: usize| found.iter().map(|p| p.pixel[axis]).fold(start, f);
+    let (low, high) = (f64::INFINITY, f64::NEG_INFINITY);
+    (found.len() >= 3).then(|| {
+        let edges = [
+            reach(low, f64::min, 0),
+            reach(low, f64::min, 1),
+            reach(high, f64::max, 0),
+            reach(high, f64::max, 1),
+        ];
+        BoundingBox::new(edges)
+    })
+}
+
+/// Fits the shape prior to the keypoints of tracks.
+pub(crate) struct KeypointViews<'a> {
+    table: &'a KeypointTable,
+    numbers: &'a [u64],
+    camera: &'a PinholeCamera,
+    grounds: &'a [GroundFrame],
+    fitters: [ShapeFitter; 2],
+}
+
+/// Neighbouring frames err alike: a vehicle taken for too small is too near in all of them. Variances are that many times
+/// what a single frame tells.
+const CORRELATED_FRAMES: f64 = 8.0;
+/// Share of a vehicle's box that a keypoint is placed to, one standard deviation: 2 px of a 64 px heat map.
+const SIGMA_OF_BOX: f64 = 0.03;
+
+impl<'a> KeypointViews<'a> {
+    pub(crate) fn new(
+        table: &'a KeypointTable,
+        numbers: &'a [u64],
+        camera: &'a PinholeCamera,
+        grounds: &'a [GroundFrame],
+    ) -> Self {
+        let fitter = |layout| ShapeFitter::new(ShapePrior::of_family(layout), FitOptions::default());
+        Self { table, numbers, camera, grounds, fitters: [fitter(Layout::Car36), fitter(Layout::Car14)] }
+    }
+
+    /// A view for each frame of a track that has keypoints; none of vehicles the prior knows nothing of.
+    pub(crate) fn of(&self, track: &Track) -> Vec<GivenView> {
+        match track.class {
+            VehicleClass::Car | VehicleClass::Van => {
+                track.boxes.iter().filter_map(|b| self.view(b, track.class)).collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    fn view(&self, seen: &TrackBox, class: VehicleClass) -> Option<GivenView> {
+        let ground = self.grounds.get(seen.frame)?;
+        let bbox = seen.seen.bbox;
+        let set = self.table.in_box(*self.numbers.get(seen.frame)?, &bbox)?;
+        // The box's edges do not enter here: the box is a measurement of its own.
+        let mut observation =
+            Observation::new(set.points.clone(), SIGMA_OF_BOX * bbox.width().max(bbox.height()));
+        observation.road = Some(road(ground));
+        observation.size = Some(size(class));
+        let fitter = &self.fitters[usize::from(set.layout == Layout::Car14)];
+        let fit = fitter.fit(self.camera, &observation).ok()?;
+        (!fit.heading_is_ambiguous()).then(|| view(seen.frame, &fit))
+    }
+}
+
+fn road(ground: &GroundFrame) -> RoadPlane {
+    // What a street's slope changes by over 20 m, besides what this frame's pitch is uncertain by.
+    const SLOPE_RAD: f64 = 0.0035;
+    RoadPlane {
+        slope_sigma_rad: SLOPE_RAD.hypot(ground.pitch_sigma_rad),
+        up: ground.up,
+        ..RoadPlane::level(ground.height_m)
+    }
+}
+
+fn size(class: VehicleClass) -> SizePrior {
+    let prior = motorcade_vehicles::SizePrior::of(class);
+    let of = |d: motorcade_vehicles::Dimensions| Dimensions {
+        length_m: d.length_m,
+        width_m: d.width_m,
+        height_m: d.height_m,
+    };
+    SizePrior { mean: of(prior.mean), sigma: of(prior.sigma) }
+}
+
+fn view(frame: usize, fit: &ShapeFit) -> GivenView {
+    let r = fit.camera_from_vehicle.rotation_matrix();
+    let place: Matrix3<f64> = fit.covariance.fixed_view::<3, 3>(3, 3).into_owned();
+    GivenView {
+        frame,
+        position_in_camera: Point3::from(fit.camera_from_vehicle.translation()),
+        forward_in_camera: r.column(0).into_owned(),
+        covariance: r * place * r.transpose() * CORRELATED_FRAMES,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<KeypointTable> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("keypoints.csv");
+        std::fs::write(&path, text).unwrap();
+        KeypointTable::read(&path)
+    }
+
+    const HEADER: &str = "frame,track_id,layout,index,name,x_px,y_px,confidence\n";
+
+    #[test]
+    fn sets_are_found_by_the_box_around_them() {
+        let mut text = HEADER.to_owned();
+        for (track, left) in [(1, 100.0), (2, 400.0)] {
+            for (i, (x, y)) in [(0.0, 0.0), (80.0, 0.0), (80.0, 60.0), (0.0, 60.0)].into_iter().enumerate() {
+                text += &format!("7,{track},car-14,{i},\"a, b\",{},{},0.8\n", left + x, 200.0 + y);
+            }
+        }
+        let table = read(&text).unwrap();
+        let set = table.in_box(7, &BoundingBox::new([395.0, 195.0, 485.0, 265.0])).unwrap();
+        assert_eq!((set.hull.x1, set.layout, set.points.len()), (400.0, Layout::Car14, 14));
+        assert!(table.in_box(7, &BoundingBox::new([700.0, 195.0, 785.0, 265.0])).is_none());
+        assert!(table.in_box(8, &BoundingBox::new([395.0, 195.0, 485.0, 265.0])).is_none());
+    }
+
+    #[test]
+    fn problems_name_the_line() {
+        let problem = |row: &str| read(&format!("{HEADER}{row}\n")).unwrap_err().to_string();
+        assert!(problem("1,1,car-14,14,x,1,1,0.5").contains(":2: index 14"));
+        assert!(problem("1,1,lorry,1,x,1,1,0.5").contains("expected car-36 or car-14"));
+        assert!(problem("1,1,car-14,1,x,1,1,1.5").contains("confidence from 0 to 1"));
+        assert!(problem("1,1,car-14,1,x,one,1,0.5").contains(":2"));
+        assert!(read("frame,x\n1,2\n").unwrap_err().to_string().contains("x_px"));
+    }
+}
