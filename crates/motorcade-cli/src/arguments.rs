@@ -3,6 +3,7 @@
 mod ablate;
 mod evaluate;
 mod graph;
+mod shape;
 mod simulate;
 
 use std::path::PathBuf;
@@ -13,6 +14,7 @@ use motorcade_dataset::{Format, FrameRange};
 pub use self::ablate::{AblateArguments, AblateCommand};
 pub use self::evaluate::EvaluateArguments;
 pub use self::graph::{CompareArguments, GraphCommand, InfoArguments, OptimiseArguments};
+pub use self::shape::ShapeCommand;
 pub use self::simulate::{DemoArguments, SimulateArguments};
 
 /// Monocular multi-body SLAM for driving video: one camera in, metric trajectories of the camera and of every vehicle out.
@@ -53,6 +55,9 @@ pub enum Command {
     /// Optimises, describes and compares pose graphs in g2o files.
     #[command(subcommand)]
     Graph(GraphCommand),
+    /// Writes, converts and describes shape priors of vehicles.
+    #[command(subcommand)]
+    Shape(ShapeCommand),
     /// Shell completions on stdout.
     #[command(
         after_help = "Example:\n  motorcade completions bash > ~/.local/share/bash-completion/completions/motorcade"
@@ -156,6 +161,9 @@ pub struct RunArguments {
     /// them.
     #[arg(long)]
     pub keypoints: Option<PathBuf>,
+    /// Shape prior (JSON, see motorcade shape) in place of our own for keypoints of its number.
+    #[arg(long, requires = "keypoints")]
+    pub shape_prior: Option<PathBuf>,
     /// Ready-made settings.
     #[arg(long, value_enum, default_value_t)]
     pub preset: PresetName,

@@ -70,6 +70,10 @@ fn code_of(error: &anyhow::Error) -> u8 {
         if let Some(e) = cause.downcast_ref::<motorcade_graph::GraphError>() {
             return code_of_graph(e);
         }
+        // A prior that does not read, or does not hold what it must.
+        if cause.downcast_ref::<motorcade_shape::PriorError>().is_some() {
+            return 3;
+        }
         // Pictures are made in memory: encoding one fails only where it cannot be written.
         if let Some(Simulation::Io { .. } | Simulation::Image { .. }) = cause.downcast_ref() {
             return 5;

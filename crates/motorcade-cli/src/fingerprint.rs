@@ -44,6 +44,7 @@ pub fn fingerprint(arguments: &RunArguments, input_hash: &str, height_m: f64, co
     hash.add(format!("{:?}", arguments.trajectory_scale).as_bytes());
     // Engines differ by rounding, which is enough to make another run.
     hash.add(format!("{:?}", ModelOptions::default().engine).as_bytes());
+    arguments.shape_prior.iter().for_each(|path| hash.add_path(path));
     arguments.keypoints.iter().for_each(|path| hash.add_path(path));
     arguments.vehicle_poses.iter().for_each(|path| hash.add_path(path));
     let files = [

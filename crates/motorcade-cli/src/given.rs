@@ -4,6 +4,7 @@ use anyhow::bail;
 use motorcade::{Given, GivenTrajectory, KeypointTable, read_vehicle_poses};
 use motorcade_dataset::{Trajectory, read_trajectory};
 use motorcade_geometry::{Camera, Pose, World};
+use motorcade_shape::ShapePrior;
 
 use crate::arguments::{RunArguments, TrajectoryScale};
 
@@ -35,7 +36,8 @@ pub fn read(arguments: &RunArguments, numbers: &[u64], timestamps_ns: &[i64]) ->
         paths => Some(read_vehicle_poses(paths)?),
     };
     let keypoints = arguments.keypoints.as_deref().map(KeypointTable::read).transpose()?;
-    Ok(Given { trajectory, vehicles, keypoints })
+    let shape_prior = arguments.shape_prior.as_deref().map(ShapePrior::read).transpose()?;
+    Ok(Given { trajectory, vehicles, keypoints, shape_prior })
 }
 
 /// One pose a frame: by row, by frame number, or by time.

@@ -14,6 +14,7 @@ mod inspect;
 mod pixel_free;
 mod progress;
 mod run;
+mod shape;
 mod simulate;
 
 use std::process::ExitCode;
@@ -38,6 +39,7 @@ fn main() -> ExitCode {
         Command::Demo(arguments) => demo::demo(&arguments),
         Command::Simulate(arguments) => simulate::simulate(&arguments),
         Command::Evaluate(arguments) => evaluate::evaluate(&arguments),
+        Command::Shape(command) => shape::shape(&command),
         Command::Graph(command) => graph::graph(&command),
         Command::Completions { shell } => {
             clap_complete::generate(shell, &mut Cli::command(), "motorcade", &mut std::io::stdout());

@@ -18,6 +18,7 @@ use nalgebra::{Matrix3, Point2, Point3};
 use serde::Deserialize;
 
 use crate::error::{Error, Result};
+use crate::pipeline::Given;
 
 /// The keypoints of one vehicle in one frame.
 #[derive(Clone, Debug)]
@@ -146,11 +147,16 @@ const SIGMA_OF_BOX: f64 = 0.03;
 impl<'a> KeypointViews<'a> {
     pub(crate) fn new(
         table: &'a KeypointTable,
+        given: &Given,
         numbers: &'a [u64],
         camera: &'a PinholeCamera,
         grounds: &'a [GroundFrame],
     ) -> Self {
-        let fitter = |layout| ShapeFitter::new(ShapePrior::of_family(layout), FitOptions::default());
+        let fitter = |layout: Layout| {
+            let fits = |p: &&ShapePrior| p.keypoints().len() == layout.count();
+            let prior = given.shape_prior.as_ref().filter(fits).cloned();
+            ShapeFitter::new(prior.unwrap_or_else(|| ShapePrior::of_family(layout)), FitOptions::default())
+        };
         Self { table, numbers, camera, grounds, fitters: [fitter(Layout::Car36), fitter(Layout::Car14)] }
     }
 

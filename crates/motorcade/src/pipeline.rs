@@ -3,6 +3,7 @@
 use motorcade_dataset::Sequence;
 use motorcade_odometry::{EgoFrame, EgoTrajectory};
 use motorcade_perception::Perception;
+use motorcade_shape::ShapePrior;
 use motorcade_vehicles::{GivenView, GroundFrame, Track, VehicleTrajectory, estimate_track, track_vehicles};
 
 use crate::config::Config;
@@ -25,6 +26,8 @@ pub struct Given {
     pub vehicles: Option<Vec<GivenPose>>,
     /// Keypoints for our vehicle localisation.
     pub keypoints: Option<KeypointTable>,
+    /// Shape prior in place of our own for keypoints of its number.
+    pub shape_prior: Option<ShapePrior>,
 }
 
 /// Runs everything on a sequence. `threads` ≥ 2 lets perception work ahead on threads of its own; results do not depend on it.
@@ -64,8 +67,10 @@ pub fn conclude(
         Some(poses) => given_tracks(poses, &numbers, &grounds, &detections, &camera),
         None => {
             let tracks = track_vehicles(&camera, &grounds, &detections, &config.tracker);
-            let keypoints =
-                given.keypoints.as_ref().map(|table| KeypointViews::new(table, &numbers, &camera, &grounds));
+            let keypoints = given
+                .keypoints
+                .as_ref()
+                .map(|table| KeypointViews::new(table, given, &numbers, &camera, &grounds));
             let views = |t: &Track| keypoints.as_ref().map_or_else(Vec::new, |k| k.of(t));
             tracks
                 .into_iter()
