@@ -151,7 +151,8 @@ impl EgoTrajectory {
             scale_sigma,
             scale_sigma_alone: alone,
             scale_correlation: state.map_or(0.0, |s| s.correlation),
-            scale_measured: measurements.iter().any(|m| m.frame == k),
+            // In order of frames.
+            scale_measured: measurements.binary_search_by_key(&k, |m| m.frame).is_ok(),
             road_normal: road_normal(pitch, roll),
             road_tilt_covariance,
             inliers: record.inliers,
