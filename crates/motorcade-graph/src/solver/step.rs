@@ -28,6 +28,11 @@ impl Linear {
         if done.is_err() {
             return false;
         }
+        self.again(problem, timings)
+    }
+
+    /// The same with the factor of an earlier step.
+    pub(crate) fn again(&mut self, problem: &Problem, timings: &mut Timings) -> bool {
         let start = Instant::now();
         self.delta.clear();
         self.delta.extend_from_slice(&problem.matrix.rhs);

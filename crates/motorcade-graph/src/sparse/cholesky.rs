@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::matrix::BlockMatrix;
 use super::symbolic::{Node, Symbolic};
 use super::tree::ROOT;
-use crate::dense::simd;
+use crate::simd;
 
 /// A factor; reused from one factorisation to the next.
 #[derive(Clone, Debug, Default)]
