@@ -2,9 +2,12 @@
 
 use std::collections::VecDeque;
 
+use nalgebra::DMatrix;
+
 use crate::GraphError;
 use crate::graph::Graph;
 use crate::marginalise::marginalise;
+use crate::marginals::Marginals;
 use crate::solver::{Options, Report, Solver};
 use crate::values::VariableId;
 
@@ -62,5 +65,11 @@ impl FixedLag {
     /// Optimises the window from its current values.
     pub fn optimise(&mut self) -> Result<Report, GraphError> {
         self.solver.optimise(&mut self.graph)
+    }
+
+    /// Covariance (dof × dof) of one variable of the window, the newest pose for example, given all that was ever
+    /// measured up to now. Costs about one iteration of the window, however long the drive.
+    pub fn covariance(&self, variable: VariableId) -> Result<DMatrix<f64>, GraphError> {
+        Marginals::new(&self.graph)?.covariance(variable)
     }
 }

@@ -149,6 +149,39 @@ fn two_starts_end_in_the_same_place() {
 }
 
 #[test]
+fn slow_solve_is_told_of_the_chordal_start() {
+    let Some(file) = solve("torus3D", PoseResidual::Log, Start::File) else { return };
+    let Some(chordal) = solve("torus3D", PoseResidual::Log, Start::Chordal) else { return };
+    assert!(file.hint.is_some_and(|h| h.contains("--init chordal")) && chordal.hint.is_none());
+    assert!(chordal.final_cost < 0.5 * file.final_cost && chordal.iterations < 10);
+}
+
+/// The flow of `graph optimise`: every file is solved from a chordal start, in both residuals; what is written costs,
+/// read again, what the report says.
+#[test]
+fn written_graphs_cost_what_the_report_says() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["smallGrid3D", "parking-garage", "sphere_bignoise_vertex3", "mb1000_out10"] {
+        let Some(input) = common::shared(&format!("posegraphs/{name}.g2o")) else { return };
+        for cost in [PoseResidual::Log, PoseResidual::Mqt] {
+            let output = folder.path().join("out.g2o");
+            let request = OptimiseRequest {
+                input: input.clone(),
+                output: Some(output.clone()),
+                cost,
+                init: Start::Chordal,
+                ..Default::default()
+            };
+            let report = optimise(&request).unwrap();
+            assert!(report.final_cost < report.file_cost && report.rows.len() == report.iterations, "{name}");
+            let written = info(&output).unwrap();
+            let again = if cost == PoseResidual::Log { written.cost_log } else { written.cost_mqt };
+            assert!((again / report.final_cost - 1.0).abs() < 1e-9, "{name} {cost:?}: {again}");
+        }
+    }
+}
+
+#[test]
 fn info_agrees_with_the_report() {
     let Some(report) = solve("smallGrid3D", PoseResidual::Mqt, Start::File) else { return };
     let info = info(&report.input).unwrap();

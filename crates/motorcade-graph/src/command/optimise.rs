@@ -10,7 +10,9 @@ use super::robust::RobustKernel;
 use crate::GraphError;
 use crate::factors::PoseResidual;
 use crate::g2o::{self, KernelSource, ReadOptions, ReadSummary};
-use crate::solver::{Control, GraduateOptions, Iteration, Options, Solver, Termination, Timings, graduate};
+use crate::solver::{
+    Control, GraduateOptions, Iteration, Options, Report, Solver, Termination, Timings, graduate,
+};
 use crate::start;
 
 /// Where the optimisation starts.
@@ -92,6 +94,8 @@ pub struct OptimiseReport {
     pub anchors: Vec<u64>,
     /// Why it stopped.
     pub termination: Termination,
+    /// What to try where the solve was slow or did not converge.
+    pub hint: Option<&'static str>,
     /// CPU seconds of the optimisation alone, ordering included, reading, starting values and writing excluded.
     pub optimise_s: f64,
     /// CPU seconds of the starting values.
@@ -161,6 +165,7 @@ pub fn optimise(request: &OptimiseRequest) -> Result<OptimiseReport, GraphError>
         components,
         anchors,
         termination: report.termination,
+        hint: hint(request.init, &report),
         optimise_s,
         init_s,
         iterations: report.iterations.len(),
@@ -171,4 +176,20 @@ pub fn optimise(request: &OptimiseRequest) -> Result<OptimiseReport, GraphError>
         timings: report.timings,
         rows: report.iterations,
     })
+}
+
+/// Iterations after which a start counts as poor. From a good one pose graphs need fewer than ten.
+const MANY_ITERATIONS: usize = 30;
+
+/// A solve that crept along ends, as a rule, in a local minimum.
+fn hint(init: Start, report: &Report) -> Option<&'static str> {
+    let crept = report.iterations.len() >= MANY_ITERATIONS;
+    let failed = matches!(report.termination, Termination::Iterations | Termination::Stalled);
+    match init {
+        _ if !crept && (!failed || report.iterations.is_empty()) => None,
+        Start::Chordal => {
+            Some("a poor fit from a chordal start: look for wrong edges, try --robust cauchy:3.55")
+        }
+        _ => Some("slow, perhaps a local minimum: compare the cost from --init chordal"),
+    }
 }

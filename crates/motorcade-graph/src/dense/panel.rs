@@ -354,8 +354,8 @@ pub(crate) fn backward<const FMA: bool>(panel: &[f64], shape: Shape, x: &mut [f6
 
 #[cfg(test)]
 mod tests {
-    use crate::simd;
     use super::*;
+    use crate::simd;
     use nalgebra::DMatrix;
 
     fn check(pivots: usize, below: usize) {

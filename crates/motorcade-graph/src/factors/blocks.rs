@@ -64,11 +64,7 @@ impl<V: Four> LowerBlocks<V> {
     #[inline(always)]
     pub(super) fn congruence(&self, m: &[Mat3<V>; 4]) -> Symmetric<V> {
         let (at, bt, ct) = (self.a.transpose(), self.b.transpose(), self.c.transpose());
-        Symmetric {
-            p: bt.mul_add(&m[2], &at.mul(&m[0])),
-            q: ct.mul(&m[2]),
-            s: ct.mul(&m[3]),
-        }
+        Symmetric { p: bt.mul_add(&m[2], &at.mul(&m[0])), q: ct.mul(&m[2]), s: ct.mul(&m[3]) }
     }
 
     pub(super) fn to_matrix(self) -> Matrix6<f64> {

@@ -207,11 +207,7 @@ pub(crate) fn squared_norm<V: Four>(at: &PoseError<'_>) -> f64 {
 
 /// Writes g (12) and the lower triangle of H (12×12, column-major); returns `rᵀ Ω r`.
 #[inline(always)]
-pub(crate) fn normal_equations<V: Four>(
-    at: &PoseError<'_>,
-    g: &mut [f64; 12],
-    h: &mut [f64; 144],
-) -> f64 {
+pub(crate) fn normal_equations<V: Four>(at: &PoseError<'_>, g: &mut [f64; 12], h: &mut [f64; 144]) -> f64 {
     let m = at.motions::<V>();
     let r = Residual::new(at.residual, &m);
     let information = Symmetric::new(at.information);

@@ -286,8 +286,7 @@ impl Run<'_> {
                 let negligible = predicted <= self.options.relative_decrease * before;
                 if gain > 1e-4 || (negligible && trial <= before * (1.0 + ROUNDING)) {
                     self.accept(trial);
-                    self.settled =
-                        (self.lambda == 0.0 && AS_PROMISED.contains(&gain)).then_some(predicted);
+                    self.settled = (self.lambda == 0.0 && AS_PROMISED.contains(&gain)).then_some(predicted);
                     let row = self.row(predicted, before, trial, trials);
                     return Ok(Outcome { stop: self.relax(before, predicted, gain, row.step, floor), row });
                 }
