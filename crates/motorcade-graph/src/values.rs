@@ -62,12 +62,12 @@ impl Values {
     /// The value of any type.
     pub fn value(&self, id: VariableId) -> Result<&Value, GraphError> {
         let slot = self.slot(id).and_then(|k| self.slots.get(k));
-        slot.and_then(Option::as_ref).ok_or_else(|| GraphError::UnknownVariable(id))
+        slot.and_then(Option::as_ref).ok_or(GraphError::UnknownVariable(id))
     }
 
     /// The value of a variable of a known type, for example `values.get::<Isometry3<f64>>(id)`.
     pub fn get<V: Variable>(&self, id: VariableId) -> Result<&V, GraphError> {
-        V::of(self.value(id)?).ok_or_else(|| GraphError::WrongType { variable: id, expected: V::NAME })
+        V::of(self.value(id)?).ok_or(GraphError::WrongType { variable: id, expected: V::NAME })
     }
 
     /// The number in a variable of R^1.
