@@ -2,13 +2,16 @@
 
 use std::time::Instant;
 
+use nalgebra::DMatrix;
+
 use super::options::{Control, Method, Options};
 use super::problem::{Problem, cost};
 use super::report::{Iteration, Report, Termination, Timings};
 use super::step::{Linear, damped_decrease, dog_leg, dot, largest};
 use crate::GraphError;
 use crate::graph::Graph;
-use crate::values::Values;
+use crate::sparse::inverse;
+use crate::values::{Values, VariableId};
 
 /// Steps tried from one linearisation before giving up.
 const MAX_TRIALS: usize = 30;
@@ -27,6 +30,8 @@ pub struct Solver {
     control: Control,
     cached: Option<(u64, Problem)>,
     linear: Linear,
+    /// Patterns analysed so far.
+    analyses: usize,
 }
 
 /// Optimises `graph` in place, once.
@@ -91,16 +96,35 @@ impl Solver {
         pool.install(|| self.run(graph, true))
     }
 
+    /// Patterns analysed so far: those that were not the one of the solve before.
+    #[cfg(test)]
+    pub(crate) fn analyses(&self) -> usize {
+        self.analyses
+    }
+
+    /// Covariance of a variable out of the last factor of the last solve; `None` without an undamped one.
+    pub(crate) fn covariance(&self, variable: VariableId) -> Option<DMatrix<f64>> {
+        let (_, problem) = self.cached.as_ref().filter(|_| self.linear.undamped)?;
+        let block = problem.variables.binary_search(&variable).ok()?;
+        Some(inverse::diagonal_block(&problem.matrix.symbolic, &self.linear.factor, block as u32))
+    }
+
     fn run(&mut self, graph: &mut Graph, parallel: bool) -> Result<Report, GraphError> {
         let start = Instant::now();
         let version = graph.version();
         let problem = match &mut self.cached {
             Some((v, problem)) if *v == version => problem,
             cached => {
-                self.linear = Linear::default();
-                &mut cached.insert((version, Problem::new(graph)?)).1
+                let last = cached.take().map(|(_, problem)| problem);
+                let problem = Problem::new(graph, last)?;
+                if !problem.reused {
+                    self.linear = Linear::default();
+                    self.analyses += 1;
+                }
+                &mut cached.insert((version, problem)).1
             }
         };
+        self.linear.undamped = false;
         let mut run = Run {
             options: &self.options,
             values: graph.values().clone(),

@@ -125,6 +125,11 @@ impl Cholesky {
         Ok(())
     }
 
+    /// The columns of a supernode.
+    pub(crate) fn panel(&self, node: &Node) -> &[f64] {
+        &self.values[node.panel..node.panel + node.shape.len()]
+    }
+
     /// Ratio of the extreme pivots squared: a lower bound of the condition number.
     pub(crate) fn condition(&self) -> f64 {
         (self.pivots.1 / self.pivots.0).powi(2)
