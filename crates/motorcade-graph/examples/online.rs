@@ -67,7 +67,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             megaflop: report.factor_multiplications * 2e-6,
         });
     }
-    println!("| frame | unknowns | factors | iterations | MFLOP a factorisation | ms a frame | covariance ms |");
+    println!(
+        "| frame | unknowns | factors | iterations | MFLOP a factorisation | ms a frame | covariance ms |"
+    );
     println!("|---|---|---|---|---|---|---|");
     for row in [100, 1000, 5000] {
         let Some(part) = rows.get(row - AROUND..row + AROUND) else { continue };

@@ -31,7 +31,13 @@ impl FixedLag {
         if lag == 0 {
             return Err(GraphError::Option { name: "lag", reason: "must be at least 1".into() });
         }
-        Ok(Self { graph: Graph::new(), solver: Solver::new(options)?, lag, frames: VecDeque::new(), solved: false })
+        Ok(Self {
+            graph: Graph::new(),
+            solver: Solver::new(options)?,
+            lag,
+            frames: VecDeque::new(),
+            solved: false,
+        })
     }
 
     /// The graph of the window.

@@ -40,6 +40,13 @@ pub struct Values {
 /// Empty slots that are not worth a clean-up.
 const SPARE_SLOTS: usize = 64;
 
+/// Equal variables, wherever they are stored.
+impl PartialEq for Values {
+    fn eq(&self, other: &Self) -> bool {
+        self.iter().eq(other.iter())
+    }
+}
+
 impl Values {
     /// Adds a value under the next id.
     pub(crate) fn push(&mut self, value: Value) -> VariableId {

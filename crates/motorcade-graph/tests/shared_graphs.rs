@@ -156,6 +156,23 @@ fn slow_solve_is_told_of_the_chordal_start() {
     assert!(chordal.final_cost < 0.5 * file.final_cost && chordal.iterations < 10);
 }
 
+#[test]
+fn automatic_start_is_never_worse_than_the_others() {
+    for name in
+        ["smallGrid3D", "parking-garage", "sphere2500", "torus3D", "sphere_bignoise_vertex3", "mb1000"]
+    {
+        let Some(auto) = solve(name, PoseResidual::Log, Start::Auto) else { return };
+        for start in [Start::File, Start::SpanningTree, Start::Chordal] {
+            let Some(other) = solve(name, PoseResidual::Log, start) else { return };
+            println!(
+                "{name}: {start:?} {:.8e}, auto took {:?} {:.8e}",
+                other.final_cost, auto.init, auto.final_cost
+            );
+            assert!(auto.final_cost <= other.final_cost * (1.0 + 1e-6), "{name} {start:?}");
+        }
+    }
+}
+
 /// The flow of `graph optimise`: every file is solved from a chordal start, in both residuals; what is written costs,
 /// read again, what the report says.
 #[test]
