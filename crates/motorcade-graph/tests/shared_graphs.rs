@@ -156,6 +156,21 @@ fn slow_solve_is_told_of_the_chordal_start() {
     assert!(chordal.final_cost < 0.5 * file.final_cost && chordal.iterations < 10);
 }
 
+/// sphere2500 is ordered by nested dissection.
+#[test]
+fn threads_change_no_bit_of_a_dissected_graph() {
+    let Some(input) = common::shared("posegraphs/sphere2500.g2o") else { return };
+    let run = |threads| {
+        let options = Options { threads, ..Options::default() };
+        let request =
+            OptimiseRequest { input: input.clone(), options, init: Start::File, ..Default::default() };
+        optimise(&request).unwrap().rows.iter().map(|r| r.cost.to_bits()).collect::<Vec<_>>()
+    };
+    let one = run(1);
+    assert_eq!(one, run(2));
+    assert_eq!(one, run(5));
+}
+
 #[test]
 fn automatic_start_is_never_worse_than_the_others() {
     for name in
