@@ -26,7 +26,7 @@ from pathlib import Path
 
 FILES = [
     ("smallGrid3D", "file"), ("parking-garage", "file"), ("sphere2500", "file"), ("torus3D", "chordal"),
-    ("sphere_bignoise_vertex3", "chordal"), ("cubicle", "chordal"), ("mb1000", "file"), ("mb1000_out10", "chordal"),
+    ("sphere_bignoise_vertex3", "chordal"), ("cubicle", "chordal"), ("mb1000", "file"), ("mb1000_out10", "file"),
 ]
 REPEATS = 2
 ROOT = Path(__file__).resolve().parent.parent
