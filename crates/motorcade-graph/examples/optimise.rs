@@ -1,5 +1,5 @@
 //! `optimise FILE.g2o [--out FILE] [--method lm|gn|dogleg] [--cost log|mqt] [--robust cauchy:1.0]
-//! [--init file|spanning-tree|chordal] [--threads N] [--iterations N] [--tolerance X] [--repeat N]`: prints the report as JSON.
+//! [--init auto|file|spanning-tree|chordal] [--threads N] [--iterations N] [--tolerance X] [--repeat N]`: prints the report as JSON.
 
 use motorcade_graph::command::{OptimiseRequest, optimise};
 

@@ -127,6 +127,11 @@ impl Normal {
         &mut self.g
     }
 
+    /// g and H of two poses, to be overwritten.
+    pub(crate) fn chunks_mut(&mut self) -> Option<(&mut [f64; 12], &mut [f64; 144])> {
+        Some((self.g.first_chunk_mut()?, self.h.first_chunk_mut()?))
+    }
+
     fn fill_from_jacobian<F: Factor + ?Sized>(
         &mut self,
         factor: &F,

@@ -2,9 +2,12 @@
 
 use std::collections::VecDeque;
 
+use nalgebra::DMatrix;
+
 use crate::GraphError;
 use crate::graph::Graph;
 use crate::marginalise::marginalise;
+use crate::marginals::Marginals;
 use crate::solver::{Options, Report, Solver};
 use crate::values::VariableId;
 
@@ -18,6 +21,8 @@ pub struct FixedLag {
     solver: Solver,
     lag: usize,
     frames: VecDeque<Vec<VariableId>>,
+    /// True from a solve to the next change of the graph.
+    solved: bool,
 }
 
 impl FixedLag {
@@ -26,7 +31,13 @@ impl FixedLag {
         if lag == 0 {
             return Err(GraphError::Option { name: "lag", reason: "must be at least 1".into() });
         }
-        Ok(Self { graph: Graph::new(), solver: Solver::new(options)?, lag, frames: VecDeque::new() })
+        Ok(Self {
+            graph: Graph::new(),
+            solver: Solver::new(options)?,
+            lag,
+            frames: VecDeque::new(),
+            solved: false,
+        })
     }
 
     /// The graph of the window.
@@ -36,12 +47,14 @@ impl FixedLag {
 
     /// The graph of the window, to add to.
     pub fn graph_mut(&mut self) -> &mut Graph {
+        self.solved = false;
         &mut self.graph
     }
 
     /// Opens a frame with the variables added for it and marginalises the frame that falls out of the window.
     /// Variables never named in a frame stay (a scale, a calibration). Returns the variables that left.
     pub fn advance(&mut self, variables: Vec<VariableId>) -> Result<Vec<VariableId>, GraphError> {
+        self.solved = false;
         self.frames.push_back(variables);
         if self.frames.len() <= self.lag {
             return Ok(Vec::new());
@@ -56,11 +69,149 @@ impl FixedLag {
     /// Marginalises variables ahead of their time, for example all of a track that has ended: they are leaves and
     /// only join the cameras that saw them.
     pub fn retire(&mut self, variables: &[VariableId]) -> Result<(), GraphError> {
+        self.solved = false;
         marginalise(&mut self.graph, variables).map(|_| ())
     }
 
     /// Optimises the window from its current values.
     pub fn optimise(&mut self) -> Result<Report, GraphError> {
-        self.solver.optimise(&mut self.graph)
+        let report = self.solver.optimise(&mut self.graph)?;
+        self.solved = true;
+        Ok(report)
+    }
+
+    /// Covariance (dof × dof) of one variable of the window, the newest pose for example, given all that was ever
+    /// measured up to now.
+    ///
+    /// Right after [`optimise`](Self::optimise) it comes out of that solve's last factor, hence from the linearisation
+    /// before its last steps, and costs a few small dense products. Otherwise the window is linearised and factorised
+    /// anew.
+    pub fn covariance(&self, variable: VariableId) -> Result<DMatrix<f64>, GraphError> {
+        match self.solver.covariance(variable).filter(|_| self.solved) {
+            Some(covariance) => Ok(covariance),
+            None => Marginals::new(&self.graph)?.covariance(variable),
+        }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use nalgebra::{DVector, Isometry3};
+
+    use super::*;
+    use crate::factors::{Between, LinearPrior};
+    use crate::generate::{DriveOptions, drive};
+    use crate::manifold::Value;
+
+    /// What one frame costs, counted.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
+    struct Work {
+        slots: usize,
+        variables: usize,
+        factors: usize,
+        unknowns: usize,
+        factor_scalars: usize,
+        multiplications: f64,
+        iterations: usize,
+    }
+
+    /// Runs a drive through a window that also holds a scale from the first frame to the last. New poses start where
+    /// their first measurement puts them.
+    fn work(options: &DriveOptions, lag: usize) -> (FixedLag, Vec<Work>) {
+        let made = drive(options).unwrap().graph;
+        let mut online = FixedLag::new(lag, Options { max_iterations: 4, ..Options::default() }).unwrap();
+        let scale = online.graph_mut().add_variable(1.0);
+        let known = DMatrix::identity(1, 1);
+        let prior = LinearPrior::new(vec![scale], vec![Value::from(1.1)], DVector::zeros(1), known).unwrap();
+        online.graph_mut().add_factor(prior).unwrap();
+        let moved = |id: VariableId| VariableId(id.0 + 1);
+        let mut factors = made.factors().map(|f| f.1).peekable();
+        let ids: Vec<VariableId> = made.values().iter().map(|(id, _)| id).collect();
+        let mut rows = Vec::new();
+        for frame in ids.chunks(options.vehicles + 1) {
+            let graph = online.graph_mut();
+            let newest = frame[frame.len() - 1];
+            if frame[0].index() == 0 {
+                let first = graph.add_variable(*made.values().get::<Isometry3<f64>>(frame[0]).unwrap());
+                graph.fix(first).unwrap();
+            }
+            while let Some(factor) = factors.next_if(|f| f.variables().iter().all(|v| *v <= newest)) {
+                let z = factor.relative_pose().unwrap();
+                let [a, b] = [0, 1].map(|k| moved(factor.variables()[k]));
+                if graph.values().value(b).is_err() {
+                    let start = graph.values().get::<Isometry3<f64>>(a).unwrap() * z.measurement;
+                    assert_eq!(graph.add_variable(start), b);
+                }
+                graph.add_factor(Between::new(a, b, *z.measurement, *z.information).unwrap()).unwrap();
+            }
+            online.advance(frame.iter().copied().map(moved).collect()).unwrap();
+            let report = online.optimise().unwrap();
+            rows.push(Work {
+                slots: online.graph.values().slots(),
+                variables: online.graph.values().len(),
+                factors: online.graph.factors().len(),
+                unknowns: report.unknowns,
+                factor_scalars: report.factor_scalars,
+                multiplications: report.factor_multiplications,
+                iterations: report.iterations.len(),
+            });
+        }
+        (online, rows)
+    }
+
+    fn most(rows: &[Work]) -> Work {
+        rows.iter().fold(Work::default(), |m, r| Work {
+            slots: m.slots.max(r.slots),
+            variables: m.variables.max(r.variables),
+            factors: m.factors.max(r.factors),
+            unknowns: m.unknowns.max(r.unknowns),
+            factor_scalars: m.factor_scalars.max(r.factor_scalars),
+            multiplications: m.multiplications.max(r.multiplications),
+            iterations: m.iterations.max(r.iterations),
+        })
+    }
+
+    #[test]
+    fn work_of_a_frame_does_not_grow_with_the_drive() {
+        let options = DriveOptions { frames: 1600, vehicles: 2, track_length: 12, lap: 0, seed: 5 };
+        let (online, rows) = work(&options, 15);
+        let (early, late) = (most(&rows[50..250]), most(&rows[1400..]));
+        // A window of 45 poses and the scale; few slots more.
+        assert_eq!((early.variables, late.variables), (46, 46));
+        assert!(early.slots.max(late.slots) <= 46 + 46 + 2 * SPARE, "{early:?} {late:?}");
+        let same = |w: Work| Work { slots: 0, ..w };
+        assert_eq!(same(early), same(late));
+        let iterations = |rows: &[Work]| rows.iter().map(|r| r.iterations).sum::<usize>();
+        assert!(iterations(&rows[1400..]) <= iterations(&rows[50..250]) * 11 / 10);
+        assert!((*online.graph.values().get::<DVector<f64>>(VariableId(0)).unwrap())[0] > 1.09);
+    }
+
+    /// Slots that may be empty.
+    const SPARE: usize = 64;
+
+    #[test]
+    fn a_shifted_window_of_the_same_pattern_is_not_analysed_again() {
+        let options = DriveOptions { frames: 300, vehicles: 0, track_length: 1, lap: 0, seed: 6 };
+        let (online, rows) = work(&options, 20);
+        assert_eq!(rows.len(), 300);
+        assert!(online.solver.analyses() < 40, "{}", online.solver.analyses());
+    }
+
+    #[test]
+    fn covariance_out_of_the_last_factor_is_the_full_one() {
+        let options = DriveOptions { frames: 60, vehicles: 2, track_length: 12, lap: 0, seed: 7 };
+        let (mut online, _) = work(&options, 15);
+        let ids: Vec<VariableId> = online.graph.values().iter().map(|(id, _)| id).collect();
+        online.solver = Solver::new(Options { relative_decrease: 1e-13, ..Options::default() }).unwrap();
+        online.optimise().unwrap();
+        for id in ids {
+            let full = Marginals::new(&online.graph).unwrap().covariance(id).unwrap();
+            let off = (online.covariance(id).unwrap() - &full).amax() / full.amax();
+            assert!(off < 1e-3, "{id}: {off}");
+            online.graph_mut();
+            assert_eq!(online.covariance(id).unwrap(), full);
+            online.solved = true;
+        }
     }
 }

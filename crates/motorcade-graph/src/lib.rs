@@ -82,6 +82,7 @@ mod marginalise;
 mod marginals;
 pub mod numeric;
 mod robust;
+mod simd;
 pub mod solver;
 mod sparse;
 pub mod start;

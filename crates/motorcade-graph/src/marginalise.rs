@@ -1,6 +1,6 @@
 //! Removing variables while keeping what they said about the others.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::GraphError;
 use crate::factor::Normal;
@@ -81,7 +81,10 @@ pub fn marginalise(graph: &mut Graph, variables: &[VariableId]) -> Result<Option
     }
     let (information, gradient) = schur(&h, &g, split);
     // Λ m = g turns the quadratic into a complete square; where Λ is singular the gradient vanishes too.
-    let offset = pseudo_inverse(&information) * gradient;
+    let offset = match well_conditioned(&information) {
+        Some(factor) => factor.solve(&gradient),
+        None => pseudo_inverse(&information) * gradient,
+    };
     graph.add_factor(LinearPrior::new(kept, values, offset, information)?).map(Some)
 }
 
@@ -93,7 +96,7 @@ fn schur(h: &DMatrix<f64>, g: &DVector<f64>, split: usize) -> (DMatrix<f64>, DVe
     let mut right = DMatrix::zeros(split, keep + 1);
     right.view_mut((0, 0), (split, keep)).copy_from(&hkm.transpose());
     right.column_mut(keep).copy_from(&g.rows(0, split));
-    let solved = match hmm.clone().cholesky() {
+    let solved = match well_conditioned(&hmm) {
         Some(factor) => factor.solve(&right),
         None => pseudo_inverse(&hmm) * right,
     };
@@ -102,10 +105,20 @@ fn schur(h: &DMatrix<f64>, g: &DVector<f64>, split: usize) -> (DMatrix<f64>, DVe
     ((&lambda + lambda.transpose()) * 0.5, gradient)
 }
 
+/// Smallest over largest eigenvalue below which a direction counts as unknown.
+const SINGULAR: f64 = 1e-12;
+
+/// The Cholesky factor, unless its pivots say that the matrix is nearly singular.
+fn well_conditioned(m: &DMatrix<f64>) -> Option<Cholesky<f64, Dyn>> {
+    let factor = m.clone().cholesky()?;
+    let pivots = factor.l_dirty().diagonal();
+    (m.is_empty() || pivots.min().powi(2) > SINGULAR * pivots.max().powi(2)).then_some(factor)
+}
+
 /// Inverse on the range of a symmetric positive semidefinite matrix.
 fn pseudo_inverse(m: &DMatrix<f64>) -> DMatrix<f64> {
     let mut eigen = m.clone().symmetric_eigen();
-    let limit = 1e-12 * eigen.eigenvalues.amax();
+    let limit = SINGULAR * eigen.eigenvalues.amax();
     eigen.eigenvalues.apply(|x| *x = if *x > limit { 1.0 / *x } else { 0.0 });
     eigen.recompose()
 }

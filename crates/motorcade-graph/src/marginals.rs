@@ -28,7 +28,7 @@ pub struct Marginals {
 impl Marginals {
     /// Factorises `graph` at its current values, best after a converged solve.
     pub fn new(graph: &Graph) -> Result<Self, GraphError> {
-        let mut problem = Problem::new(graph)?;
+        let mut problem = Problem::new(graph, None)?;
         if !problem.linearise(graph, graph.values(), false)?.is_finite() {
             return Err(GraphError::NotFinite);
         }

@@ -23,11 +23,28 @@ impl fmt::Display for VariableId {
 }
 
 /// The values of a graph's variables.
+///
+/// Ids count up for ever, storage does not: once most slots are of removed variables, the stretch at the front where
+/// they are is dropped, and the few variables that live on in it (a scale, a calibration) move to a list of their own.
 #[derive(Clone, Debug, Default)]
 pub struct Values {
-    /// Id of the first slot: slots of long removed variables are dropped from the front.
+    /// Survivors from before `base`, increasing.
+    old: Vec<(VariableId, Value)>,
+    /// Id of the first slot.
     base: u32,
     slots: Vec<Option<Value>>,
+    /// Empty slots.
+    dead: usize,
+}
+
+/// Empty slots that are not worth a clean-up.
+const SPARE_SLOTS: usize = 64;
+
+/// Equal variables, wherever they are stored.
+impl PartialEq for Values {
+    fn eq(&self, other: &Self) -> bool {
+        self.iter().eq(other.iter())
+    }
 }
 
 impl Values {
@@ -40,29 +57,64 @@ impl Values {
 
     /// Removes a variable. Its id stays unused.
     pub(crate) fn remove(&mut self, id: VariableId) {
-        if let Some(slot) = self.slot(id).and_then(|k| self.slots.get_mut(k)) {
+        if let Some(slot) = self.entry(id).filter(|s| s.is_some()) {
             *slot = None;
-        }
-        let dead = self.slots.iter().take_while(|s| s.is_none()).count();
-        if dead > 64 && 2 * dead > self.slots.len() {
-            self.slots.drain(..dead);
-            self.base += dead as u32;
+            self.dead += 1;
+            if self.dead > SPARE_SLOTS && 2 * self.dead > self.slots.len() {
+                self.compact();
+            }
+        } else if let Ok(at) = self.old.binary_search_by_key(&id, |o| o.0) {
+            self.old.remove(at);
         }
     }
 
+    /// Drops the stretch at the front with the most empty slots over full ones.
+    fn compact(&mut self) {
+        let (mut sum, mut best, mut cut) = (0_isize, 0, 0);
+        for (k, slot) in self.slots.iter().enumerate() {
+            sum += if slot.is_none() { 1 } else { -1 };
+            if sum > best {
+                (best, cut) = (sum, k + 1);
+            }
+        }
+        let base = self.base;
+        let moved = self.slots.drain(..cut).enumerate();
+        let before = self.old.len();
+        self.old.extend(moved.filter_map(|(k, s)| Some((VariableId(base + k as u32), s?))));
+        self.dead -= cut - (self.old.len() - before);
+        self.base += cut as u32;
+    }
+
+    fn entry(&mut self, id: VariableId) -> Option<&mut Option<Value>> {
+        self.slots.get_mut(id.0.checked_sub(self.base)? as usize)
+    }
+
+    /// Place of a variable among all slots, old ones first.
     pub(crate) fn slot(&self, id: VariableId) -> Option<usize> {
-        id.0.checked_sub(self.base).map(|k| k as usize)
+        match id.0.checked_sub(self.base) {
+            Some(k) => Some(self.old.len() + k as usize),
+            None => self.old.binary_search_by_key(&id, |o| o.0).ok(),
+        }
     }
 
     /// Number of slots, empty ones included.
     pub(crate) fn slots(&self) -> usize {
-        self.slots.len()
+        self.old.len() + self.slots.len()
     }
 
     /// The value of any type.
+    #[inline]
     pub fn value(&self, id: VariableId) -> Result<&Value, GraphError> {
-        let slot = self.slot(id).and_then(|k| self.slots.get(k));
-        slot.and_then(Option::as_ref).ok_or(GraphError::UnknownVariable(id))
+        match self.slots.get(id.0.wrapping_sub(self.base) as usize) {
+            Some(Some(value)) => Ok(value),
+            _ => self.old_value(id),
+        }
+    }
+
+    #[cold]
+    fn old_value(&self, id: VariableId) -> Result<&Value, GraphError> {
+        let at = self.old.binary_search_by_key(&id, |o| o.0);
+        at.map(|k| &self.old[k].1).map_err(|_| GraphError::UnknownVariable(id))
     }
 
     /// The value of a variable of a known type, for example `values.get::<Isometry3<f64>>(id)`.
@@ -89,23 +141,24 @@ impl Values {
 
     /// Replaces the value of an existing variable, unchecked.
     pub(crate) fn put(&mut self, id: VariableId, value: Value) {
-        if let Some(slot) = self.slot(id).and_then(|k| self.slots.get_mut(k)) {
+        if let Some(slot) = self.entry(id) {
             *slot = Some(value);
+        } else if let Ok(at) = self.old.binary_search_by_key(&id, |o| o.0) {
+            self.old[at].1 = value;
         }
     }
 
     /// All variables, by increasing id.
     pub fn iter(&self) -> impl Iterator<Item = (VariableId, &Value)> {
         let base = self.base;
-        self.slots
-            .iter()
-            .enumerate()
-            .filter_map(move |(k, s)| Some((VariableId(base + k as u32), s.as_ref()?)))
+        let slots = self.slots.iter().enumerate();
+        let recent = slots.filter_map(move |(k, s)| Some((VariableId(base + k as u32), s.as_ref()?)));
+        self.old.iter().map(|(id, value)| (*id, value)).chain(recent)
     }
 
     /// Number of variables.
     pub fn len(&self) -> usize {
-        self.slots.iter().filter(|s| s.is_some()).count()
+        self.slots() - self.dead
     }
 
     /// True without variables.

@@ -149,6 +149,71 @@ fn two_starts_end_in_the_same_place() {
 }
 
 #[test]
+fn slow_solve_is_told_of_the_chordal_start() {
+    let Some(file) = solve("torus3D", PoseResidual::Log, Start::File) else { return };
+    let Some(chordal) = solve("torus3D", PoseResidual::Log, Start::Chordal) else { return };
+    assert!(file.hint.is_some_and(|h| h.contains("--init chordal")) && chordal.hint.is_none());
+    assert!(chordal.final_cost < 0.5 * file.final_cost && chordal.iterations < 10);
+}
+
+/// sphere2500 is ordered by nested dissection.
+#[test]
+fn threads_change_no_bit_of_a_dissected_graph() {
+    let Some(input) = common::shared("posegraphs/sphere2500.g2o") else { return };
+    let run = |threads| {
+        let options = Options { threads, ..Options::default() };
+        let request =
+            OptimiseRequest { input: input.clone(), options, init: Start::File, ..Default::default() };
+        optimise(&request).unwrap().rows.iter().map(|r| r.cost.to_bits()).collect::<Vec<_>>()
+    };
+    let one = run(1);
+    assert_eq!(one, run(2));
+    assert_eq!(one, run(5));
+}
+
+#[test]
+fn automatic_start_is_never_worse_than_the_others() {
+    for name in
+        ["smallGrid3D", "parking-garage", "sphere2500", "torus3D", "sphere_bignoise_vertex3", "mb1000"]
+    {
+        let Some(auto) = solve(name, PoseResidual::Log, Start::Auto) else { return };
+        for start in [Start::File, Start::SpanningTree, Start::Chordal] {
+            let Some(other) = solve(name, PoseResidual::Log, start) else { return };
+            println!(
+                "{name}: {start:?} {:.8e}, auto took {:?} {:.8e}",
+                other.final_cost, auto.init, auto.final_cost
+            );
+            assert!(auto.final_cost <= other.final_cost * (1.0 + 1e-6), "{name} {start:?}");
+        }
+    }
+}
+
+/// The flow of `graph optimise`: every file is solved from a chordal start, in both residuals; what is written costs,
+/// read again, what the report says.
+#[test]
+fn written_graphs_cost_what_the_report_says() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["smallGrid3D", "parking-garage", "sphere_bignoise_vertex3", "mb1000_out10"] {
+        let Some(input) = common::shared(&format!("posegraphs/{name}.g2o")) else { return };
+        for cost in [PoseResidual::Log, PoseResidual::Mqt] {
+            let output = folder.path().join("out.g2o");
+            let request = OptimiseRequest {
+                input: input.clone(),
+                output: Some(output.clone()),
+                cost,
+                init: Start::Chordal,
+                ..Default::default()
+            };
+            let report = optimise(&request).unwrap();
+            assert!(report.final_cost < report.file_cost && report.rows.len() == report.iterations, "{name}");
+            let written = info(&output).unwrap();
+            let again = if cost == PoseResidual::Log { written.cost_log } else { written.cost_mqt };
+            assert!((again / report.final_cost - 1.0).abs() < 1e-9, "{name} {cost:?}: {again}");
+        }
+    }
+}
+
+#[test]
 fn info_agrees_with_the_report() {
     let Some(report) = solve("smallGrid3D", PoseResidual::Mqt, Start::File) else { return };
     let info = info(&report.input).unwrap();

@@ -6,8 +6,10 @@ mod compare;
 mod info;
 mod optimise;
 mod robust;
+mod starts;
 
 pub use compare::{CompareReport, Differences, compare};
 pub use info::{ComponentInfo, InfoReport, info};
-pub use optimise::{OptimiseReport, OptimiseRequest, Start, optimise};
+pub use optimise::{OptimiseReport, OptimiseRequest, optimise};
 pub use robust::RobustKernel;
+pub use starts::Start;

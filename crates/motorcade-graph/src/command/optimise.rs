@@ -7,39 +7,13 @@ use cpu_time::ProcessTime;
 use serde::Serialize;
 
 use super::robust::RobustKernel;
+use super::starts::{self, Start};
 use crate::GraphError;
 use crate::factors::PoseResidual;
 use crate::g2o::{self, KernelSource, ReadOptions, ReadSummary};
-use crate::solver::{Control, GraduateOptions, Iteration, Options, Solver, Termination, Timings, graduate};
-use crate::start;
-
-/// Where the optimisation starts.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Start {
-    /// At the file's vertices.
-    #[default]
-    File,
-    /// At poses chained along the surest edges.
-    SpanningTree,
-    /// At the chordal solution.
-    Chordal,
-}
-
-impl FromStr for Start {
-    type Err = GraphError;
-    fn from_str(s: &str) -> Result<Self, GraphError> {
-        match s {
-            "file" => Ok(Self::File),
-            "spanning-tree" => Ok(Self::SpanningTree),
-            "chordal" => Ok(Self::Chordal),
-            _ => {
-                let reason = format!("{s:?} is none of file, spanning-tree, chordal");
-                Err(GraphError::Option { name: "init", reason })
-            }
-        }
-    }
-}
+use crate::solver::{
+    Control, GraduateOptions, Iteration, Options, Report, Solver, Termination, Timings, graduate,
+};
 
 impl FromStr for PoseResidual {
     type Err = GraphError;
@@ -82,7 +56,7 @@ pub struct OptimiseReport {
     pub cost: PoseResidual,
     /// Kernel of every edge.
     pub robust: Option<RobustKernel>,
-    /// Starting values.
+    /// Starting values; where `auto` was asked for, those it chose.
     pub init: Start,
     /// The options.
     pub options: Options,
@@ -92,9 +66,11 @@ pub struct OptimiseReport {
     pub anchors: Vec<u64>,
     /// Why it stopped.
     pub termination: Termination,
+    /// What to try where the solve was slow or did not converge.
+    pub hint: Option<&'static str>,
     /// CPU seconds of the optimisation alone, ordering included, reading, starting values and writing excluded.
     pub optimise_s: f64,
-    /// CPU seconds of the starting values.
+    /// CPU seconds of the starting values, trials included.
     pub init_s: f64,
     /// Linearisations (with graduated non-convexity those of the last round).
     pub iterations: usize,
@@ -122,11 +98,7 @@ pub fn optimise(request: &OptimiseRequest) -> Result<OptimiseReport, GraphError>
     let anchors = graph.anchor_components()?;
     let file_cost = graph.cost()?;
     let clock = ProcessTime::now();
-    match request.init {
-        Start::File => {}
-        Start::SpanningTree => start::spanning_tree(graph)?,
-        Start::Chordal => start::chordal(graph)?,
-    }
+    let init = starts::begin(graph, request.init, &request.options, &request.control)?;
     let init_s = clock.elapsed().as_secs_f64();
     let clock = ProcessTime::now();
     let report = match &request.robust {
@@ -156,11 +128,12 @@ pub fn optimise(request: &OptimiseRequest) -> Result<OptimiseReport, GraphError>
         read: document.summary,
         cost: request.cost,
         robust: request.robust.clone(),
-        init: request.init,
+        init,
         options: request.options.clone(),
         components,
         anchors,
         termination: report.termination,
+        hint: hint(init, &report),
         optimise_s,
         init_s,
         iterations: report.iterations.len(),
@@ -171,4 +144,20 @@ pub fn optimise(request: &OptimiseRequest) -> Result<OptimiseReport, GraphError>
         timings: report.timings,
         rows: report.iterations,
     })
+}
+
+/// Iterations after which a start counts as poor. From a good one pose graphs need fewer than ten.
+const MANY_ITERATIONS: usize = 30;
+
+/// A solve that crept along ends, as a rule, in a local minimum.
+fn hint(init: Start, report: &Report) -> Option<&'static str> {
+    let crept = report.iterations.len() >= MANY_ITERATIONS;
+    let failed = matches!(report.termination, Termination::Iterations | Termination::Stalled);
+    match init {
+        _ if !crept && (!failed || report.iterations.is_empty()) => None,
+        Start::Chordal => {
+            Some("a poor fit from a chordal start: look for wrong edges, try --robust cauchy:3.55")
+        }
+        _ => Some("slow, perhaps a local minimum: compare the cost from --init chordal"),
+    }
 }

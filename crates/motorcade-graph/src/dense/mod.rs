@@ -1,10 +1,16 @@
 //! Dense kernels of the sparse factorisation. All matrices are column-major.
 
 pub(crate) mod panel;
-pub(crate) mod simd;
 
 /// Rows are padded to a multiple of this, so that vector tiles need no masks; the padding is zero.
 pub(crate) const LANES: usize = 4;
+
+/// `a·b + c`, by one instruction where the code around is compiled for it: without, `mul_add` is a library call, a
+/// hundred times slower.
+#[inline(always)]
+pub(crate) fn fma<const FMA: bool>(a: f64, b: f64, c: f64) -> f64 {
+    if FMA { a.mul_add(b, c) } else { a * b + c }
+}
 
 /// `n` rounded up to a multiple of [`LANES`].
 pub(crate) const fn padded(n: usize) -> usize {

@@ -3,7 +3,7 @@
 //! The panel is factorised left-looking in strips of six columns (one SE(3) variable): every strip tile is loaded
 //! once, updated by all finished columns in registers, solved against the strip's triangle and stored once.
 
-use super::padded;
+use super::{fma, padded};
 
 /// Columns of a strip; also the columns of the register tile.
 const STRIP: usize = 6;
@@ -45,12 +45,6 @@ impl Shape {
 pub(crate) struct Pivots {
     pub smallest: f64,
     pub largest: f64,
-}
-
-#[inline(always)]
-fn fma<const FMA: bool>(a: f64, b: f64, c: f64) -> f64 {
-    // Without the instruction `mul_add` is a library call, a hundred times slower.
-    if FMA { a.mul_add(b, c) } else { a * b + c }
 }
 
 /// The tail of `a`, empty where there is none (the first strip has no finished columns).
@@ -360,8 +354,8 @@ pub(crate) fn backward<const FMA: bool>(panel: &[f64], shape: Shape, x: &mut [f6
 
 #[cfg(test)]
 mod tests {
-    use super::super::simd;
     use super::*;
+    use crate::simd;
     use nalgebra::DMatrix;
 
     fn check(pivots: usize, below: usize) {

@@ -1,87 +1,91 @@
 //! 6×6 matrices of SE(3) Jacobians, which in `[ω, ν]` order are lower block triangular: `[[a, 0], [b, c]]`.
 
-use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::Matrix6;
+#[cfg(test)]
+use nalgebra::{Vector3, Vector6};
+
+use super::mat3::{Lanes, Mat3};
+use crate::simd::Four;
 
 /// `[[a, 0], [b, c]]` with 3×3 blocks.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct LowerBlocks {
-    pub a: Matrix3<f64>,
-    pub b: Matrix3<f64>,
-    pub c: Matrix3<f64>,
+pub(super) struct LowerBlocks<V> {
+    pub a: Mat3<V>,
+    pub b: Mat3<V>,
+    pub c: Mat3<V>,
 }
 
 /// A symmetric 6×6 matrix `[[p, qᵀ], [q, s]]`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Symmetric {
-    pub p: Matrix3<f64>,
-    pub q: Matrix3<f64>,
-    pub s: Matrix3<f64>,
+pub(super) struct Symmetric<V> {
+    pub p: Mat3<V>,
+    pub q: Mat3<V>,
+    pub s: Mat3<V>,
 }
 
-impl Symmetric {
-    pub(crate) fn from_matrix(m: &Matrix6<f64>) -> Self {
+impl<V: Four> Symmetric<V> {
+    #[inline(always)]
+    pub(super) fn new(m: &[[f64; 6]; 6]) -> Self {
+        Self { p: Mat3::block(m, 0, 0), q: Mat3::block(m, 3, 0), s: Mat3::block(m, 3, 3) }
+    }
+}
+
+impl<V: Four> LowerBlocks<V> {
+    /// `self · other`.
+    #[inline(always)]
+    pub(super) fn mul(&self, other: &Self) -> Self {
         Self {
-            p: m.fixed_view::<3, 3>(0, 0).into_owned(),
-            q: m.fixed_view::<3, 3>(3, 0).into_owned(),
-            s: m.fixed_view::<3, 3>(3, 3).into_owned(),
+            a: self.a.mul(&other.a),
+            b: self.c.mul_add(&other.b, &self.b.mul(&other.a)),
+            c: self.c.mul(&other.c),
         }
     }
 
-    #[inline]
-    pub(crate) fn times(&self, x: &Vector3<f64>, y: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
-        (self.p * x + self.q.tr_mul(y), self.q * x + self.s * y)
-    }
-}
-
-impl LowerBlocks {
-    /// `self · other`.
-    #[inline]
-    pub(crate) fn mul(&self, other: &Self) -> Self {
-        Self { a: self.a * other.a, b: self.b * other.a + self.c * other.b, c: self.c * other.c }
-    }
-
-    #[inline]
-    pub(crate) fn tr_mul(&self, x: &Vector3<f64>, y: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
-        (self.a.tr_mul(x) + self.b.tr_mul(y), self.c.tr_mul(y))
+    /// `selfᵀ · [x; y]`.
+    #[inline(always)]
+    pub(super) fn tr_mul(&self, x: &Lanes, y: &Lanes) -> (V, V) {
+        let (a, b) = (self.a.transpose().times(x), self.b.transpose().times(y));
+        (a.add(b), self.c.transpose().times(y))
     }
 
     /// `m · self` as its four blocks (11, 12, 21, 22).
-    #[inline]
-    pub(crate) fn after(&self, m: &Symmetric) -> [Matrix3<f64>; 4] {
+    #[inline(always)]
+    pub(super) fn after(&self, m: &Symmetric<V>) -> [Mat3<V>; 4] {
         let qt = m.q.transpose();
-        [m.p * self.a + qt * self.b, qt * self.c, m.q * self.a + m.s * self.b, m.s * self.c]
+        [
+            qt.mul_add(&self.b, &m.p.mul(&self.a)),
+            qt.mul(&self.c),
+            m.s.mul_add(&self.b, &m.q.mul(&self.a)),
+            m.s.mul(&self.c),
+        ]
     }
 
     /// `selfᵀ · m` where the result is symmetric: only the blocks 11, 21 and 22 are computed.
-    #[inline]
-    pub(crate) fn congruence(&self, m: &[Matrix3<f64>; 4]) -> Symmetric {
-        Symmetric {
-            p: self.a.tr_mul(&m[0]) + self.b.tr_mul(&m[2]),
-            q: self.c.tr_mul(&m[2]),
-            s: self.c.tr_mul(&m[3]),
-        }
+    #[inline(always)]
+    pub(super) fn congruence(&self, m: &[Mat3<V>; 4]) -> Symmetric<V> {
+        let (at, bt, ct) = (self.a.transpose(), self.b.transpose(), self.c.transpose());
+        Symmetric { p: bt.mul_add(&m[2], &at.mul(&m[0])), q: ct.mul(&m[2]), s: ct.mul(&m[3]) }
     }
 
-    pub(crate) fn to_matrix(self) -> Matrix6<f64> {
+    pub(super) fn to_matrix(self) -> Matrix6<f64> {
         let mut m = Matrix6::zeros();
-        m.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.a);
-        m.fixed_view_mut::<3, 3>(3, 0).copy_from(&self.b);
-        m.fixed_view_mut::<3, 3>(3, 3).copy_from(&self.c);
+        m.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.a.to_matrix());
+        m.fixed_view_mut::<3, 3>(3, 0).copy_from(&self.b.to_matrix());
+        m.fixed_view_mut::<3, 3>(3, 3).copy_from(&self.c.to_matrix());
         m
     }
 }
 
-/// Writes a 3×3 block at (row, column) of a column-major matrix with leading dimension 12.
-#[inline]
-pub(crate) fn put(h: &mut [f64; 144], row: usize, column: usize, m: &Matrix3<f64>, sign: f64) {
+/// Writes `sign` times a 3×3 block at (row, column) of a column-major matrix with leading dimension 12.
+#[inline(always)]
+pub(super) fn put<V: Four>(h: &mut [f64; 144], row: usize, column: usize, m: &Mat3<V>, sign: f64) {
     for j in 0..3 {
-        for i in 0..3 {
-            h[(column + j) * 12 + row + i] = sign * m[(i, j)];
-        }
+        let at = (column + j) * 12 + row;
+        h[at..at + 3].copy_from_slice(&m.0[j].scale(sign).get()[..3]);
     }
 }
 
-#[inline]
-pub(crate) fn join(x: &Vector3<f64>, y: &Vector3<f64>) -> Vector6<f64> {
+#[cfg(test)]
+pub(super) fn join(x: &Vector3<f64>, y: &Vector3<f64>) -> Vector6<f64> {
     Vector6::new(x.x, x.y, x.z, y.x, y.y, y.z)
 }

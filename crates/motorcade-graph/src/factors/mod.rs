@@ -5,7 +5,9 @@ mod between_plane;
 mod between_similarity;
 mod blocks;
 mod linear;
+mod mat3;
 mod point;
+pub(crate) mod pose_error;
 mod prior;
 
 pub use between::{Between, PoseResidual};

@@ -2,13 +2,16 @@
 
 use std::time::Instant;
 
+use nalgebra::DMatrix;
+
 use super::options::{Control, Method, Options};
 use super::problem::{Problem, cost};
 use super::report::{Iteration, Report, Termination, Timings};
 use super::step::{Linear, damped_decrease, dog_leg, dot, largest};
 use crate::GraphError;
 use crate::graph::Graph;
-use crate::values::Values;
+use crate::sparse::inverse;
+use crate::values::{Values, VariableId};
 
 /// Steps tried from one linearisation before giving up.
 const MAX_TRIALS: usize = 30;
@@ -17,6 +20,9 @@ const MAX_TRIALS: usize = 30;
 /// all the same: the model is then better known than the cost.
 const ROUNDING: f64 = 1e-12;
 
+/// Gain of a step after which the linearisation counts as good enough to keep its factor.
+const AS_PROMISED: std::ops::RangeInclusive<f64> = 0.75..=1.33;
+
 /// Optimises graphs and keeps pattern, ordering and memory for the next solve of the same graph.
 #[derive(Debug, Default)]
 pub struct Solver {
@@ -24,6 +30,8 @@ pub struct Solver {
     control: Control,
     cached: Option<(u64, Problem)>,
     linear: Linear,
+    /// Patterns analysed so far.
+    analyses: usize,
 }
 
 /// Optimises `graph` in place, once.
@@ -47,6 +55,8 @@ struct Run<'a> {
     worked: f64,
     /// Steps in a row that hardly lowered the cost.
     quiet: usize,
+    /// What the last undamped step promised; none after a damped or a poor one.
+    settled: Option<f64>,
     radius: f64,
     timings: Timings,
     start: Instant,
@@ -86,16 +96,35 @@ impl Solver {
         pool.install(|| self.run(graph, true))
     }
 
+    /// Patterns analysed so far: those that were not the one of the solve before.
+    #[cfg(test)]
+    pub(crate) fn analyses(&self) -> usize {
+        self.analyses
+    }
+
+    /// Covariance of a variable out of the last factor of the last solve; `None` without an undamped one.
+    pub(crate) fn covariance(&self, variable: VariableId) -> Option<DMatrix<f64>> {
+        let (_, problem) = self.cached.as_ref().filter(|_| self.linear.undamped)?;
+        let block = problem.variables.binary_search(&variable).ok()?;
+        Some(inverse::diagonal_block(&problem.matrix.symbolic, &self.linear.factor, block as u32))
+    }
+
     fn run(&mut self, graph: &mut Graph, parallel: bool) -> Result<Report, GraphError> {
         let start = Instant::now();
         let version = graph.version();
         let problem = match &mut self.cached {
             Some((v, problem)) if *v == version => problem,
             cached => {
-                self.linear = Linear::default();
-                &mut cached.insert((version, Problem::new(graph)?)).1
+                let last = cached.take().map(|(_, problem)| problem);
+                let problem = Problem::new(graph, last)?;
+                if !problem.reused {
+                    self.linear = Linear::default();
+                    self.analyses += 1;
+                }
+                &mut cached.insert((version, problem)).1
             }
         };
+        self.linear.undamped = false;
         let mut run = Run {
             options: &self.options,
             values: graph.values().clone(),
@@ -109,6 +138,7 @@ impl Solver {
             growth: 2.0,
             worked: 0.0,
             quiet: 0,
+            settled: None,
             radius: f64::INFINITY,
             timings: Timings { analyse_s: start.elapsed().as_secs_f64(), ..Timings::default() },
             start,
@@ -174,7 +204,10 @@ impl Run<'_> {
         initial_cost.get_or_insert(linearised);
         let mut outcome = match self.options.method {
             Method::GaussNewton => self.gauss_newton(),
-            Method::LevenbergMarquardt => self.levenberg_marquardt(),
+            Method::LevenbergMarquardt => match self.chord()? {
+                Some(outcome) => Ok(outcome),
+                None => self.levenberg_marquardt(),
+            },
             Method::DogLeg => self.dog_leg(),
         }?;
         outcome.row.iteration = number;
@@ -214,6 +247,7 @@ impl Run<'_> {
             gain: if predicted > 0.0 { (before - trial) / predicted } else { 0.0 },
             step: largest(&self.linear.delta),
             trials,
+            factorised: true,
             elapsed_s: 0.0,
         }
     }
@@ -236,6 +270,33 @@ impl Run<'_> {
         Ok(Outcome { stop: self.stop(before, predicted, row.step), row })
     }
 
+    /// A Gauss–Newton step with the last factor in place of a new one (the chord, or Shamanskii, method): near the
+    /// minimum H hardly changes, so several such steps cost less than a factorisation. `None` where one is better.
+    fn chord(&mut self) -> Result<Option<Outcome>, GraphError> {
+        let Some(last) = self.settled.take() else { return Ok(None) };
+        if !self.linear.again(self.problem, &mut self.timings) {
+            return Ok(None);
+        }
+        let before = self.cost;
+        let predicted = damped_decrease(&self.problem.matrix.rhs, &self.linear.delta, 0.0);
+        let small = self.options.relative_decrease * before;
+        let contraction = predicted / last;
+        let steps = if predicted <= small { 1.0 } else { 1.0 + (small / predicted).ln() / contraction.ln() };
+        if !(contraction < 1.0 && steps <= 2.0 + self.problem.factorisation_in_steps()) {
+            return Ok(None);
+        }
+        let trial = self.try_step()?;
+        let gain = (before - trial) / predicted;
+        let rounding = predicted <= small && trial <= before * (1.0 + ROUNDING);
+        if !rounding && !AS_PROMISED.contains(&gain) {
+            return Ok(None);
+        }
+        self.accept(trial);
+        self.settled = Some(predicted);
+        let row = Iteration { factorised: false, ..self.row(predicted, before, trial, 1) };
+        Ok(Some(Outcome { stop: self.stop(before, predicted, row.step), row }))
+    }
+
     fn levenberg_marquardt(&mut self) -> Result<Outcome, GraphError> {
         let before = self.cost;
         let highest = self.problem.matrix.diagonal().fold(f64::MIN_POSITIVE, f64::max);
@@ -249,6 +310,7 @@ impl Run<'_> {
                 let negligible = predicted <= self.options.relative_decrease * before;
                 if gain > 1e-4 || (negligible && trial <= before * (1.0 + ROUNDING)) {
                     self.accept(trial);
+                    self.settled = (self.lambda == 0.0 && AS_PROMISED.contains(&gain)).then_some(predicted);
                     let row = self.row(predicted, before, trial, trials);
                     return Ok(Outcome { stop: self.relax(before, predicted, gain, row.step, floor), row });
                 }

@@ -37,6 +37,8 @@ pub struct Iteration {
     pub step: f64,
     /// Steps tried.
     pub trials: usize,
+    /// False where the factor of an earlier iteration was good enough for the step.
+    pub factorised: bool,
     /// Seconds since the start (wall clock).
     pub elapsed_s: f64,
 }

@@ -11,6 +11,8 @@ use crate::sparse::Cholesky;
 pub(crate) struct Linear {
     pub factor: Cholesky,
     pub delta: Vec<f64>,
+    /// True while `factor` is one of `H` itself.
+    pub undamped: bool,
 }
 
 impl Linear {
@@ -25,9 +27,15 @@ impl Linear {
         let start = Instant::now();
         let done = self.factor.factorise(&problem.matrix, lambda, parallel);
         timings.factorise_s += start.elapsed().as_secs_f64();
+        self.undamped = done.is_ok() && lambda == 0.0;
         if done.is_err() {
             return false;
         }
+        self.again(problem, timings)
+    }
+
+    /// The same with the factor of an earlier step.
+    pub(crate) fn again(&mut self, problem: &Problem, timings: &mut Timings) -> bool {
         let start = Instant::now();
         self.delta.clear();
         self.delta.extend_from_slice(&problem.matrix.rhs);

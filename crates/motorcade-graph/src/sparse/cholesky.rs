@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::matrix::BlockMatrix;
 use super::symbolic::{Node, Symbolic};
 use super::tree::ROOT;
-use crate::dense::simd;
+use crate::simd;
 
 /// A factor; reused from one factorisation to the next.
 #[derive(Clone, Debug, Default)]
@@ -123,6 +123,11 @@ impl Cholesky {
             s += 1;
         }
         Ok(())
+    }
+
+    /// The columns of a supernode.
+    pub(crate) fn panel(&self, node: &Node) -> &[f64] {
+        &self.values[node.panel..node.panel + node.shape.len()]
     }
 
     /// Ratio of the extreme pivots squared: a lower bound of the condition number.

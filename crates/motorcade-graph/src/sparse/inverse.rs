@@ -29,8 +29,18 @@ impl SelectedInverse {
         fronts.resize_with(symbolic.nodes.len(), || None);
         for s in (0..symbolic.nodes.len()).rev() {
             let node = &symbolic.nodes[s];
-            let below = gather(symbolic, node, &mut fronts);
-            let inverse = invert(node, &factor.values[node.panel..node.panel + node.shape.len()], &below);
+            let below = match fronts.get_mut(node.parent as usize) {
+                Some(slot) => {
+                    let below = slot.as_ref().map(|front| gather(symbolic, node, &front.inverse));
+                    if let Some(front) = slot {
+                        front.waiting -= 1;
+                    }
+                    slot.take_if(|front| front.waiting == 0);
+                    below.unwrap_or_default()
+                }
+                None => DMatrix::zeros(node.shape.below, node.shape.below),
+            };
+            let inverse = invert(node, factor.panel(node), &below);
             out.store(node, &inverse);
             if !node.children.is_empty() {
                 fronts[s] = Some(Front { inverse, waiting: node.children.len() });
@@ -71,34 +81,40 @@ impl SelectedInverse {
     }
 }
 
-/// The inverse over the rows below `node`, out of its parent's front.
-fn gather(symbolic: &Symbolic, node: &Node, fronts: &mut [Option<Front>]) -> DMatrix<f64> {
-    let m = node.shape.below;
-    let mut out = DMatrix::zeros(m, m);
-    if node.parent == ROOT {
-        return out;
+/// One diagonal block of the inverse, original numbering: the fronts from the root down to it, no others.
+pub(crate) fn diagonal_block(symbolic: &Symbolic, factor: &Cholesky, i: u32) -> DMatrix<f64> {
+    let position = symbolic.position[i as usize];
+    let own = symbolic.node_of[position as usize];
+    let mut path = vec![own];
+    while let Some(&s) = path.last()
+        && symbolic.nodes[s as usize].parent != ROOT
+    {
+        path.push(symbolic.nodes[s as usize].parent);
     }
-    let parent = &symbolic.nodes[node.parent as usize];
-    let slot = &mut fronts[node.parent as usize];
-    let Some(front) = slot else { return out };
-    let (n, start) = (parent.shape.pivots, parent.shape.below_start());
+    let mut inverse = DMatrix::zeros(0, 0);
+    for &s in path.iter().rev() {
+        let node = &symbolic.nodes[s as usize];
+        inverse = invert(node, factor.panel(node), &gather(symbolic, node, &inverse));
+    }
+    let first = symbolic.offsets[symbolic.nodes[own as usize].first as usize];
+    let (at, dim) = (symbolic.offsets[position as usize] - first, symbolic.dims[position as usize]);
+    inverse.view((at, at), (dim, dim)).into_owned()
+}
+
+/// The inverse over the rows below `node`, out of its parent's front.
+fn gather(symbolic: &Symbolic, node: &Node, front: &DMatrix<f64>) -> DMatrix<f64> {
+    let m = node.shape.below;
+    if node.parent == ROOT {
+        return DMatrix::zeros(m, m);
+    }
+    let parent = symbolic.nodes[node.parent as usize].shape;
     let mut place = Vec::with_capacity(m);
     for run in &node.runs {
-        for k in 0..run.len as usize {
-            let row = run.parent as usize + k;
-            place.push(if (run.parent as usize) < n { row } else { row - start + n });
-        }
+        let at = run.parent as usize;
+        let at = if at < parent.pivots { at } else { at - parent.below_start() + parent.pivots };
+        place.extend(at..at + run.len as usize);
     }
-    for j in 0..m {
-        for i in 0..m {
-            out[(i, j)] = front.inverse[(place[i], place[j])];
-        }
-    }
-    front.waiting -= 1;
-    if front.waiting == 0 {
-        *slot = None;
-    }
-    out
+    DMatrix::from_fn(m, m, |i, j| front[(place[i], place[j])])
 }
 
 fn invert(node: &Node, panel: &[f64], below: &DMatrix<f64>) -> DMatrix<f64> {

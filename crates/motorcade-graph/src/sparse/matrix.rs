@@ -153,6 +153,12 @@ impl BlockMatrix {
         self.symbolic.offsets[p]..self.symbolic.offsets[p + 1]
     }
 
+    /// True for blocks of just these sizes, original numbering.
+    pub(crate) fn has_blocks(&self, dims: &[usize]) -> bool {
+        let own = self.symbolic.position.iter().map(|&p| self.symbolic.dims[p as usize]);
+        own.eq(dims.iter().copied())
+    }
+
     /// Diagonal of the matrix.
     pub(crate) fn diagonal(&self) -> impl Iterator<Item = f64> + '_ {
         (0..self.symbolic.dims.len()).flat_map(move |k| {

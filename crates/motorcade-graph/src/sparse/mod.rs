@@ -2,6 +2,7 @@
 
 pub(crate) mod amd;
 pub(crate) mod cholesky;
+mod dissection;
 pub(crate) mod inverse;
 pub(crate) mod matrix;
 pub(crate) mod supernodes;

@@ -1,6 +1,6 @@
 //! Symbolic analysis: everything about a factorisation that depends on the pattern alone.
 
-use super::{amd, supernodes, tree};
+use super::{amd, dissection, supernodes, tree};
 use crate::dense::panel::Shape;
 use tree::ROOT;
 
@@ -61,15 +61,43 @@ pub(crate) struct Symbolic {
     pub flops: f64,
 }
 
-impl Symbolic {
-    /// Analyses a symmetric pattern of blocks; `adjacency` has neither self loops nor repetition.
-    pub(crate) fn new(dims: &[usize], adjacency: &[Vec<u32>]) -> Self {
-        let first = amd::order(adjacency.to_vec());
-        let parent = tree::elimination_tree(&tree::upper_pattern(adjacency, &first));
-        let order = compose(&first, &tree::postorder(&parent));
+/// Block multiplications of a factorisation for every entry of the matrix above which nested dissection is tried.
+const WORK_WORTH_DISSECTING: f64 = 60.0;
+
+/// An ordering and its elimination tree.
+struct Tree {
+    order: Vec<u32>,
+    parent: Vec<u32>,
+    counts: Vec<u32>,
+    /// Σ counts² / 2: block multiplications, roughly.
+    work: f64,
+}
+
+impl Tree {
+    fn new(adjacency: &[Vec<u32>], first: &[u32]) -> Self {
+        let parent = tree::elimination_tree(&tree::upper_pattern(adjacency, first));
+        let order = compose(first, &tree::postorder(&parent));
         let upper = tree::upper_pattern(adjacency, &order);
         let parent = tree::elimination_tree(&upper);
         let counts = tree::column_counts(&upper, &parent);
+        let work = counts.iter().map(|&c| 0.5 * f64::from(c) * f64::from(c)).sum();
+        Self { order, parent, counts, work }
+    }
+}
+
+impl Symbolic {
+    /// Analyses a symmetric pattern of blocks; `adjacency` has neither self loops nor repetition.
+    pub(crate) fn new(dims: &[usize], adjacency: &[Vec<u32>]) -> Self {
+        let mut tree = Tree::new(adjacency, &amd::order(adjacency.to_vec()));
+        // Dissection takes longer than minimum degree and pays for graphs like a mesh, which fill in much.
+        let edges: usize = adjacency.iter().map(Vec::len).sum();
+        if tree.work > WORK_WORTH_DISSECTING * edges as f64 {
+            let dissected = Tree::new(adjacency, &dissection::order(adjacency));
+            if dissected.work < 0.97 * tree.work {
+                tree = dissected;
+            }
+        }
+        let Tree { order, parent, counts, .. } = tree;
         let sizes: Vec<usize> = order.iter().map(|&i| dims[i as usize]).collect();
         let groups = supernodes::amalgamate(&parent, &counts, &sizes);
         Self::from_groups(dims, adjacency, &order, &parent, groups)

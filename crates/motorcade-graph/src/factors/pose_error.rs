@@ -1,0 +1,273 @@
+//! Residual, Jacobians and normal equations of a measured motion between two poses; see [`Between`](super::Between)
+//! for the equations. Generic over the register type and inlined into one function for each build.
+
+use nalgebra::{Isometry3, Quaternion};
+
+use super::between::PoseResidual;
+use super::blocks::{LowerBlocks, Symmetric, put};
+use super::mat3::{Lanes, Mat3, cross, dot, lanes};
+use crate::simd::{Four, Plain};
+
+/// Two poses `world_from_body` and what was measured between them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PoseError<'a> {
+    pub first: &'a Isometry3<f64>,
+    pub second: &'a Isometry3<f64>,
+    /// `Z = first_from_second`.
+    pub measurement: &'a Isometry3<f64>,
+    /// Ω by columns, `[ω, ν]` order.
+    pub information: &'a [[f64; 6]; 6],
+    pub residual: PoseResidual,
+}
+
+/// The error motion `E = Z⁻¹ Xi⁻¹ Xj` and `Xj⁻¹ Xi`.
+struct Motions<V> {
+    /// Rotation and translation of `Xj⁻¹ Xi`.
+    rotation: Mat3<V>,
+    translation: Lanes,
+    /// The same of E; its quaternion has w ≥ 0.
+    error_q: Quaternion<f64>,
+    error_rotation: Mat3<V>,
+    error_t: Lanes,
+}
+
+impl PoseError<'_> {
+    #[inline(always)]
+    fn motions<V: Four>(&self) -> Motions<V> {
+        let (qi, qj) = (self.first.rotation.quaternion(), self.second.rotation.quaternion());
+        let back = conjugate(qj);
+        let q = product(&back, qi);
+        let rotation: Mat3<V> = Mat3::rotation(&q);
+        let apart = self.first.translation.vector - self.second.translation.vector;
+        let translation = Mat3::<V>::rotation(&back).times(&lanes(&apart)).get();
+        // E⁻¹ = (Xj⁻¹ Xi) Z
+        let inverse = product(&q, self.measurement.rotation.quaternion());
+        let z = rotation.times(&lanes(&self.measurement.translation.vector)).get();
+        let t: Lanes = [-(translation[0] + z[0]), -(translation[1] + z[1]), -(translation[2] + z[2]), 0.0];
+        let error_q = conjugate(&inverse);
+        let error_q = if error_q.w < 0.0 { -error_q } else { error_q };
+        let error_rotation: Mat3<V> = Mat3::rotation(&error_q);
+        let error_t = error_rotation.times(&t).get();
+        Motions { rotation, translation, error_q, error_rotation, error_t }
+    }
+}
+
+/// `[ω, ν]` of the residual, and how far the rotation is turned.
+struct Residual {
+    w: Lanes,
+    v: Lanes,
+    turn: Turn,
+}
+
+/// The angle of a rotation, |ω| ≤ π.
+#[derive(Clone, Copy)]
+pub(super) struct Turn {
+    /// ω·ω \[rad²\].
+    t2: f64,
+    /// Sine and cosine of half the angle.
+    half: (f64, f64),
+}
+
+/// Below this sine of half the angle the series of the logarithm is exact.
+const SMALL: f64 = 1e-4;
+
+impl Residual {
+    #[inline(always)]
+    fn new<V: Four>(kind: PoseResidual, m: &Motions<V>) -> Self {
+        let q = &m.error_q;
+        let imaginary = [q.i, q.j, q.k, 0.0];
+        if kind == PoseResidual::Mqt {
+            return Self { w: imaginary, v: m.error_t, turn: Turn { t2: 0.0, half: (0.0, 1.0) } };
+        }
+        let n = dot(&imaginary, &imaginary).sqrt();
+        // atan2 keeps its precision near 0 and near π alike.
+        let factor = if n < SMALL {
+            2.0 / q.w - 2.0 * n * n / (3.0 * q.w * q.w * q.w)
+        } else {
+            2.0 * n.atan2(q.w) / n
+        };
+        let w = [q.i * factor, q.j * factor, q.k * factor, 0.0];
+        let turn = Turn { t2: dot(&w, &w), half: (n, q.w) };
+        // Jl⁻¹(ω) t = t − ½ ω×t + c ω×(ω×t)
+        let wt = cross(&w, &m.error_t);
+        let v = {
+            let (c, wwt) = (turn.inverse_coefficient(), cross(&w, &wt));
+            let at = |k: usize| m.error_t[k] - 0.5 * wt[k] + c * wwt[k];
+            [at(0), at(1), at(2), 0.0]
+        };
+        Self { w, v, turn }
+    }
+}
+
+impl Turn {
+    #[cfg(test)]
+    pub(super) fn of(w: &nalgebra::Vector3<f64>) -> Self {
+        let t2 = w.norm_squared();
+        Self { t2, half: (0.5 * t2.sqrt()).sin_cos() }
+    }
+
+    /// c of `Jl⁻¹ = I − ½ω^ + c ω^ω^`.
+    #[inline(always)]
+    fn inverse_coefficient(self) -> f64 {
+        let t2 = self.t2;
+        if t2 < 1e-6 {
+            return 1.0 / 12.0 + t2 / 720.0;
+        }
+        let (sin, cos) = self.half;
+        (1.0 - 0.5 * t2.sqrt() * cos / sin) / t2
+    }
+
+    /// Coefficients of Barfoot eq. 8.91 as in `motorcade_geometry::lie::se3`.
+    #[inline(always)]
+    fn q_coefficients(self) -> (f64, f64, f64) {
+        let t2 = self.t2;
+        let t4 = t2 * t2;
+        if t2 < 0.0009 {
+            return (
+                1.0 / 6.0 - t2 / 120.0 + t4 / 5040.0,
+                1.0 / 24.0 - t2 / 720.0 + t4 / 40320.0,
+                1.0 / 120.0 - t2 / 2520.0 + t4 / 120_960.0,
+            );
+        }
+        let t = t2.sqrt();
+        let (sin, cos) = self.half;
+        let (s, k) = (2.0 * sin * cos, 1.0 - 2.0 * sin * sin);
+        ((t - s) / (t2 * t), (t2 + 2.0 * k - 2.0) / (2.0 * t4), (2.0 * t - 3.0 * s + t * k) / (2.0 * t4 * t))
+    }
+}
+
+/// `Jr⁻¹` of SE(3) at `[ω, ν]` as blocks: `[[J, 0], [−J Q J, J]]` with `J = I + ½ω^ + c ω^ω^` and Barfoot's Q at
+/// (−ω, −ν). With `P = ω^`, `N = ν^`, `s = ω·ν`: `PNP = −s P`, so Q is a sum of P, N, PN + NP and PPN + NPP alone.
+#[inline(always)]
+pub(super) fn log_jacobian<V: Four>(w: &Lanes, v: &Lanes, turn: Turn) -> LowerBlocks<V> {
+    let t2 = turn.t2;
+    let c1 = turn.inverse_coefficient();
+    // ω^ω^ = ωωᵀ − |ω|² I
+    let j = Mat3::identity(1.0 - t2 * c1).plus(&Mat3::hat(w, 0.5)).plus_outer(c1, w, w);
+    let (a, b, c) = turn.q_coefficients();
+    let s = dot(w, v);
+    // −Q = odd − a (PN + NP) + 2cs PP with PN + NP = ωνᵀ + νωᵀ − 2s I, PPN + NPP = −|ω|² N − s P,
+    // PNPP + PPNP = −2s PP
+    let minus_q = Mat3::hat(v, 0.5 - b * t2)
+        .plus(&Mat3::hat(w, s * (2.0 * b - a)))
+        .plus(&Mat3::identity(2.0 * s * (a - c * t2)))
+        .plus_outer(-a, w, v)
+        .plus_outer(-a, v, w)
+        .plus_outer(2.0 * c * s, w, w);
+    LowerBlocks { a: j, b: j.mul(&minus_q.mul(&j)), c: j }
+}
+
+#[inline(always)]
+fn jacobian<V: Four>(kind: PoseResidual, m: &Motions<V>, r: &Residual) -> LowerBlocks<V> {
+    match kind {
+        PoseResidual::Log => log_jacobian::<V>(&r.w, &r.v, r.turn),
+        PoseResidual::Mqt => LowerBlocks {
+            a: Mat3::identity(0.5 * m.error_q.w).plus(&Mat3::hat(&r.w, 0.5)),
+            b: Mat3::identity(0.0),
+            c: m.error_rotation,
+        },
+    }
+}
+
+/// `Ad(Xj⁻¹ Xi) = [[R, 0], [t^ R, R]]`.
+#[inline(always)]
+fn adjoint<V: Four>(m: &Motions<V>) -> LowerBlocks<V> {
+    LowerBlocks { a: m.rotation, b: Mat3::hat(&m.translation, 1.0).mul(&m.rotation), c: m.rotation }
+}
+
+/// Residual, J_i and J_j.
+pub(super) fn linearise(at: &PoseError<'_>) -> (Lanes, Lanes, LowerBlocks<Plain>, LowerBlocks<Plain>) {
+    let m = at.motions::<Plain>();
+    let r = Residual::new(at.residual, &m);
+    let j = jacobian::<Plain>(at.residual, &m, &r);
+    (r.w, r.v, j.mul(&adjoint(&m)), j)
+}
+
+/// `[ω, ν]` of the residual.
+pub(super) fn residual(at: &PoseError<'_>) -> (Lanes, Lanes) {
+    let r = Residual::new(at.residual, &at.motions::<Plain>());
+    (r.w, r.v)
+}
+
+/// `Ω [x; y]` and the square.
+#[inline(always)]
+fn weigh<V: Four>(r: &Residual, o: &Symmetric<V>) -> (Lanes, Lanes, f64) {
+    let (px, qx) = (o.p.times(&r.w), o.q.times(&r.w));
+    let (qy, sy) = (o.q.transpose().times(&r.v), o.s.times(&r.v));
+    let (x, y) = (px.add(qy).get(), qx.add(sy).get());
+    (x, y, dot(&r.w, &x) + dot(&r.v, &y))
+}
+
+/// `rᵀ Ω r`.
+#[inline(always)]
+pub(crate) fn squared_norm<V: Four>(at: &PoseError<'_>) -> f64 {
+    let r = Residual::new(at.residual, &at.motions::<V>());
+    weigh::<V>(&r, &Symmetric::<V>::new(at.information)).2
+}
+
+/// Writes g (12) and the lower triangle of H (12×12, column-major); returns `rᵀ Ω r`.
+#[inline(always)]
+pub(crate) fn normal_equations<V: Four>(at: &PoseError<'_>, g: &mut [f64; 12], h: &mut [f64; 144]) -> f64 {
+    let m = at.motions::<V>();
+    let r = Residual::new(at.residual, &m);
+    let information = Symmetric::new(at.information);
+    let (wx, wy, s) = weigh::<V>(&r, &information);
+    let jacobian = jacobian::<V>(at.residual, &m, &r);
+    let a = jacobian.congruence(&jacobian.after(&information));
+    let (gx, gy) = jacobian.tr_mul(&wx, &wy);
+    let (gx, gy) = (gx.get(), gy.get());
+    let ad = adjoint(&m);
+    let a_ad = ad.after(&a);
+    let ii = ad.congruence(&a_ad);
+    let (fx, fy) = ad.tr_mul(&gx, &gy);
+    let (fx, fy) = (fx.get(), fy.get());
+    for k in 0..3 {
+        (g[k], g[3 + k], g[6 + k], g[9 + k]) = (-fx[k], -fy[k], gx[k], gy[k]);
+    }
+    put(h, 0, 0, &ii.p, 1.0);
+    put(h, 3, 0, &ii.q, 1.0);
+    put(h, 3, 3, &ii.s, 1.0);
+    put(h, 6, 0, &a_ad[0], -1.0);
+    put(h, 6, 3, &a_ad[1], -1.0);
+    put(h, 9, 0, &a_ad[2], -1.0);
+    put(h, 9, 3, &a_ad[3], -1.0);
+    put(h, 6, 6, &a.p, 1.0);
+    put(h, 9, 6, &a.q, 1.0);
+    put(h, 9, 9, &a.s, 1.0);
+    s
+}
+
+#[inline(always)]
+fn conjugate(q: &Quaternion<f64>) -> Quaternion<f64> {
+    Quaternion::new(q.w, -q.i, -q.j, -q.k)
+}
+
+#[inline(always)]
+fn product(a: &Quaternion<f64>, b: &Quaternion<f64>) -> Quaternion<f64> {
+    Quaternion::new(
+        a.w * b.w - a.i * b.i - a.j * b.j - a.k * b.k,
+        a.w * b.i + a.i * b.w + a.j * b.k - a.k * b.j,
+        a.w * b.j - a.i * b.k + a.j * b.w + a.k * b.i,
+        a.w * b.k + a.i * b.j - a.j * b.i + a.k * b.w,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::blocks::join;
+    use super::*;
+    use motorcade_geometry::lie::se3;
+    use nalgebra::Vector3;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn block_jacobian_is_the_one_of_the_group(a in proptest::array::uniform6(-1.8..1.8), small in 1e-4..1.0) {
+            let w = Vector3::new(a[0], a[1], a[2]) * small;
+            let v = Vector3::new(a[3], a[4], a[5]);
+            let expected = se3::right_jacobian_inverse(&join(&w, &v));
+            let ours = log_jacobian::<Plain>(&lanes(&w), &lanes(&v), Turn::of(&w)).to_matrix();
+            prop_assert!((ours - expected).norm() < 1e-11);
+        }
+    }
+}
