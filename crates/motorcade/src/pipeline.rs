@@ -108,7 +108,7 @@ pub fn conclude(
         warnings,
         interrupted: front_end.interrupted,
     };
-    for warning in summary_warnings(&result) {
+    for warning in summary_warnings(&result, front_end.metric) {
         progress.warn(&warning);
         result.warnings.push(warning);
     }

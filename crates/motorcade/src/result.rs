@@ -65,8 +65,8 @@ impl RunResult {
     }
 }
 
-/// What the user should know of a result.
-pub(crate) fn summary_warnings(result: &RunResult) -> Vec<String> {
+/// What the user should know of a result; `metric` when the camera's motion came in metres.
+pub(crate) fn summary_warnings(result: &RunResult, metric: bool) -> Vec<String> {
     let mut out = Vec::new();
     let n = result.ego.frames.len();
     let tracked = |f: &&EgoFrame| matches!(f.status, FrameStatus::Tracked | FrameStatus::Standstill);
@@ -76,7 +76,7 @@ pub(crate) fn summary_warnings(result: &RunResult) -> Vec<String> {
             "{untracked} of {n} frames have a bridged or filled-in pose (see `status` in frames.csv)"
         ));
     }
-    if result.road_measurements.is_empty() && n > 0 {
+    if result.road_measurements.is_empty() && n > 0 && !metric {
         out.push(
             "the road was never seen: the metric scale is a guess, lengths may be off by a factor of two"
                 .to_owned(),

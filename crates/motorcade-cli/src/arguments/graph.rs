@@ -43,7 +43,7 @@ pub struct OptimiseArguments {
     /// Robust kernel of all edges and its scale: huber, cauchy, geman-mcclure, dcs or gnc, such as cauchy:1.0.
     #[arg(long, value_name = "KERNEL:SCALE")]
     pub robust: Option<RobustKernel>,
-    /// Where to start: file, spanning-tree or chordal.
+    /// Where to start: file, spanning-tree, chordal, or auto, which tries a few steps from each and goes on from the best.
     #[arg(long, default_value = "file")]
     pub init: Start,
     /// Most iterations.
