@@ -98,7 +98,7 @@ pub(super) fn resolve(
                 let colour = match drawn.get(ids[k] as usize) {
                     None => {
                         let direction = pose.transform_vector(&ray_in_camera.normalize());
-                        sky::colour(scene.textures, &direction, 1.0 / camera.fx, scene.drive.render.overcast)
+                        sky::colour(scene.textures, &scene.air, &direction, 1.0 / camera.fx)
                     }
                     Some(triangle) => {
                         let surface = &surfaces[triangle.surface as usize];
