@@ -8,13 +8,13 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::drive::Drive;
 use crate::error::{Error, Result};
+use crate::form::{Form, body_type};
 use crate::motion::{Axles, Road, follow};
 use crate::plan::{Driver, Plan, Rig, Route, Side};
 use crate::render::RenderOptions;
 use crate::route::{self, PARKING_INSET_M};
 use crate::scenario::Scenario;
 use crate::site::Site;
-use crate::form::{Form, body_type};
 use crate::vehicle::{SimulatedVehicle, draw_colour, draw_size};
 
 /// Road before the start and after the end of the camera's way \[m\]: nothing may end in sight.

@@ -87,8 +87,11 @@ pub(crate) fn of_frame(
             for (index, (keypoint, place)) in known.iter().zip(&places).enumerate() {
                 let Some((at, depth_m)) = pixel(index) else { continue };
                 let to_eye = eye - place;
-                let facing =
-                    keypoint.faces.iter().map(|f| f.dot(&to_eye) / to_eye.norm().max(1e-9)).fold(-1.0, f64::max);
+                let facing = keypoint
+                    .faces
+                    .iter()
+                    .map(|f| f.dot(&to_eye) / to_eye.norm().max(1e-9))
+                    .fold(-1.0, f64::max);
                 let sight = if !camera.contains(&at, 0.0) {
                     Sight::Outside
                 } else if hidden(sighted.vehicle, &at, depth_m) {

@@ -67,7 +67,9 @@ pub(super) fn observe(
     let mut out = Vec::new();
     for (point, landmark) in landmarks.iter().enumerate() {
         let seen = camera_from_site.transform_point(landmark);
-        let Some(truth) = outlook.camera.project(&seen).filter(|_| DEPTH_M.contains(&seen.z)) else { continue };
+        let Some(truth) = outlook.camera.project(&seen).filter(|_| DEPTH_M.contains(&seen.z)) else {
+            continue;
+        };
         if !outlook.camera.contains(&truth, 0.0) || outlook.hides(&truth, seen.z, None) {
             continue;
         }

@@ -4,9 +4,9 @@ use motorcade_dataset::Label;
 use nalgebra::Point3;
 use rayon::prelude::*;
 
+use super::Outlook;
 use super::keypoints::{self, KeypointMeasurement, KeypointOptions};
 use super::landmarks::{self, PointObservation, RoadMatch};
-use super::Outlook;
 use crate::drive::Drive;
 use crate::error::{Error, Result};
 use crate::output::{detections, labels};
@@ -44,7 +44,8 @@ impl Default for MeasureOptions {
 impl MeasureOptions {
     /// No errors at all.
     pub fn perfect() -> Self {
-        let keypoints = KeypointOptions { sigma_px: 0.0, sigma_share: 0.0, swap_chance: 0.0, ..Default::default() };
+        let keypoints =
+            KeypointOptions { sigma_px: 0.0, sigma_share: 0.0, swap_chance: 0.0, ..Default::default() };
         Self { pixel_sigma_px: 0.0, outlier_share: 0.0, drop_chance: 0.0, keypoints, ..Self::default() }
     }
 
@@ -128,7 +129,12 @@ impl Drive {
     }
 
     /// Keypoints of a rendered frame: what its depth map shows nearer than a place hides it.
-    pub fn keypoints_of(&self, frame: usize, picture: &crate::Picture, options: &KeypointOptions) -> Vec<KeypointMeasurement> {
+    pub fn keypoints_of(
+        &self,
+        frame: usize,
+        picture: &crate::Picture,
+        options: &KeypointOptions,
+    ) -> Vec<KeypointMeasurement> {
         let outlook = Outlook::of(self, frame);
         let width = outlook.camera.width as usize;
         let hidden = |owner: usize, pixel: &nalgebra::Point2<f64>, depth_m: f64| {

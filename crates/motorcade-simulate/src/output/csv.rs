@@ -57,16 +57,8 @@ pub(super) fn road_matches(all: &Measurements) -> String {
     let mut text = String::from("frame,x_px,y_px,next_x_px,next_y_px,outlier\n");
     for m in &all.road_matches {
         let (a, b) = (m.first, m.second);
-        let _ = writeln!(
-            text,
-            "{},{:.4},{:.4},{:.4},{:.4},{}",
-            m.frame,
-            a.x,
-            a.y,
-            b.x,
-            b.y,
-            u8::from(m.outlier)
-        );
+        let _ =
+            writeln!(text, "{},{:.4},{:.4},{:.4},{:.4},{}", m.frame, a.x, a.y, b.x, b.y, u8::from(m.outlier));
     }
     text
 }

@@ -44,11 +44,7 @@ impl Default for DetectorOptions {
 }
 
 /// Detections of a frame as result lines; track −1, as a detector knows no identities.
-pub(crate) fn of_frame(
-    drive: &Drive,
-    frame: usize,
-    views: &[VehicleView],
-) -> Vec<Label> {
+pub(crate) fn of_frame(drive: &Drive, frame: usize, views: &[VehicleView]) -> Vec<Label> {
     // A stream of its own for every frame: frames can be made in any order.
     let mut rng = ChaCha8Rng::seed_from_u64(hash::mix(drive.seed ^ 0xde7ec7) ^ frame as u64);
     let (camera, options) = (drive.camera(), &drive.detector);
@@ -111,8 +107,11 @@ fn on_walls(drive: &Drive, frame: usize) -> Vec<Label> {
             let seen = camera_from_site.transform_point(&foot);
             let Some(p) = camera.project(&seen).filter(|_| seen.z > 4.0) else { continue };
             let (w, h) = (camera.fx * width_m / seen.z, camera.fy * height_m / seen.z);
-            let wobble = |k: i64| f64::from(hash::normal(hash::mix(drive.seed ^ frame as u64) ^ (cell * 8 + k) as u64));
-            let edges = [p.x - 0.5 * w + wobble(0), p.y - h + wobble(1), p.x + 0.5 * w + wobble(2), p.y + wobble(3)];
+            let wobble = |k: i64| {
+                f64::from(hash::normal(hash::mix(drive.seed ^ frame as u64) ^ (cell * 8 + k) as u64))
+            };
+            let edges =
+                [p.x - 0.5 * w + wobble(0), p.y - h + wobble(1), p.x + 0.5 * w + wobble(2), p.y + wobble(3)];
             let bbox = BoundingBox::new(edges).clipped(camera.width, camera.height);
             if bbox.width() > 6.0 && bbox.height() > 14.0 {
                 found.push(line(frame, VehicleClass::Car, bbox, 0.35 + 0.3 * lot(6)));

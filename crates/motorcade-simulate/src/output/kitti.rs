@@ -36,13 +36,7 @@ pub struct WriteOptions {
 
 impl Default for WriteOptions {
     fn default() -> Self {
-        Self {
-            sequence: "0000".to_owned(),
-            road_masks: true,
-            depth: false,
-            keypoints: None,
-            instance: false,
-        }
+        Self { sequence: "0000".to_owned(), road_masks: true, depth: false, keypoints: None, instance: false }
     }
 }
 

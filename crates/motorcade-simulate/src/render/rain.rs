@@ -25,7 +25,8 @@ pub(super) fn over_row(
     // Streaks are new in every frame: at this speed nothing of them stays.
     for i in 0..STREAKS {
         let at = i + STREAKS * frame as i64;
-        let (top, length) = (lot(0x7a1, at, 0) * height * 1.2 - 0.1 * height, (10.0 + 30.0 * lot(0x7a1, at, 1)) * unit);
+        let (top, length) =
+            (lot(0x7a1, at, 0) * height * 1.2 - 0.1 * height, (10.0 + 30.0 * lot(0x7a1, at, 1)) * unit);
         if y < top || y > top + length {
             continue;
         }
@@ -46,7 +47,8 @@ pub(super) fn over_row(
         let (cx, cy) = (lot(0xd70, at, 0) * width, lot(0xd70, at, 1) * height);
         let radius = (5.0 + 9.0 * lot(0xd70, at, 2)) * unit;
         let reach = (radius * radius - (y - cy) * (y - cy)).max(0.0).sqrt();
-        let (from, to) = ((cx - reach).ceil().max(0.0) as usize, ((cx + reach) as usize).min(row.len().saturating_sub(1)));
+        let (from, to) =
+            ((cx - reach).ceil().max(0.0) as usize, ((cx + reach) as usize).min(row.len().saturating_sub(1)));
         if reach <= 0.0 || from > to {
             continue;
         }

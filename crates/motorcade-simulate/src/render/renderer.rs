@@ -5,11 +5,11 @@ use motorcade_geometry::{Camera, PinholeCamera, Pose};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
+use super::air::Air;
 use super::mesh::{Building, Chunk, Mesh};
 use super::picture::{Picture, VehicleView};
 use super::raster::{Band, Drawn, NOTHING, facing, project};
 use super::resolve::{Resolved, Seen, Surface, resolve};
-use super::air::Air;
 use super::shade::{Colour, Scene, ShadowCaster, Textures};
 use super::{sensor, vehicle_mesh};
 use crate::drive::Drive;

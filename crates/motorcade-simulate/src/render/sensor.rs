@@ -33,7 +33,8 @@ pub(super) fn expose(light: &[Colour], options: &RenderOptions, seed: u64, frame
             let place = (y as u64 * u64::from(width) + x as u64) * 2;
             // Most of a pixel's noise is shared by its colours, as after demosaicking.
             let shared = if noise > 0.0 { noise * hash::normal(key ^ place) } else { 0.0 };
-            let Rgb(levels) = Rgb(colour.map(|c| (gain * c + shared).round().clamp(0.0, 255.0) as u8));
+            // The cast cuts off at 0 and 255; adding a half before rounds.
+            let Rgb(levels) = Rgb(colour.map(|c| (gain * c + shared + 0.5) as u8));
             to.copy_from_slice(&levels);
         }
     });

@@ -2,9 +2,9 @@
 
 use nalgebra::{Point3, Vector3};
 
+use super::air::Air;
 use super::mesh::{Building, Material};
 use super::tile::{Footprint, Tile, floor};
-use super::air::Air;
 use super::{facade, ground, vehicle_paint};
 use crate::drive::Drive;
 use crate::form::Form;
@@ -182,11 +182,13 @@ fn shadow(scene: &Scene<'_>, point: &Point3<f64>) -> f32 {
     light as f32
 }
 
+#[inline]
 pub(super) fn scaled(colour: Colour, factor: f32) -> Colour {
     colour.map(|c| c * factor)
 }
 
 /// `share` of b in a.
+#[inline]
 pub(super) fn mixed(a: Colour, b: Colour, share: f32) -> Colour {
     std::array::from_fn(|i| a[i] + (b[i] - a[i]) * share)
 }

@@ -18,8 +18,7 @@ const TRIM: Colour = [0.07, 0.07, 0.08];
 
 pub(super) fn colour(scene: &Scene<'_>, f: &Fragment, part: Part) -> Paint {
     let index = usize::from(f.owner).checked_sub(1);
-    let Some((vehicle, form)) =
-        index.and_then(|i| Some((scene.drive.vehicles.get(i)?, scene.forms.get(i)?)))
+    let Some((vehicle, form)) = index.and_then(|i| Some((scene.drive.vehicles.get(i)?, scene.forms.get(i)?)))
     else {
         return Paint { colour: TRIM, gloss: 0.0 };
     };
@@ -124,8 +123,7 @@ fn body(vehicle: &SimulatedVehicle, form: &Form, place: &Place, grain: f32) -> P
         let lamp = place.within(0, -1.0, -0.44) * place.beside(1, 0.28, 0.47) * place.within(2, low, high);
         colour = mixed(colour, [0.62, 0.05, 0.05], lamp);
         let plate = place.within(0, -1.0, -0.45) * place.within(1, -0.145, 0.145);
-        let rows =
-            if g.is_some() { place.within(2, 0.345, 0.42) } else { place.within(2, 0.22, 0.27) };
+        let rows = if g.is_some() { place.within(2, 0.345, 0.42) } else { place.within(2, 0.22, 0.27) };
         colour = mixed(colour, [0.90, 0.89, 0.80], plate * rows);
         colour = mixed(colour, TRIM, place.within(0, -1.0, -0.45) * place.within(2, 0.20, 0.27) * 0.8);
     }

@@ -1,0 +1,73 @@
+//! Which drives are run and how good the results have to be.
+
+use motorcade_simulate::Weather::{self, Clear, Overcast, Rain};
+
+/// Most that is allowed.
+#[derive(Clone, Copy, Debug)]
+pub struct Bounds {
+    /// SE(3)-aligned \[m\].
+    pub ego_ate_m: f64,
+    /// Of the length of the way, either direction \[%\].
+    pub scale_pct: f64,
+    /// Mean over vehicles \[m\]; `None` where no vehicle counts (unhidden, 40 px high, within 50 m, 10 frames).
+    pub vehicle_ate_m: Option<f64>,
+    /// Least share of counting frames with an estimate \[%\].
+    pub coverage_pct: Option<f64>,
+}
+
+/// One drive.
+#[derive(Clone, Copy, Debug)]
+pub struct Case {
+    pub name: &'static str,
+    pub frames: usize,
+    pub weather: Weather,
+    pub bounds: Bounds,
+}
+
+/// Name, frames, weather; bounds: ego ATE \[m\], scale \[%\], vehicle ATE \[m\] and coverage \[%\], 0 for no vehicles.
+const fn case(name: &'static str, frames: usize, weather: Weather, bounds: [f64; 4]) -> Case {
+    let [ego_ate_m, scale_pct, vehicle_ate_m, coverage_pct] = bounds;
+    let seen = coverage_pct > 0.0;
+    let bounds = Bounds {
+        ego_ate_m,
+        scale_pct,
+        vehicle_ate_m: if seen { Some(vehicle_ate_m) } else { None },
+        coverage_pct: if seen { Some(coverage_pct) } else { None },
+    };
+    Case { name, frames, weather, bounds }
+}
+
+/// Run with every test run.
+pub const SHORT: &[Case] = &[
+    case("straight", 40, Clear, [9.0, 99.0, 9.0, 10.0]),
+    case("pitched", 40, Overcast, [9.0, 99.0, 9.0, 10.0]),
+    case("oncoming", 40, Rain, [9.0, 99.0, 9.0, 10.0]),
+];
+
+/// Every scenario.
+#[rustfmt::skip] // one drive a line
+pub const FULL: &[Case] = &[
+    case("demo", 110, Clear, [9.0, 99.0, 9.0, 10.0]),
+    case("straight", 90, Clear, [9.0, 99.0, 9.0, 10.0]),
+    case("bends", 110, Overcast, [9.0, 99.0, 9.0, 10.0]),
+    case("slope", 110, Clear, [9.0, 99.0, 9.0, 10.0]),
+    case("stop-and-go", 150, Clear, [9.0, 99.0, 9.0, 10.0]),
+    case("standing-start", 100, Clear, [9.0, 99.0, 9.0, 10.0]),
+    case("roundabout", 120, Clear, [9.0, 99.0, 9.0, 10.0]),
+    case("oncoming", 90, Rain, [9.0, 99.0, 9.0, 10.0]),
+    case("crossing", 100, Clear, [9.0, 99.0, 9.0, 10.0]),
+    case("overtaking", 100, Overcast, [9.0, 99.0, 9.0, 10.0]),
+    case("turning", 100, Clear, [9.0, 99.0, 9.0, 10.0]),
+    case("parked", 90, Rain, [9.0, 99.0, 9.0, 10.0]),
+    case("rough", 90, Clear, [9.0, 99.0, 9.0, 10.0]),
+    case("truck", 90, Clear, [9.0, 99.0, 9.0, 10.0]),
+    case("dense", 90, Clear, [9.0, 99.0, 9.0, 10.0]),
+    case("empty", 100, Clear, [9.0, 99.0, 0.0, 0.0]),
+    case("crowd", 60, Clear, [9.0, 99.0, 9.0, 10.0]),
+    case("pitched", 90, Clear, [9.0, 99.0, 9.0, 10.0]),
+    case("rolled", 90, Clear, [9.0, 99.0, 9.0, 10.0]),
+    case("low-camera", 90, Clear, [9.0, 99.0, 9.0, 10.0]),
+    case("high-camera", 90, Clear, [9.0, 99.0, 9.0, 10.0]),
+    case("false-boxes", 90, Overcast, [9.0, 99.0, 9.0, 10.0]),
+    case("jumping-boxes", 90, Clear, [9.0, 99.0, 9.0, 10.0]),
+];
