@@ -31,7 +31,9 @@ pub fn simulate(arguments: &SimulateArguments) -> anyhow::Result<u8> {
     }
     let drive = match (&arguments.trajectory, &arguments.scenario) {
         (Some(trajectory), _) => real(trajectory, arguments)?,
-        (None, Some(name)) => built_in(name, arguments.frames.unwrap_or(120), arguments.seed, &render(arguments))?,
+        (None, Some(name)) => {
+            built_in(name, arguments.frames.unwrap_or(120), arguments.seed, &render(arguments))?
+        }
         (None, None) => bail!("--scenario or --trajectory is needed"),
     };
     let options = WriteOptions {

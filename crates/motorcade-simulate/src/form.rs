@@ -136,13 +136,13 @@ mod tests {
     #[test]
     fn sizes_decide_about_bodies() {
         let share = |size: Dimensions, body| {
-            let bodies = (0..200).map(|i| super::body_type(VehicleClass::Car, &size, f64::from(i) / 200.0));
+            let bodies = (0..200).map(|i| body_type(VehicleClass::Car, &size, f64::from(i) / 200.0));
             bodies.filter(|b| *b == Some(body)).count()
         };
         assert!(share(GOLF, BodyType::Hatchback) > 120);
         let suv = Dimensions { length_m: 4.5, width_m: 1.85, height_m: 1.7 };
         assert!(share(suv, BodyType::Suv) > 100 && share(suv, BodyType::Coupe) == 0);
-        assert_eq!(super::body_type(VehicleClass::Bus, &GOLF, 0.5), None);
+        assert_eq!(body_type(VehicleClass::Bus, &GOLF, 0.5), None);
     }
 
     #[test]

@@ -22,6 +22,16 @@ pub struct Case {
     pub frames: usize,
     pub weather: Weather,
     pub bounds: Bounds,
+    /// Why the bounds are missed today. The suite tells it instead of failing, and fails once they are kept: then the
+    /// mark has to go.
+    pub open: Option<&'static str>,
+}
+
+impl Case {
+    /// Marks a known failure.
+    const fn open(self, why: &'static str) -> Self {
+        Self { open: Some(why), ..self }
+    }
 }
 
 /// Name, frames, weather; bounds: ego ATE \[m\], scale \[%\], vehicle ATE \[m\] and coverage \[%\], 0 for no vehicles.
@@ -34,7 +44,7 @@ const fn case(name: &'static str, frames: usize, weather: Weather, bounds: [f64;
         vehicle_ate_m: if seen { Some(vehicle_ate_m) } else { None },
         coverage_pct: if seen { Some(coverage_pct) } else { None },
     };
-    Case { name, frames, weather, bounds }
+    Case { name, frames, weather, bounds, open: None }
 }
 
 /// Run with every test run.
