@@ -23,6 +23,10 @@ pub fn simulate(arguments: &SimulateArguments) -> anyhow::Result<u8> {
         }
         return Ok(exit::FINE);
     }
+    // clap forgets what is required once it conflicts with something given.
+    if arguments.trajectory.is_none() && (arguments.labels.is_some() || arguments.calibration.is_some()) {
+        bail!("--labels and --calibration belong to a --trajectory");
+    }
     // clap asks for it unless --list is given.
     let Some(out) = &arguments.out else { bail!("--out is needed") };
     let occupied = std::fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_some());

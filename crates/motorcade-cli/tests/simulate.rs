@@ -27,7 +27,7 @@ fn small_drive(folder: &std::path::Path, frames: usize) {
 fn a_real_drive_is_reenacted() {
     let folder = tempfile::tempdir().unwrap();
     small_drive(folder.path(), 3);
-    let command = "simulate --trajectory poses.txt --labels labels.txt --calibration calib.txt --camera 3 --width 207 \
+    let command = "simulate --trajectory poses.txt --labels labels.txt --calibration calib.txt --camera 3 --width 414 \
                    --keypoints --out drive --progress none";
     let told = answer(folder.path(), command);
     told.expect(0, &[]);
@@ -75,7 +75,7 @@ fn geometry_alone_writes_tables_and_no_pictures() {
 fn what_cannot_be_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     small_drive(folder.path(), 3);
-    std::fs::write(folder.path().join("torn.txt"), "1 0 0 0 0 1 0 0\n").unwrap();
+    std::fs::write(folder.path().join("torn.txt"), "1 0 0 0 0\n").unwrap();
     for (command, code, said) in [
         ("simulate --trajectory poses.txt --frames 9 --out d", 1, "holds 3 poses"),
         ("simulate --trajectory poses.txt --height 0 --out d", 1, "--height"),
