@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use motorcade::{Config, Given, RunContext, output, write_run};
+use motorcade::{Config, Given, Progress, RunContext, output, write_run};
 use motorcade_dataset::{Sequence, SequenceOptions};
 use motorcade_evaluate::evaluate_run;
 use motorcade_perception::{Perception, PerceptionOptions};
@@ -23,16 +23,9 @@ pub fn demo(arguments: &DemoArguments) -> anyhow::Result<u8> {
     output::prepare(&arguments.out, true)?;
     let drive = beside(&arguments.out);
     let reporter = Reporter::new(arguments.progress);
-    let render = RenderOptions::default();
-    let written = simulate::write(
-        SCENARIO,
-        arguments.frames,
-        arguments.seed,
-        &render,
-        &WriteOptions::default(),
-        &drive,
-        &reporter,
-    )?;
+    let planned = simulate::built_in(SCENARIO, arguments.frames, arguments.seed, &RenderOptions::default())?;
+    reporter.begin("rendering", Some(planned.len()));
+    let written = planned.write_kitti(&drive, &WriteOptions::default(), &|done| reporter.advance(done))?;
     let options =
         SequenceOptions { sequence: Some(written.sequence.clone()), camera: Some(2), ..Default::default() };
     let sequence = Sequence::open(&written.training, &options)?;

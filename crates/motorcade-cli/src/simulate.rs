@@ -4,13 +4,18 @@ use std::path::Path;
 
 use anyhow::bail;
 use motorcade::Progress;
-use motorcade_simulate::{RenderOptions, Scenario, WriteOptions, Written, scenarios, simulate as plan};
+use motorcade_dataset::{Cam0, KittiCalibration, read_labels, read_trajectory};
+use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
+use motorcade_simulate::{
+    Drive, KeypointOptions, MeasureOptions, ReenactOptions, RenderOptions, Scenario, SensorOptions,
+    WriteOptions, labels_in_camera, reenact, scenarios, simulate as plan,
+};
 
 use crate::arguments::SimulateArguments;
 use crate::exit;
 use crate::progress::Reporter;
 
-/// Lists scenarios, or renders one.
+/// Lists scenarios, or renders a scenario or a real drive.
 pub fn simulate(arguments: &SimulateArguments) -> anyhow::Result<u8> {
     if arguments.list {
         for scenario in scenarios() {
@@ -18,44 +23,106 @@ pub fn simulate(arguments: &SimulateArguments) -> anyhow::Result<u8> {
         }
         return Ok(exit::FINE);
     }
-    // clap asks for both unless --list is given.
-    let (Some(name), Some(out)) = (&arguments.scenario, &arguments.out) else {
-        bail!("--scenario and --out are needed")
-    };
+    // clap forgets what is required once it conflicts with something given.
+    if arguments.trajectory.is_none() && (arguments.labels.is_some() || arguments.calibration.is_some()) {
+        bail!("--labels and --calibration belong to a --trajectory");
+    }
+    // clap asks for it unless --list is given.
+    let Some(out) = &arguments.out else { bail!("--out is needed") };
     let occupied = std::fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_some());
     if occupied && !arguments.force {
         bail!("{} is not empty; choose another --out or add --force to write over it", out.display());
     }
-    let reporter = Reporter::new(arguments.progress);
-    let render = RenderOptions::default().with_width(arguments.width);
-    let options =
-        WriteOptions { depth: arguments.depth, instance: arguments.instance, ..WriteOptions::default() };
-    let written = write(name, arguments.frames, arguments.seed, &render, &options, out, &reporter)?;
-    reporter.finish();
+    let drive = match (&arguments.trajectory, &arguments.scenario) {
+        (Some(trajectory), _) => real(trajectory, arguments)?,
+        (None, Some(name)) => {
+            built_in(name, arguments.frames.unwrap_or(120), arguments.seed, &render(arguments))?
+        }
+        (None, None) => bail!("--scenario or --trajectory is needed"),
+    };
+    let options = WriteOptions {
+        depth: arguments.depth,
+        instance: arguments.instance,
+        keypoints: arguments.keypoints.then(KeypointOptions::default),
+        ..WriteOptions::default()
+    };
+    let written = if arguments.geometry_only {
+        let measure = MeasureOptions {
+            pixel_sigma_px: arguments.pixel_noise,
+            outlier_share: arguments.outliers,
+            drop_chance: arguments.drop_outs,
+            ..MeasureOptions::default()
+        };
+        drive.write_geometry(out, &options, &measure)?
+    } else {
+        let reporter = Reporter::new(arguments.progress);
+        reporter.begin("rendering", Some(drive.len()));
+        let written = drive.write_kitti(out, &options, &|done| reporter.advance(done))?;
+        reporter.finish();
+        written
+    };
     exit::print(&format!(
         "{} frames, {} labelled boxes\n{}",
-        arguments.frames,
+        drive.len(),
         written.labels,
         written.training.display()
     ));
     Ok(exit::FINE)
 }
 
-/// Renders a scenario into a folder.
-pub fn write(
-    name: &str,
-    frames: usize,
-    seed: u64,
-    render: &RenderOptions,
-    options: &WriteOptions,
-    out: &Path,
-    reporter: &Reporter,
-) -> anyhow::Result<Written> {
+/// A built-in scenario driven.
+pub fn built_in(name: &str, frames: usize, seed: u64, render: &RenderOptions) -> anyhow::Result<Drive> {
     let Some(scenario) = Scenario::by_name(name) else {
         let known: Vec<String> = scenarios().into_iter().map(|s| s.name).collect();
         bail!("unknown scenario `{name}`; known are {}", known.join(", "));
     };
-    let drive = plan(&scenario, frames, seed, render)?;
-    reporter.begin("rendering", Some(frames));
-    Ok(drive.write_kitti(out, options, &|done| reporter.advance(done))?)
+    Ok(plan(&scenario, frames, seed, render)?)
+}
+
+fn render(arguments: &SimulateArguments) -> RenderOptions {
+    let sensor = SensorOptions {
+        exposure_drift: arguments.exposure_drift,
+        blur_samples: arguments.blur_samples,
+        shutter_s: arguments.shutter,
+        ..SensorOptions::default()
+    };
+    RenderOptions { weather: arguments.weather, sensor, ..RenderOptions::default() }
+        .with_width(arguments.width)
+}
+
+/// A real drive re-enacted.
+fn real(trajectory: &Path, arguments: &SimulateArguments) -> anyhow::Result<Drive> {
+    if !(0.2..=10.0).contains(&arguments.height) {
+        bail!("--height must lie in [0.2, 10] m, got {}", arguments.height);
+    }
+    let mut poses: Vec<Pose<World, Cam0>> = read_trajectory(trajectory)?.poses;
+    if let Some(frames) = arguments.frames {
+        if frames > poses.len() {
+            bail!("--frames {frames}: {} holds {} poses", trajectory.display(), poses.len());
+        }
+        poses.truncate(frames);
+    }
+    let labels = arguments.labels.as_deref().map(read_labels).transpose()?.unwrap_or_default();
+    let (mut render, mut camera_from_cam0) = (render(arguments), Pose::<Camera, Cam0>::identity());
+    if let Some(path) = &arguments.calibration {
+        let calibration = KittiCalibration::read(path)?.camera(path, arguments.camera)?;
+        camera_from_cam0 = calibration.camera_from_cam0;
+        // KITTI's tracking files give no size: that of the scenarios is theirs.
+        let full = RenderOptions::default().camera;
+        let (width, height) = calibration.size.unwrap_or((full.width, full.height));
+        let (fx, fy, cx, cy) = (calibration.fx, calibration.fy, calibration.cx, calibration.cy);
+        render.camera = PinholeCamera { fx, fy, cx, cy, width, height };
+        render = render.with_width(arguments.width);
+    }
+    let labels = labels_in_camera(&labels, &camera_from_cam0);
+    let cam0_from_camera = camera_from_cam0.inverse();
+    let poses: Vec<Pose<World, Camera>> = poses.iter().map(|p| *p * cam0_from_camera).collect();
+    let options = ReenactOptions {
+        height_m: arguments.height,
+        first_frame: arguments.first_frame,
+        seed: arguments.seed,
+        ..ReenactOptions::default()
+    };
+    let name = trajectory.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    Ok(reenact(&name, &poses, &labels, &options, &render)?)
 }

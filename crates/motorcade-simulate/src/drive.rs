@@ -3,6 +3,7 @@
 use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle, World};
 
 use crate::motion::Road;
+use crate::output::DetectorOptions;
 use crate::render::RenderOptions;
 use crate::site::Site;
 use crate::vehicle::SimulatedVehicle;
@@ -16,6 +17,8 @@ pub struct Drive {
     pub seed: u64,
     /// How pictures are made of it.
     pub render: RenderOptions,
+    /// How the detector errs on it.
+    pub detector: DetectorOptions,
     /// The road.
     pub road: Road,
     /// `site_from_camera` at each frame.

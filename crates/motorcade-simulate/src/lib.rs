@@ -27,7 +27,9 @@
 
 mod drive;
 mod error;
+mod form;
 mod hash;
+mod measure;
 mod motion;
 mod output;
 mod plan;
@@ -42,11 +44,14 @@ mod vehicle;
 
 pub use drive::Drive;
 pub use error::{Error, Result};
+pub use measure::{
+    KeypointMeasurement, KeypointOptions, MeasureOptions, Measurements, PointObservation, RoadMatch,
+};
 pub use motion::{Bend, Grade, Road, RoadPlan, RoadPoint, SpeedPlan};
 pub use output::{DetectorOptions, WriteOptions, Written};
 pub use plan::{Driver, Plan, Rig, Route, Side};
-pub use reenact::{ReenactOptions, reenact};
-pub use render::{Picture, RenderOptions, Renderer, SensorOptions, VehicleView};
+pub use reenact::{ReenactOptions, labels_in_camera, reenact};
+pub use render::{Picture, RenderOptions, Renderer, SensorOptions, VehicleView, Weather};
 pub use scenario::{Scenario, scenarios};
 pub use simulate::simulate;
 pub use site::Site;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use motorcade_dataset::Label;
+use motorcade_dataset::{Cam0, Label};
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_perception::VehicleClass;
 use motorcade_vehicles::Dimensions;
@@ -12,7 +12,9 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::drive::Drive;
 use crate::error::{Error, Result};
+use crate::form::body_type;
 use crate::motion::Road;
+use crate::output::DetectorOptions;
 use crate::render::RenderOptions;
 use crate::route::LANE_M;
 use crate::scenery::kerb_height_m;
@@ -37,6 +39,15 @@ impl Default for ReenactOptions {
     fn default() -> Self {
         Self { height_m: 1.65, half_width_m: 5.6, first_frame: 0, seed: 0 }
     }
+}
+
+/// Labels of camera 0 in another camera of the rig. Rectified cameras differ by a shift alone, so headings stay.
+pub fn labels_in_camera(labels: &[Label], camera_from_cam0: &Pose<Camera, Cam0>) -> Vec<Label> {
+    let moved = |label: &Label| {
+        let place = camera_from_cam0.transform_point(&Point3::from(label.location_m));
+        Label { location_m: place.coords.into(), ..label.clone() }
+    };
+    labels.iter().map(moved).collect()
 }
 
 /// Puts the camera where it was and vehicles where their labels say (KITTI's conventions, in the frame of the given
@@ -66,7 +77,15 @@ pub fn reenact(
         world_from_camera.iter().map(|p| site_from_world * *p).collect();
     let road = road_below(&site_from_camera, options);
     let vehicles = vehicles(&site_from_camera, labels, &road, options, render.fps);
-    Ok(Drive { name: name.to_owned(), seed: options.seed, render: *render, road, site_from_camera, vehicles })
+    Ok(Drive {
+        name: name.to_owned(),
+        seed: options.seed,
+        render: *render,
+        detector: DetectorOptions::default(),
+        road,
+        site_from_camera,
+        vehicles,
+    })
 }
 
 /// The road under the camera's way: its points a metre apart, smoothed, moved to the middle of the road.
@@ -169,8 +188,9 @@ fn vehicles(
         }
         let speeds_m_s = speeds(&poses, fps);
         let size = Dimensions { length_m, width_m, height_m };
-        let (shape, colour) = (rng.random(), draw_colour(class, &mut rng));
-        out.push(SimulatedVehicle { id: id as u32, class, size, shape, colour, poses, speeds_m_s });
+        let body_type = body_type(class, &size, rng.random());
+        let colour = draw_colour(class, &mut rng);
+        out.push(SimulatedVehicle { id: id as u32, class, size, body_type, colour, poses, speeds_m_s });
     }
     out
 }

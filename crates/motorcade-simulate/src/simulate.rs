@@ -8,13 +8,14 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::drive::Drive;
 use crate::error::{Error, Result};
+use crate::form::{Form, body_type};
 use crate::motion::{Axles, Road, follow};
 use crate::plan::{Driver, Plan, Rig, Route, Side};
 use crate::render::RenderOptions;
 use crate::route::{self, PARKING_INSET_M};
 use crate::scenario::Scenario;
 use crate::site::Site;
-use crate::vehicle::{AXLES, SimulatedVehicle, draw_colour, draw_size};
+use crate::vehicle::{SimulatedVehicle, draw_colour, draw_size};
 
 /// Road before the start and after the end of the camera's way \[m\]: nothing may end in sight.
 pub(crate) const MARGIN_M: (f64, f64) = (70.0, 260.0);
@@ -52,7 +53,15 @@ pub fn simulate(scenario: &Scenario, frames: usize, seed: u64, render: &RenderOp
         let vehicle = drive(&road, &driver, vehicles.len() as u32, frames, render.fps, &mut rng)?;
         vehicles.push(vehicle);
     }
-    Ok(Drive { name: scenario.name.clone(), seed, render: *render, road, site_from_camera, vehicles })
+    Ok(Drive {
+        name: scenario.name.clone(),
+        seed,
+        render: *render,
+        detector: scenario.detector,
+        road,
+        site_from_camera,
+        vehicles,
+    })
 }
 
 fn drive(
@@ -64,7 +73,8 @@ fn drive(
     rng: &mut ChaCha8Rng,
 ) -> Result<SimulatedVehicle> {
     let size = draw_size(driver.class, rng);
-    let (shape, colour) = (rng.random::<f64>(), draw_colour(driver.class, rng));
+    let body_type = body_type(driver.class, &size, rng.random());
+    let (form, colour) = (Form::of(driver.class, body_type, &size), draw_colour(driver.class, rng));
     let (poses, speeds_m_s) = if let Route::Parked { s_m, side } = driver.route {
         let d = side.sign()
             * (road.half_width_m - PARKING_INSET_M - 0.5 * size.width_m + rng.random_range(-0.08..0.08));
@@ -74,14 +84,14 @@ fn drive(
     } else {
         let (path, start_m) = route::path(road, &driver.route, size.width_m)?;
         let axles = Axles {
-            wheelbase_m: (AXLES.0 - AXLES.1) * size.length_m,
-            rear_to_centre_m: -AXLES.1 * size.length_m,
+            wheelbase_m: (form.front_axle - form.rear_axle) * size.length_m,
+            rear_to_centre_m: -form.rear_axle * size.length_m,
         };
         let stances = follow(&path, start_m, axles, &driver.speed, frames, fps);
         let pose = |s: &crate::motion::Stance| Some(standing(road, &s.centre, s.heading_rad));
         (stances.iter().map(pose).collect(), stances.iter().map(|s| s.speed_m_s).collect())
     };
-    Ok(SimulatedVehicle { id, class: driver.class, size, shape, colour, poses, speeds_m_s })
+    Ok(SimulatedVehicle { id, class: driver.class, size, body_type, colour, poses, speeds_m_s })
 }
 
 /// Parked cars by lot, where no planned one stands and no crossing is.

@@ -2,9 +2,11 @@
 
 use motorcade_geometry::{Pose, Vehicle};
 use motorcade_perception::VehicleClass;
+use motorcade_shape::BodyType;
 use motorcade_vehicles::{Dimensions, SizePrior};
 use rand::Rng;
 
+use crate::form::Form;
 use crate::hash;
 use crate::site::Site;
 
@@ -17,14 +19,21 @@ pub struct SimulatedVehicle {
     pub class: VehicleClass,
     /// True size.
     pub size: Dimensions,
-    /// Shape within the class, 0 to 1.
-    pub shape: f64,
+    /// Which body of the shape prior it has, stretched to its size; `None` where the prior has none: trucks, buses,
+    /// motorcycles.
+    pub body_type: Option<BodyType>,
     /// Body colour, red, green, blue, 0 to 1.
     pub colour: [f32; 3],
     /// `site_from_vehicle` at each frame; `None` where it is not in the world.
     pub poses: Vec<Option<Pose<Site, Vehicle>>>,
     /// Speed at each frame \[m/s\].
     pub speeds_m_s: Vec<f64>,
+}
+
+impl SimulatedVehicle {
+    pub(crate) fn form(&self) -> Form {
+        Form::of(self.class, self.body_type, &self.size)
+    }
 }
 
 /// Colours of cars as they are sold: mostly no colours.
@@ -63,6 +72,3 @@ pub(crate) fn draw_colour(class: VehicleClass, rng: &mut impl Rng) -> [f32; 3] {
         _ => bright[rng.random_range(0..bright.len())],
     }
 }
-
-/// Axle positions as fractions of length from the body centre: front, rear.
-pub(crate) const AXLES: (f64, f64) = (0.31, -0.29);

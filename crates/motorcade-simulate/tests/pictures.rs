@@ -5,7 +5,7 @@
 use image::GrayImage;
 use motorcade_dataset::gray_from_rgb;
 use motorcade_perception::BoundingBox;
-use motorcade_simulate::{Drive, Picture, RenderOptions, Renderer, Scenario, simulate};
+use motorcade_simulate::{Drive, Picture, RenderOptions, Renderer, Scenario, Weather, simulate};
 use motorcade_vehicles::image_box;
 use nalgebra::{Point2, Point3};
 
@@ -135,4 +135,21 @@ fn the_road_has_texture_near_and_far() {
         }
         assert!(strong * 5 > all && all > 1000, "{range}: {strong} of {all} pixels have a gradient");
     }
+}
+
+#[test]
+fn rain_is_darker_and_flatter_than_sun_and_still_has_texture() {
+    let seen = |weather: Weather| {
+        let mut drive = drive("demo", 1, 414);
+        drive.render.weather = weather;
+        let grey = gray_from_rgb(&picture(&drive, 0).rgb);
+        let n = grey.as_raw().len() as f64;
+        let mean = grey.as_raw().iter().map(|v| f64::from(*v)).sum::<f64>() / n;
+        let spread = grey.as_raw().iter().map(|v| (f64::from(*v) - mean).powi(2)).sum::<f64>() / n;
+        (mean, spread.sqrt())
+    };
+    let (clear, overcast, rain) = (seen(Weather::Clear), seen(Weather::Overcast), seen(Weather::Rain));
+    assert!(rain.0 < 0.8 * overcast.0 && rain.1 < 0.9 * clear.1, "{clear:?} {overcast:?} {rain:?}");
+    assert!(rain.1 > 10.0, "{rain:?}");
+    assert_ne!(clear, overcast);
 }

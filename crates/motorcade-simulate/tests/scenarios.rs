@@ -108,3 +108,15 @@ fn a_standing_car_neither_moves_nor_rocks() {
         (drive.site_from_camera[79].translation() - drive.site_from_camera[0].translation()).norm() > 5.0
     );
 }
+
+#[test]
+fn the_crowd_is_one() {
+    let drive = driven("crowd", 3, 1);
+    let in_sight = (0..drive.vehicles.len()).filter(|i| {
+        let centre = drive.camera_from_vehicle(*i, 0).unwrap().translation();
+        centre.z > 1.0
+            && drive.camera().project(&Point3::from(centre)).is_some_and(|p| drive.camera().contains(&p, 0.0))
+    });
+    let count = in_sight.count();
+    assert!(count >= 60, "{count} vehicles in the frame");
+}

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use motorcade_simulate::Weather;
 
 use super::ProgressKind;
 
@@ -11,6 +12,10 @@ use super::ProgressKind;
 #[command(after_help = "Examples:
   motorcade simulate --list
   motorcade simulate --scenario demo --frames 120 --seed 1 --out drives/demo
+  motorcade simulate --scenario dense --weather rain --keypoints --depth --out drives/rain
+  motorcade simulate --scenario dense --geometry-only --out drives/measurements
+  motorcade simulate --trajectory kitti/training/gt_poses/0005.txt --labels kitti/training/label_02/0005.txt \\
+      --calibration kitti/training/calib/0005.txt --camera 3 --out drives/0005
   motorcade run drives/demo/training --sequence 0000 --detections drives/demo/training/detections/0000.txt \\
       --road-masks drives/demo/training/road_masks/0000 --out runs/demo")]
 pub struct SimulateArguments {
@@ -18,11 +23,30 @@ pub struct SimulateArguments {
     #[arg(long)]
     pub list: bool,
     /// Scenario.
-    #[arg(long, required_unless_present = "list")]
+    #[arg(long, required_unless_present_any = ["list", "trajectory"], conflicts_with = "trajectory")]
     pub scenario: Option<String>,
-    /// Frames, ten a second.
-    #[arg(long, default_value_t = 120)]
-    pub frames: usize,
+    /// Re-enacts a real drive: `world_from_cam0`, a KITTI pose (12 numbers) or TUM line a frame.
+    #[arg(long, value_name = "FILE")]
+    pub trajectory: Option<PathBuf>,
+    /// KITTI tracking labels of the vehicles of that drive, in cam0; none are re-enacted without.
+    #[arg(long, value_name = "FILE", requires = "trajectory")]
+    pub labels: Option<PathBuf>,
+    /// KITTI calibration of that drive: the simulated camera takes place and intrinsics of `--camera`. Without it camera 0
+    /// is taken over with the intrinsics of the scenarios.
+    #[arg(long, value_name = "FILE", requires = "trajectory")]
+    pub calibration: Option<PathBuf>,
+    /// Camera of the calibration.
+    #[arg(long, default_value_t = 2, requires = "calibration")]
+    pub camera: u8,
+    /// Height of the camera of that drive above the road in metres.
+    #[arg(long, default_value_t = 1.65, requires = "trajectory")]
+    pub height: f64,
+    /// Frame number, in the labels, of the first pose.
+    #[arg(long, default_value_t = 0, requires = "trajectory")]
+    pub first_frame: u64,
+    /// Frames, ten a second. By default 120 of a scenario, all of a trajectory.
+    #[arg(long)]
+    pub frames: Option<usize>,
     /// Seed of all that is random.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
@@ -38,6 +62,33 @@ pub struct SimulateArguments {
     /// Also write instance maps.
     #[arg(long)]
     pub instance: bool,
+    /// Also write 2D keypoints with confidences, of the 36 and of the 14 of the shape prior's layouts.
+    #[arg(long)]
+    pub keypoints: bool,
+    /// Writes measurements as tables instead of pictures: landmarks, road matches, boxes, keypoints.
+    #[arg(long, conflicts_with_all = ["depth", "instance"])]
+    pub geometry_only: bool,
+    /// Noise of landmarks and road matches in pixels, with --geometry-only.
+    #[arg(long, default_value_t = 0.4, requires = "geometry_only")]
+    pub pixel_noise: f64,
+    /// Share of landmarks and road matches that are wrong, with --geometry-only.
+    #[arg(long, default_value_t = 0.03, requires = "geometry_only")]
+    pub outliers: f64,
+    /// Chance that a landmark or road match is missed, with --geometry-only.
+    #[arg(long, default_value_t = 0.05, requires = "geometry_only")]
+    pub drop_outs: f64,
+    /// Weather.
+    #[arg(long, default_value = "clear", value_parser = weather)]
+    pub weather: Weather,
+    /// Relative amplitude of slow changes of exposure.
+    #[arg(long, default_value_t = 0.03)]
+    pub exposure_drift: f64,
+    /// Motion blur: pictures averaged over the shutter time; 1 for none. Time grows with it.
+    #[arg(long, default_value_t = 1)]
+    pub blur_samples: usize,
+    /// Shutter time in seconds; seen only with --blur-samples.
+    #[arg(long, default_value_t = 0.006)]
+    pub shutter: f64,
     /// Replace what is in --out.
     #[arg(long)]
     pub force: bool,
@@ -65,4 +116,12 @@ pub struct DemoArguments {
     /// How progress is told on stderr.
     #[arg(long, value_enum, default_value_t)]
     pub progress: ProgressKind,
+}
+
+fn weather(text: &str) -> Result<Weather, String> {
+    let known = Weather::ALL.map(Weather::name);
+    Weather::ALL
+        .into_iter()
+        .find(|w| w.name() == text)
+        .ok_or_else(|| format!("known are {}", known.join(", ")))
 }

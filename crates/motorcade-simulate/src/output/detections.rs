@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::drive::Drive;
 use crate::hash;
-use crate::render::Picture;
+use crate::render::VehicleView;
 
 /// How the detector errs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,31 +18,48 @@ pub struct DetectorOptions {
     pub miss_chance: f64,
     /// Expected number of boxes on nothing in a frame.
     pub false_boxes: f64,
+    /// Expected number of boxes on walls beside the road in a frame: the same place is taken for a car for a second or
+    /// more, so that the box moves as a standing thing does.
+    pub wall_boxes: f64,
+    /// Chance that a box jumps: its edges move by up to `jump_share` of its size for one frame.
+    pub jump_chance: f64,
+    /// How far boxes jump, as a share of their size.
+    pub jump_share: f64,
     /// Vehicles lower than this are not found \[px\].
     pub least_height_px: f64,
 }
 
 impl Default for DetectorOptions {
     fn default() -> Self {
-        Self { edge_sigma_px: 1.2, miss_chance: 0.02, false_boxes: 0.03, least_height_px: 14.0 }
+        Self {
+            edge_sigma_px: 1.2,
+            miss_chance: 0.02,
+            false_boxes: 0.03,
+            wall_boxes: 0.0,
+            jump_chance: 0.0,
+            jump_share: 0.25,
+            least_height_px: 14.0,
+        }
     }
 }
 
 /// Detections of a frame as result lines; track −1, as a detector knows no identities.
-pub(crate) fn of_frame(
-    drive: &Drive,
-    frame: usize,
-    picture: &Picture,
-    options: &DetectorOptions,
-) -> Vec<Label> {
+pub(crate) fn of_frame(drive: &Drive, frame: usize, views: &[VehicleView]) -> Vec<Label> {
     // A stream of its own for every frame: frames can be made in any order.
     let mut rng = ChaCha8Rng::seed_from_u64(hash::mix(drive.seed ^ 0xde7ec7) ^ frame as u64);
-    let camera = drive.camera();
+    let (camera, options) = (drive.camera(), &drive.detector);
     let mut found = Vec::new();
-    for (vehicle, view) in drive.vehicles.iter().zip(&picture.views) {
+    for (vehicle, view) in drive.vehicles.iter().zip(views) {
         let Some(seen) = view.visible_px else { continue };
         let mut edge = |at: f64| at + options.edge_sigma_px * f64::from(hash::normal(rng.random()));
-        let bbox = BoundingBox::new(seen.map(&mut edge)).clipped(camera.width, camera.height);
+        let mut bbox = BoundingBox::new(seen.map(&mut edge)).clipped(camera.width, camera.height);
+        if options.jump_chance > 0.0 && rng.random_bool(options.jump_chance.clamp(0.0, 1.0)) {
+            let mut jump = |size: f64| size * options.jump_share * rng.random_range(-1.0..1.0);
+            let [x1, y1, x2, y2] = bbox.to_array();
+            let (w, h) = (x2 - x1, y2 - y1);
+            let jumped = [x1 + jump(w), y1 + jump(h), x2 + jump(w), y2 + jump(h)];
+            bbox = BoundingBox::new(jumped).clipped(camera.width, camera.height);
+        }
         let share = view.visible_share();
         // Certain in the open and near; less so behind others and far away.
         let clearness = (share / 0.6).min(1.0) * (bbox.height() / 30.0).min(1.0);
@@ -61,6 +78,44 @@ pub(crate) fn of_frame(
         let bbox = BoundingBox::new([x, y, x + width, y + height]).clipped(camera.width, camera.height);
         if bbox.area() > 50.0 {
             found.push(line(frame, VehicleClass::Car, bbox, rng.random_range(0.2..0.6)));
+        }
+    }
+    found.extend(on_walls(drive, frame));
+    found
+}
+
+/// Boxes on things beside the road that look like cars: windows, bins, hedges.
+fn on_walls(drive: &Drive, frame: usize) -> Vec<Label> {
+    const PITCH_M: f64 = 9.0;
+    let camera = drive.camera();
+    let share = drive.detector.wall_boxes;
+    let Some(pose) = drive.site_from_camera.get(frame).filter(|_| share > 0.0) else { return Vec::new() };
+    let camera_from_site = pose.inverse();
+    let (here, _) = drive.road.locate(&nalgebra::Point3::from(pose.translation()).xy());
+    let mut found = Vec::new();
+    for cell in (here / PITCH_M) as i64 + 1..(here / PITCH_M) as i64 + 6 {
+        for side in [-1_i64, 1] {
+            let lot = |k: i64| f64::from(hash::unit(drive.seed ^ 0x3a11, 2 * cell + side.max(0), k));
+            // Ten places are in sight.
+            if lot(0) > 0.1 * share {
+                continue;
+            }
+            let d = side as f64 * (drive.road.half_width_m + 3.2 + 2.0 * lot(1));
+            let foot = drive.road.point(cell as f64 * PITCH_M + 6.0 * lot(2), d)
+                + nalgebra::Vector3::z() * (0.2 + 1.2 * lot(3));
+            let (width_m, height_m) = (1.8 + 2.2 * lot(4), 1.3 + 0.7 * lot(5));
+            let seen = camera_from_site.transform_point(&foot);
+            let Some(p) = camera.project(&seen).filter(|_| seen.z > 4.0) else { continue };
+            let (w, h) = (camera.fx * width_m / seen.z, camera.fy * height_m / seen.z);
+            let wobble = |k: i64| {
+                f64::from(hash::normal(hash::mix(drive.seed ^ frame as u64) ^ (cell * 8 + k) as u64))
+            };
+            let edges =
+                [p.x - 0.5 * w + wobble(0), p.y - h + wobble(1), p.x + 0.5 * w + wobble(2), p.y + wobble(3)];
+            let bbox = BoundingBox::new(edges).clipped(camera.width, camera.height);
+            if bbox.width() > 6.0 && bbox.height() > 14.0 {
+                found.push(line(frame, VehicleClass::Car, bbox, 0.35 + 0.3 * lot(6)));
+            }
         }
     }
     found

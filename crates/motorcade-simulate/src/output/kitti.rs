@@ -10,10 +10,12 @@ use image::{ExtendedColorType, ImageEncoder};
 use motorcade_dataset::{Label, write_kitti};
 use rayon::prelude::*;
 
-use super::detections::{self, DetectorOptions};
+use super::csv;
+use super::detections;
 use super::labels;
 use crate::drive::Drive;
 use crate::error::{Error, Result};
+use crate::measure::{KeypointMeasurement, KeypointOptions, MeasureOptions};
 use crate::render::{Picture, Renderer};
 
 /// What is written.
@@ -21,25 +23,20 @@ use crate::render::{Picture, Renderer};
 pub struct WriteOptions {
     /// Name of the sequence, `0000` by default.
     pub sequence: String,
-    /// How the detector errs.
-    pub detector: DetectorOptions,
     /// `road_masks/<sequence>`: 255 where all of a pixel is carriageway.
     pub road_masks: bool,
     /// `depth/<sequence>`: 16 bits, 256 a metre, 0 for nothing, as KITTI's.
     pub depth: bool,
+    /// `keypoints/<sequence>.csv`: see [`KeypointMeasurement`](crate::KeypointMeasurement); columns
+    /// `frame,track_id,layout,index,name,x_px,y_px,confidence`.
+    pub keypoints: Option<KeypointOptions>,
     /// `instance/<sequence>`: 16 bits, 0 for the world, track + 1 for vehicles.
     pub instance: bool,
 }
 
 impl Default for WriteOptions {
     fn default() -> Self {
-        Self {
-            sequence: "0000".to_owned(),
-            detector: DetectorOptions::default(),
-            road_masks: true,
-            depth: false,
-            instance: false,
-        }
+        Self { sequence: "0000".to_owned(), road_masks: true, depth: false, keypoints: None, instance: false }
     }
 }
 
@@ -71,29 +68,69 @@ impl Drive {
         options: &WriteOptions,
         progress: &(dyn Fn(usize) + Sync),
     ) -> Result<Written> {
-        let name = &options.sequence;
-        if name.is_empty() || !name.chars().all(|c| c.is_ascii_alphanumeric() || "-_".contains(c)) {
-            return Err(Error::Plan(format!(
-                "`{name}` is no name for a sequence; use letters, digits, - and _"
-            )));
-        }
-        let folders = Folders::create(folder, options)?;
+        let folders = Folders::create(folder, options, true)?;
         let renderer = Renderer::new(self);
         let done = AtomicUsize::new(0);
-        let frame = |i: usize| -> Result<(Vec<Label>, Vec<Label>)> {
-            let Some(picture) = renderer.render(i) else { return Ok(Default::default()) };
+        let frame = |i: usize| -> Result<FrameRecord> {
+            let Some(picture) = renderer.render(i) else { return Ok(FrameRecord::default()) };
             folders.write(i, &picture)?;
             progress(done.fetch_add(1, Ordering::Relaxed) + 1);
-            Ok((
-                labels::of_frame(self, i, &picture),
-                detections::of_frame(self, i, &picture, &options.detector),
-            ))
+            Ok(FrameRecord {
+                labels: labels::of_frame(self, i, &picture.views),
+                detections: detections::of_frame(self, i, &picture.views),
+                keypoints: options
+                    .keypoints
+                    .map_or_else(Vec::new, |keypoints| self.keypoints_of(i, &picture, &keypoints)),
+            })
         };
-        let frames: Vec<(Vec<Label>, Vec<Label>)> =
-            (0..self.len()).into_par_iter().map(frame).collect::<Result<_>>()?;
+        let frames: Vec<FrameRecord> = (0..self.len()).into_par_iter().map(frame).collect::<Result<_>>()?;
+        if options.keypoints.is_some() {
+            let rows = csv::keypoints(frames.iter().flat_map(|f| &f.keypoints));
+            write_text(&folders.table("keypoints", options)?, &rows)?;
+        }
+        let (labels, detections): (Vec<_>, Vec<_>) =
+            frames.into_iter().map(|f| (f.labels, f.detections)).unzip();
+        self.write_truth(&folders, options, &labels.concat(), &detections.concat())
+    }
+
+    /// Writes what is [measured](Drive::measure) of the drive, without any picture: `calib`, `label_02`, `gt_poses` and
+    /// `detections` as [`Drive::write_kitti`] does, and the tables `keypoints`, `landmarks`, `points` and `road_matches`,
+    /// each a folder with `<sequence>.csv`.
+    ///
+    /// # Errors
+    /// Options that cannot be, folders and files that cannot be written, and sequence names that are no plain file names.
+    pub fn write_geometry(
+        &self,
+        folder: &Path,
+        options: &WriteOptions,
+        measure: &MeasureOptions,
+    ) -> Result<Written> {
+        let all = self.measure(measure)?;
+        let folders = Folders::create(folder, options, false)?;
+        let tables = [
+            ("keypoints", csv::keypoints(all.keypoints.iter())),
+            ("landmarks", csv::landmarks(&all)),
+            ("points", csv::points(&all)),
+            ("road_matches", csv::road_matches(&all)),
+        ];
+        for (kind, text) in &tables {
+            write_text(&folders.table(kind, options)?, text)?;
+        }
+        self.write_truth(&folders, options, &all.labels, &all.detections)
+    }
+
+    /// Labels, detections, calibration and poses.
+    fn write_truth(
+        &self,
+        folders: &Folders,
+        options: &WriteOptions,
+        labels: &[Label],
+        detections: &[Label],
+    ) -> Result<Written> {
+        let name = &options.sequence;
         let file = |kind: &str| folders.training.join(kind).join(format!("{name}.txt"));
-        write_lines(&file("label_02"), frames.iter().flat_map(|f| &f.0))?;
-        write_lines(&file("detections"), frames.iter().flat_map(|f| &f.1))?;
+        write_lines(&file("label_02"), labels.iter())?;
+        write_lines(&file("detections"), detections.iter())?;
         self.write_calibration(&file("calib"))?;
         let poses = file("gt_poses");
         let mut out = BufWriter::new(File::create(&poses).map_err(Error::io(&poses))?);
@@ -104,8 +141,8 @@ impl Drive {
             sequence: name.clone(),
             detections: file("detections"),
             road_masks: folders.road.clone(),
-            labels: frames.iter().map(|f| f.0.len()).sum(),
-            training: folders.training,
+            labels: labels.len(),
+            training: folders.training.clone(),
         })
     }
 
@@ -123,25 +160,39 @@ impl Drive {
     }
 }
 
+/// What is told of a frame beside its pictures.
+#[derive(Default)]
+struct FrameRecord {
+    labels: Vec<Label>,
+    detections: Vec<Label>,
+    keypoints: Vec<KeypointMeasurement>,
+}
+
 struct Folders {
     training: PathBuf,
-    images: PathBuf,
+    images: Option<PathBuf>,
     road: Option<PathBuf>,
     depth: Option<PathBuf>,
     instance: Option<PathBuf>,
 }
 
 impl Folders {
-    fn create(folder: &Path, options: &WriteOptions) -> Result<Self> {
+    fn create(folder: &Path, options: &WriteOptions, pictures: bool) -> Result<Self> {
+        let name = &options.sequence;
+        if name.is_empty() || !name.chars().all(|c| c.is_ascii_alphanumeric() || "-_".contains(c)) {
+            return Err(Error::Plan(format!(
+                "`{name}` is no name for a sequence; use letters, digits, - and _"
+            )));
+        }
         let training = folder.join("training");
-        let made = |path: PathBuf| fs::create_dir_all(&path).map_err(Error::io(&path)).map(|()| path);
         for kind in ["calib", "label_02", "gt_poses", "detections"] {
             made(training.join(kind))?;
         }
-        let sequence = |kind: &str| made(training.join(kind).join(&options.sequence));
-        let asked = |wanted: bool, kind: &str| wanted.then(|| sequence(kind)).transpose();
+        let asked = |wanted: bool, kind: &str| {
+            (wanted && pictures).then(|| made(training.join(kind).join(name))).transpose()
+        };
         Ok(Self {
-            images: sequence("image_02")?,
+            images: asked(true, "image_02")?,
             road: asked(options.road_masks, "road_masks")?,
             depth: asked(options.depth, "depth")?,
             instance: asked(options.instance, "instance")?,
@@ -149,11 +200,18 @@ impl Folders {
         })
     }
 
+    /// Path of a table; its folder exists then.
+    fn table(&self, kind: &str, options: &WriteOptions) -> Result<PathBuf> {
+        Ok(made(self.training.join(kind))?.join(format!("{}.csv", options.sequence)))
+    }
+
     fn write(&self, frame: usize, picture: &Picture) -> Result<()> {
         let (width, height) = picture.rgb.dimensions();
         let name = format!("{frame:06}.png");
         let size = (width, height);
-        png(&self.images.join(&name), picture.rgb.as_raw(), size, ExtendedColorType::Rgb8)?;
+        if let Some(folder) = &self.images {
+            png(&folder.join(&name), picture.rgb.as_raw(), size, ExtendedColorType::Rgb8)?;
+        }
         if let Some(folder) = &self.road {
             png(&folder.join(&name), picture.road.as_raw(), size, ExtendedColorType::L8)?;
         }
@@ -168,6 +226,14 @@ impl Folders {
         }
         Ok(())
     }
+}
+
+fn made(path: PathBuf) -> Result<PathBuf> {
+    fs::create_dir_all(&path).map_err(Error::io(&path)).map(|()| path)
+}
+
+fn write_text(path: &Path, text: &str) -> Result<()> {
+    fs::write(path, text).map_err(Error::io(path))
 }
 
 fn png(path: &Path, bytes: &[u8], (width, height): (u32, u32), colour: ExtendedColorType) -> Result<()> {

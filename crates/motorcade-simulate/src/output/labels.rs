@@ -6,17 +6,17 @@ use motorcade_perception::BoundingBox;
 use nalgebra::Vector3;
 
 use crate::drive::Drive;
-use crate::render::Picture;
+use crate::render::VehicleView;
 
 /// A vehicle with fewer visible quarter pixels than this is not labelled: nobody could see it.
 const FEWEST_SAMPLES: u64 = 60;
 
 /// Labels of the vehicles that can be seen in a frame. Boxes are of the whole vehicle, clipped to the image, as
 /// KITTI's; truncation is the share of the unclipped box outside the image.
-pub(crate) fn of_frame(drive: &Drive, frame: usize, picture: &Picture) -> Vec<Label> {
+pub(crate) fn of_frame(drive: &Drive, frame: usize, views: &[VehicleView]) -> Vec<Label> {
     let camera = drive.camera();
     let mut labels = Vec::new();
-    for (i, (vehicle, view)) in drive.vehicles.iter().zip(&picture.views).enumerate() {
+    for (i, (vehicle, view)) in drive.vehicles.iter().zip(views).enumerate() {
         if view.visible_samples < FEWEST_SAMPLES {
             continue;
         }

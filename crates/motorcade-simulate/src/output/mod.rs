@@ -1,8 +1,9 @@
 //! A drive as files.
 
-mod detections;
+mod csv;
+pub(crate) mod detections;
 mod kitti;
-mod labels;
+pub(crate) mod labels;
 
 pub use detections::DetectorOptions;
 pub use kitti::{WriteOptions, Written};

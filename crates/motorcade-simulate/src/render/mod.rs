@@ -1,11 +1,13 @@
 //! A software renderer: triangles into a 2×2 supersampled visibility buffer, each visible surface shaded once a pixel
 //! with textures filtered to the pixel's footprint.
 
+mod air;
 mod facade;
 mod ground;
 mod mesh;
 mod options;
 mod picture;
+mod rain;
 mod raster;
 mod renderer;
 mod resolve;
@@ -15,9 +17,13 @@ mod sky;
 mod tile;
 mod vehicle_mesh;
 mod vehicle_paint;
+mod weather;
 
 pub(crate) use ground::{KERB_M, PAVEMENT_M};
 pub(crate) use mesh::{Building, Chunk, Material, Mesh, Vertex};
 pub use options::{RenderOptions, SensorOptions};
 pub use picture::{Picture, VehicleView};
 pub use renderer::Renderer;
+pub(crate) use renderer::projected;
+pub(crate) use vehicle_mesh::mesh as vehicle_mesh;
+pub use weather::Weather;

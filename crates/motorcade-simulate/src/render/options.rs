@@ -2,6 +2,7 @@
 
 use motorcade_geometry::PinholeCamera;
 
+use super::weather::Weather;
 use crate::error::{Error, Result};
 
 /// What the sensor adds to a picture.
@@ -30,8 +31,8 @@ pub struct RenderOptions {
     pub camera: PinholeCamera,
     /// Frames per second.
     pub fps: f64,
-    /// 0 for a clear sky with sharp shadows, 1 for a grey day without.
-    pub overcast: f64,
+    /// The sky.
+    pub weather: Weather,
     /// The sensor.
     pub sensor: SensorOptions,
 }
@@ -41,7 +42,7 @@ impl Default for RenderOptions {
         Self {
             camera: PinholeCamera { fx: 721.5, fy: 721.5, cx: 609.5, cy: 172.9, width: 1242, height: 375 },
             fps: 10.0,
-            overcast: 0.25,
+            weather: Weather::Clear,
             sensor: SensorOptions::default(),
         }
     }
@@ -80,8 +81,17 @@ impl RenderOptions {
         if self.sensor.blur_samples == 0 {
             return Err(Error::Plan("at least one blur sample is needed".into()));
         }
-        if !(0.0..=1.0).contains(&self.overcast) {
-            return Err(Error::Plan(format!("overcast must lie in [0, 1], got {}", self.overcast)));
+        let SensorOptions { noise, exposure_drift, shutter_s, .. } = self.sensor;
+        let sensor = [
+            ("noise [grey levels]", noise, 100.0),
+            ("exposure drift [share]", exposure_drift, 0.6),
+            ("shutter time [s]", shutter_s, 1.0 / self.fps),
+        ];
+        for (what, value, most) in sensor {
+            // Not a number lies in no range.
+            if !(0.0..=most).contains(&value) {
+                return Err(Error::Plan(format!("{what} must lie in [0, {most}], got {value}")));
+            }
         }
         Ok(())
     }

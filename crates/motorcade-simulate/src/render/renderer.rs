@@ -5,6 +5,7 @@ use motorcade_geometry::{Camera, PinholeCamera, Pose};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
+use super::air::Air;
 use super::mesh::{Building, Chunk, Mesh};
 use super::picture::{Picture, VehicleView};
 use super::raster::{Band, Drawn, NOTHING, facing, project};
@@ -12,6 +13,7 @@ use super::resolve::{Resolved, Seen, Surface, resolve};
 use super::shade::{Colour, Scene, ShadowCaster, Textures};
 use super::{sensor, vehicle_mesh};
 use crate::drive::Drive;
+use crate::form::Form;
 use crate::hash;
 use crate::scenery;
 use crate::site::Site;
@@ -28,6 +30,7 @@ pub struct Renderer<'a> {
     chunks: Vec<Chunk>,
     buildings: Vec<Building>,
     vehicles: Vec<Mesh>,
+    forms: Vec<Form>,
     textures: Textures,
 }
 
@@ -35,8 +38,14 @@ impl<'a> Renderer<'a> {
     /// Builds scenery, textures and meshes.
     pub fn new(drive: &'a Drive) -> Self {
         let (chunks, buildings) = scenery::build(drive);
-        let vehicles = drive.vehicles.iter().map(|v| vehicle_mesh::mesh(v.class, &v.size, v.shape)).collect();
-        Self { drive, chunks, buildings, vehicles, textures: Textures::new(hash::mix(drive.seed ^ 0x7e87)) }
+        Self {
+            drive,
+            chunks,
+            buildings,
+            vehicles: drive.vehicles.iter().map(vehicle_mesh::mesh).collect(),
+            forms: drive.vehicles.iter().map(crate::vehicle::SimulatedVehicle::form).collect(),
+            textures: Textures::new(hash::mix(drive.seed ^ 0x7e87)),
+        }
     }
 
     /// Renders one frame; `None` when the drive has no such frame.
@@ -95,6 +104,8 @@ impl<'a> Renderer<'a> {
             drive: self.drive,
             buildings: &self.buildings,
             textures: &self.textures,
+            forms: &self.forms,
+            air: Air::of(&self.drive.render),
             casters: self.drive.vehicles.iter().filter_map(caster).collect(),
             sun: Vector3::new(0.45, -0.55, 0.70).normalize(),
         }
@@ -205,7 +216,7 @@ impl<'a> Renderer<'a> {
 }
 
 /// Box of all mesh corners; `None` when one is behind the camera.
-fn projected(
+pub(crate) fn projected(
     camera: &PinholeCamera,
     mesh: &Mesh,
     camera_from_vehicle: &Pose<Camera, motorcade_geometry::Vehicle>,

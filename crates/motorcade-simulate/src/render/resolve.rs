@@ -68,12 +68,38 @@ pub(super) fn resolve(
         road: Vec::with_capacity(width * rows),
         seen: Vec::new(),
     };
+    // Colour and share of carriageway of what is drawn at a place.
+    let look = |px: f64, py: f64, id: u32| -> (Colour, f32) {
+        let ray_in_camera = camera.ray(&Point2::new(px, py));
+        match drawn.get(id as usize) {
+            None => {
+                let direction = pose.transform_vector(&ray_in_camera.normalize());
+                (sky::colour(scene.textures, &scene.air, &direction, 1.0 / camera.fx), 0.0)
+            }
+            Some(triangle) => {
+                let surface = &surfaces[triangle.surface as usize];
+                let shaded = shade(scene, &fragment(pose, surface, triangle, &ray_in_camera, px, py));
+                (shaded.colour, shaded.road)
+            }
+        }
+    };
     for r in 0..rows {
         let y = band.row + r;
         for x in 0..width {
             let at = |k: usize| (2 * r + k / 2) * band.columns + 2 * x + k % 2;
             let ids: [u32; 4] = std::array::from_fn(|k| band.drawn[at(k)]);
             let nearest = (0..4).map(|k| band.inverse_depth[at(k)]).fold(0.0, f32::max);
+            if ids == [ids[0]; 4]
+                && drawn.get(ids[0] as usize).is_none_or(|d| surfaces[d.surface as usize].owner == 0)
+            {
+                // Most pixels show one surface of the still world.
+                let (colour, road) = look(x as f64, y as f64, ids[0]);
+                out.light.push(colour);
+                out.depth_m.push(1.0 / nearest);
+                out.instance.push(0);
+                out.road.push((255.0 * road + 0.5) as u8);
+                continue;
+            }
             // The first sample that shows the same surface; mostly all four do.
             let mut first = [0; 4];
             if ids != [ids[0]; 4] {
@@ -94,20 +120,8 @@ pub(super) fn resolve(
                 }
                 let (px, py) = (x as f64 + px / count, y as f64 + py / count);
                 let share = 0.25 * count as f32;
-                let ray_in_camera = camera.ray(&Point2::new(px, py));
-                let colour = match drawn.get(ids[k] as usize) {
-                    None => {
-                        let direction = pose.transform_vector(&ray_in_camera.normalize());
-                        sky::colour(scene.textures, &direction, 1.0 / camera.fx, scene.drive.render.overcast)
-                    }
-                    Some(triangle) => {
-                        let surface = &surfaces[triangle.surface as usize];
-                        let fragment = fragment(pose, surface, triangle, &ray_in_camera, px, py);
-                        let shaded = shade(scene, &fragment);
-                        road += share * shaded.road;
-                        shaded.colour
-                    }
-                };
+                let (colour, on_road) = look(px, py, ids[k]);
+                road += share * on_road;
                 light = std::array::from_fn(|i| light[i] + share * colour[i]);
             }
             for (k, owner) in owners.iter().enumerate().filter(|o| *o.1 > 0) {
@@ -128,7 +142,7 @@ pub(super) fn resolve(
             out.light.push(light);
             out.depth_m.push(1.0 / nearest);
             out.instance.push(most.map_or(0, |k| owners[k]));
-            out.road.push((255.0 * road).round().clamp(0.0, 255.0) as u8);
+            out.road.push((255.0 * road + 0.5) as u8);
         }
     }
     out

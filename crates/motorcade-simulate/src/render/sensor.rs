@@ -4,7 +4,9 @@ use image::{Rgb, RgbImage};
 use rayon::prelude::*;
 
 use super::options::RenderOptions;
+use super::rain;
 use super::shade::Colour;
+use super::weather::Weather;
 use crate::hash;
 
 /// Exposure, noise and rounding of one frame; the same for any thread count.
@@ -18,11 +20,21 @@ pub(super) fn expose(light: &[Colour], options: &RenderOptions, seed: u64, frame
     let mut image = RgbImage::new(width, height);
     let rows = image.par_chunks_mut(3 * width as usize).zip(light.par_chunks(width as usize)).enumerate();
     rows.for_each(|(y, (to, from))| {
+        let rain = options.weather == Weather::Rain;
+        let mut line;
+        let from = if rain {
+            line = from.to_vec();
+            rain::over_row(&mut line, light, (width, height), y, (seed, frame, time_s));
+            line.as_slice()
+        } else {
+            from
+        };
         for (x, (to, colour)) in to.chunks_exact_mut(3).zip(from).enumerate() {
             let place = (y as u64 * u64::from(width) + x as u64) * 2;
             // Most of a pixel's noise is shared by its colours, as after demosaicking.
             let shared = if noise > 0.0 { noise * hash::normal(key ^ place) } else { 0.0 };
-            let Rgb(levels) = Rgb(colour.map(|c| (gain * c + shared).round().clamp(0.0, 255.0) as u8));
+            // The cast cuts off at 0 and 255; adding a half before rounds.
+            let Rgb(levels) = Rgb(colour.map(|c| (gain * c + shared + 0.5) as u8));
             to.copy_from_slice(&levels);
         }
     });

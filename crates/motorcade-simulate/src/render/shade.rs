@@ -2,10 +2,12 @@
 
 use nalgebra::{Point3, Vector3};
 
+use super::air::Air;
 use super::mesh::{Building, Material};
 use super::tile::{Footprint, Tile, floor};
 use super::{facade, ground, vehicle_paint};
 use crate::drive::Drive;
+use crate::form::Form;
 
 /// A colour, red, green, blue, 0 to 1.
 pub(super) type Colour = [f32; 3];
@@ -49,6 +51,9 @@ pub(super) struct Scene<'a> {
     pub drive: &'a Drive,
     pub buildings: &'a [Building],
     pub textures: &'a Textures,
+    /// One a vehicle.
+    pub forms: &'a [Form],
+    pub air: Air,
     pub casters: Vec<ShadowCaster>,
     /// Towards the sun, in the site.
     pub sun: Vector3<f64>,
@@ -83,8 +88,6 @@ pub(super) struct Shaded {
     pub road: f32,
 }
 
-pub(super) const HAZE: Colour = [0.74, 0.78, 0.82];
-
 pub(super) fn shade(scene: &Scene<'_>, f: &Fragment) -> Shaded {
     let mut road = 0.0;
     let mut gloss = 0.0;
@@ -95,10 +98,10 @@ pub(super) fn shade(scene: &Scene<'_>, f: &Fragment) -> Shaded {
             colour
         }
         Material::Facade(i) => {
-            scene.buildings.get(i as usize).map_or(HAZE, |b| facade::wall(scene.textures, b, f))
+            scene.buildings.get(i as usize).map_or(scene.air.haze, |b| facade::wall(scene.textures, b, f))
         }
         Material::Roof(i) => {
-            scene.buildings.get(i as usize).map_or(HAZE, |b| facade::roof(scene.textures, b, f))
+            scene.buildings.get(i as usize).map_or(scene.air.haze, |b| facade::roof(scene.textures, b, f))
         }
         Material::Post(colour) => {
             let print = f.footprint(0, 1);
@@ -120,20 +123,36 @@ pub(super) fn shade(scene: &Scene<'_>, f: &Fragment) -> Shaded {
             paint.colour
         }
     };
-    let clear = 1.0 - scene.drive.render.overcast as f32;
+    let air = &scene.air;
+    let clear = 1.0 - air.overcast;
     let sun = f.normal.dot(&scene.sun).max(0.0) as f32;
     // The sky lights from above, the street throws a little back.
     let sky = 0.5 + 0.5 * f.normal.z as f32;
     let shadow = if f.owner == 0 { shadow(scene, &f.point_in_site) } else { 1.0 };
     let light =
         (0.42 + 0.28 * sky) * (0.35 + 0.65 * shadow) + (0.45 * clear * sun + 0.18 * (1.0 - clear)) * shadow;
-    let mut colour = scaled(base, light);
+    let mut colour = scaled(base, light * air.brightness);
     if gloss > 0.0 {
-        let mirror = scaled(HAZE, 0.25 + 0.75 * sky * sky);
+        let mirror = scaled(air.haze, 0.25 + 0.75 * sky * sky);
         colour = mixed(colour, mirror, gloss);
     }
-    let haze = 1.0 - (-(f.depth_m as f32) / 420.0).exp();
-    Shaded { colour: mixed(colour, HAZE, haze), road }
+    if air.wet > 0.0 && f.material == Material::Ground && f.normal.z > 0.5 {
+        colour = wet(scene, f, colour, road);
+    }
+    let haze = 1.0 - (-(f.depth_m as f32) / air.reach_m).exp();
+    Shaded { colour: mixed(colour, air.haze, haze), road }
+}
+
+/// Wet ground: darker, and at grazing angles a mirror of the sky, more so where water stands.
+fn wet(scene: &Scene<'_>, f: &Fragment, colour: Colour, road: f32) -> Colour {
+    let (s, d) = (f.attributes[0] as f32, f.attributes[1] as f32);
+    let pools = scene.textures.clouds.sample(s, d, &f.footprint(0, 1), 61.0);
+    let dark = scaled(colour, 1.0 - scene.air.wet * (0.38 + 0.12 * pools));
+    // Schlick's approximation for water; rough asphalt spoils most of the mirror.
+    let to_eye = (1.0 / f.depth_m.max(1.0)) as f32 * 1.65;
+    let grazing = (1.0 - to_eye.clamp(0.0, 1.0)).powi(5);
+    let share = scene.air.wet * (0.02 + 0.98 * grazing) * (0.22 + 0.35 * pools).clamp(0.03, 0.6);
+    mixed(dark, scaled(scene.air.haze, 1.05), share * (0.4 + 0.6 * road))
 }
 
 /// 1 in the open, less under and beside vehicles.
@@ -154,7 +173,7 @@ fn shadow(scene: &Scene<'_>, point: &Point3<f64>) -> f32 {
         // Dark below the body, fading within half a metre of its edge.
         let below = ((0.45 - outside(dx, dy)) / 0.60).clamp(0.0, 1.0);
         light *= 1.0 - 0.92 * below * below * (3.0 - 2.0 * below);
-        let clear = 1.0 - scene.drive.render.overcast;
+        let clear = 1.0 - f64::from(scene.air.overcast);
         let throw = 0.5 * caster.height_m / scene.sun.z.max(0.2);
         let cast =
             ((0.10 - outside(dx + throw * scene.sun.x, dy + throw * scene.sun.y)) / 0.25).clamp(0.0, 1.0);
@@ -163,11 +182,13 @@ fn shadow(scene: &Scene<'_>, point: &Point3<f64>) -> f32 {
     light as f32
 }
 
+#[inline]
 pub(super) fn scaled(colour: Colour, factor: f32) -> Colour {
     colour.map(|c| c * factor)
 }
 
 /// `share` of b in a.
+#[inline]
 pub(super) fn mixed(a: Colour, b: Colour, share: f32) -> Colour {
     std::array::from_fn(|i| a[i] + (b[i] - a[i]) * share)
 }

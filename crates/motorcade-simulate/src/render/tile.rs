@@ -107,10 +107,10 @@ impl Tile {
         if f <= 0.0 || low == last { a } else { a + (self.bilinear(u, v, low + 1) - a) * f }
     }
 
-    #[inline]
+    #[inline(always)]
     fn bilinear(&self, u: f32, v: f32, level: usize) -> f32 {
+        let texels = self.levels[level].as_slice();
         let side = SIZE >> level;
-        let texels = &self.levels[level];
         let shrink = 1.0 / (1u32 << level) as f32;
         let (u, v) = (u * shrink - 0.5, v * shrink - 0.5);
         let (x, y) = (floor(u), floor(v));
@@ -118,13 +118,20 @@ impl Tile {
         let mask = side - 1;
         let (x0, y0) = (x as i32 as usize & mask, y as i32 as usize & mask);
         let (x1, y1) = ((x0 + 1) & mask, (y0 + 1) & mask);
-        let top = texels[y0 * side + x0] * (1.0 - fx) + texels[y0 * side + x1] * fx;
-        let bottom = texels[y1 * side + x0] * (1.0 - fx) + texels[y1 * side + x1] * fx;
-        top * (1.0 - fy) + bottom * fy
+        // One check of the bounds a row.
+        let (Some(upper), Some(lower)) =
+            (texels.get(y0 * side..(y0 + 1) * side), texels.get(y1 * side..(y1 + 1) * side))
+        else {
+            return 0.0;
+        };
+        let top = upper[x0] + (upper[x1] - upper[x0]) * fx;
+        let bottom = lower[x0] + (lower[x1] - lower[x0]) * fx;
+        top + (bottom - top) * fy
     }
 }
 
 /// `f32::floor` is a function call on the baseline of x86-64; coordinates are far from the limits of an i32.
+#[inline(always)]
 pub(super) fn floor(x: f32) -> f32 {
     let whole = x as i32 as f32;
     if whole > x { whole - 1.0 } else { whole }

@@ -5,36 +5,12 @@ use motorcade_vehicles::Dimensions;
 use nalgebra::Point3;
 
 use super::mesh::{Material, Mesh, Part, Vertex};
-use crate::vehicle::AXLES;
+use crate::form::{Form, Glasshouse};
+use crate::vehicle::SimulatedVehicle;
 
 /// A cross-section of a body: x, lowest and highest z, half width (½ at the widest), all as fractions.
 type Station = [f64; 4];
 
-/// Bumper, bonnet and boot of a car, rear to front.
-const CAR: [Station; 10] = [
-    [-0.5, 0.24, 0.50, 0.36],
-    [-0.485, 0.19, 0.58, 0.43],
-    [-0.44, 0.15, 0.63, 0.475],
-    [-0.30, 0.13, 0.645, 0.498],
-    [0.00, 0.13, 0.635, 0.50],
-    [0.22, 0.13, 0.615, 0.498],
-    [0.36, 0.14, 0.56, 0.485],
-    [0.44, 0.15, 0.51, 0.455],
-    [0.485, 0.17, 0.46, 0.41],
-    [0.5, 0.21, 0.40, 0.34],
-];
-/// A van: short bonnet, one high box.
-const VAN: [Station; 9] = [
-    [-0.5, 0.16, 0.93, 0.455],
-    [-0.48, 0.14, 0.98, 0.485],
-    [-0.20, 0.12, 1.0, 0.50],
-    [0.10, 0.12, 1.0, 0.50],
-    [0.22, 0.12, 0.96, 0.495],
-    [0.36, 0.12, 0.56, 0.485],
-    [0.45, 0.13, 0.46, 0.455],
-    [0.485, 0.15, 0.41, 0.42],
-    [0.5, 0.18, 0.35, 0.36],
-];
 /// The cab of a truck.
 const CAB: [Station; 4] = [
     [0.27, 0.16, 0.84, 0.475],
@@ -57,38 +33,63 @@ const MOTORCYCLE: [Station; 5] = [
 ];
 
 /// The mesh of a vehicle in its own frame \[m\].
-pub(super) fn mesh(class: VehicleClass, size: &Dimensions, shape: f64) -> Mesh {
-    let mut builder = Builder { mesh: Mesh::default(), size: *size };
+pub(crate) fn mesh(vehicle: &SimulatedVehicle) -> Mesh {
+    build(vehicle.class, &vehicle.size, &vehicle.form())
+}
+
+fn build(class: VehicleClass, size: &Dimensions, form: &Form) -> Mesh {
+    let mut builder = Builder { mesh: Mesh::default(), size: *size, form: *form };
+    if let Some(glasshouse) = &form.glasshouse {
+        builder.loft(&lower_body(glasshouse, form), Part::Body, 0.88);
+        builder.cabin(glasshouse);
+        builder.wheels(0.20);
+        return builder.mesh;
+    }
     match class {
-        VehicleClass::Car => {
-            builder.loft(&CAR, Part::Body, 0.86);
-            builder.cabin(shape);
-            builder.wheels(0.212, 0.20);
-        }
-        VehicleClass::Van => {
-            builder.loft(&VAN, Part::Body, 0.90);
-            builder.wheels(0.155, 0.22);
-        }
         VehicleClass::Truck => {
             builder.loft(&CAB, Part::Body, 0.95);
             builder.loft(&CARGO, Part::Cargo, 1.0);
-            builder.wheels(0.15, 0.40);
+            builder.wheels(0.40);
         }
-        VehicleClass::Bus => {
+        // Cars and vans have a glasshouse; without one a plain box has to do.
+        VehicleClass::Bus | VehicleClass::Car | VehicleClass::Van => {
             builder.loft(&BUS, Part::Body, 0.95);
-            builder.wheels(0.16, 0.35);
+            builder.wheels(0.35);
         }
         VehicleClass::Motorcycle => {
             builder.loft(&MOTORCYCLE, Part::Body, 0.5);
-            builder.wheels(0.20, 0.14);
+            builder.wheels(0.14);
         }
     }
     builder.mesh
 }
 
+/// Bumper, boot, flanks and bonnet up to the windows, rear to front.
+fn lower_body(g: &Glasshouse, form: &Form) -> Vec<Station> {
+    let (foot, bonnet_start) = (g.windscreen, 0.5 * (g.windscreen.0 + 0.465));
+    let middle = 0.5 * (g.rear_window.1 + foot.1);
+    let mut stations = vec![
+        [-0.5, 0.24, g.tail - 0.13, 0.36],
+        [-0.488, 0.19, g.tail - 0.05, 0.43],
+        [-0.470, 0.16, g.tail, 0.465],
+        [g.rear_window.0.max(-0.46), 0.15, g.rear_window.1, 0.475],
+        [form.rear_axle, 0.13, g.rear_window.1.min(middle + 0.01), 0.498],
+        [0.5 * (form.rear_axle + foot.0), 0.13, middle, 0.50],
+        [foot.0, 0.13, foot.1, 0.498],
+        [bonnet_start, 0.14, 0.5 * (foot.1 + g.bonnet) + 0.012, 0.485],
+        [0.465, 0.15, g.bonnet, 0.45],
+        [0.487, 0.17, g.bonnet - 0.07, 0.41],
+        [0.5, 0.21, g.bonnet - 0.16, 0.34],
+    ];
+    // Behind the rear axle on hatchbacks, ahead of it on pickups.
+    stations.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    stations
+}
+
 struct Builder {
     mesh: Mesh,
     size: Dimensions,
+    form: Form,
 }
 
 impl Builder {
@@ -138,19 +139,23 @@ impl Builder {
         }
     }
 
-    /// A car's glasshouse: from a hatchback (`shape` 0) to a saloon (1).
-    fn cabin(&mut self, shape: f64) {
-        let rear_foot = -0.465 + 0.10 * shape;
-        let rear_roof = -0.36 + 0.13 * shape;
-        let rings: [[f64; 4]; 4] = [
-            // rear x, front x, half width, z
-            [rear_foot, 0.245, 0.455, 0.615],
-            [rear_roof - 0.012, 0.07, 0.372, 0.93],
-            [rear_roof + 0.02, 0.03, 0.345, 0.985],
-            [rear_roof + 0.07, -0.02, 0.24, 1.0],
+    /// Windows and roof.
+    fn cabin(&mut self, g: &Glasshouse) {
+        let towards = |from: f64, to: f64, share: f64| from + (to - from) * share;
+        // A ring is (rear x, rear z, front x, front z, half width).
+        let (rear, front) = (g.rear_window, g.windscreen);
+        let crown = |inset: f64, z: f64, half: f64| {
+            let middle = 0.5 * (g.roof_rear + g.roof_front);
+            [towards(g.roof_rear, middle, inset), z, towards(g.roof_front, middle, inset), z, half]
+        };
+        let rings: [[f64; 5]; 4] = [
+            [rear.0, rear.1 - 0.02, front.0, front.1 - 0.02, 0.442],
+            crown(0.0, g.roof_corner, 0.345),
+            crown(0.08, towards(g.roof_corner, 1.0, 0.75), 0.30),
+            crown(0.25, 1.0, 0.20),
         ];
-        let corners = |[rear, front, half, z]: [f64; 4]| {
-            [[rear, half, z], [rear, -half, z], [front, -half, z], [front, half, z]]
+        let corners = |[rear, rear_z, front, front_z, half]: [f64; 5]| {
+            [[rear, half, rear_z], [rear, -half, rear_z], [front, -half, front_z], [front, half, front_z]]
         };
         for pair in rings.windows(2) {
             let (low, high) = (corners(pair[0]), corners(pair[1]));
@@ -163,13 +168,14 @@ impl Builder {
         self.face([a, b, c, d], Part::Cabin);
     }
 
-    /// Four wheels that stand on the road; radius as a fraction of the height.
-    fn wheels(&mut self, radius: f64, width_m: f64) {
+    /// Four wheels that stand on the road.
+    fn wheels(&mut self, width_m: f64) {
         const SIDES: usize = 16;
+        let radius = self.form.tyre_radius;
         let outer = 0.485;
         let inner = outer - width_m / self.size.width_m;
         let along = radius * self.size.height_m / self.size.length_m;
-        for axle in [AXLES.0, AXLES.1] {
+        for axle in [self.form.front_axle, self.form.rear_axle] {
             for side in [1.0, -1.0] {
                 let rim = |i: usize, share: f64, y: f64| {
                     let angle = i as f64 / SIDES as f64 * std::f64::consts::TAU;
@@ -207,7 +213,8 @@ mod tests {
     fn every_class_fills_its_box_and_stands_on_the_road() {
         let size = Dimensions { length_m: 4.2, width_m: 1.8, height_m: 1.5 };
         for class in VehicleClass::ALL {
-            let mesh = mesh(class, &size, 0.5);
+            let body = crate::form::body_type(class, &size, 0.5);
+            let mesh = build(class, &size, &Form::of(class, body, &size));
             let corners: Vec<_> = mesh.triangles.iter().flat_map(|t| t.corners.map(|c| c.position)).collect();
             let range = |f: &dyn Fn(&Point3<f64>) -> f64| {
                 corners.iter().map(f).fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(v), b.max(v)))

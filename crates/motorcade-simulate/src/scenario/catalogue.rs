@@ -3,6 +3,7 @@
 use motorcade_perception::VehicleClass::{self, Bus, Car, Truck, Van};
 
 use crate::motion::{Bend, Grade, RoadPlan, SpeedPlan};
+use crate::output::DetectorOptions;
 use crate::plan::{Driver, Plan, Rig, Route, Side};
 
 /// One scenario.
@@ -35,6 +36,24 @@ entries! {
     "rough", rough, "a bad road: pitch and roll oscillate by half a degree behind a car";
     "truck", truck, "behind a truck and a bus that hide much of the view";
     "dense", dense, "parked cars, leading, oncoming and crossing traffic at once";
+    "empty", empty, "a winding street with no vehicle at all";
+    "crowd", crowd, "past two rows of parked cars and two oncoming queues: more than 60 vehicles in a frame";
+    "pitched", pitched, "the camera looks 5 degrees down, behind a car";
+    "rolled", rolled, "the camera is rolled by 2 degrees, behind a car";
+    "low-camera", low_camera, "the camera is 1.2 m above the road, in a low car";
+    "high-camera", high_camera, "the camera is 2.5 m above the road, in a truck";
+    "false-boxes", false_boxes, "the detector takes things beside the road for cars";
+    "jumping-boxes", jumping_boxes, "one box in six jumps by up to a quarter of its size";
+}
+
+/// How the detector errs in a scenario.
+pub(super) fn detector(name: &str) -> DetectorOptions {
+    let usual = DetectorOptions::default();
+    match name {
+        "false-boxes" => DetectorOptions { wall_boxes: 1.5, false_boxes: 0.2, ..usual },
+        "jumping-boxes" => DetectorOptions { jump_chance: 0.16, ..usual },
+        _ => usual,
+    }
 }
 
 /// The camera keeps to the right lane.
@@ -247,4 +266,65 @@ fn dense() -> Plan {
         leading(Car, 60.0, SpeedPlan::constant(9.3)),
     ]);
     plan
+}
+
+fn empty() -> Plan {
+    let mut plan = street(SpeedPlan::constant(10.0));
+    plan.road.bends = vec![bend(30.0, 0.0), bend(40.0, 0.015), bend(20.0, 0.0), bend(40.0, -0.015)];
+    plan
+}
+
+fn crowd() -> Plan {
+    let mut plan = street(SpeedPlan::constant(7.0));
+    plan.road.half_width_m = 9.2;
+    plan.parked_chance = 1.0;
+    // A queue in the outer lane goes the same way, another comes the other way, both nose to tail.
+    for i in 0..22 {
+        let far_lane = vec![(0.0, -5.2)];
+        let start_m = 14.0 + 8.5 * f64::from(i);
+        let queue = Route::Along { start_m, offsets_m: far_lane };
+        plan.drivers.push(driver(Car, queue, SpeedPlan::constant(3.0)));
+        plan.drivers.push(coming(Car, start_m + 4.0, 2.0));
+    }
+    plan
+}
+
+/// A gentle S behind one car, for everything that has to do with the camera.
+fn following() -> Plan {
+    let mut plan = street(SpeedPlan::constant(10.0));
+    plan.road.bends = vec![bend(40.0, 0.0), bend(40.0, 0.008), bend(40.0, -0.008)];
+    plan.drivers = vec![leading(Car, 16.0, SpeedPlan::constant(10.1)), coming(Car, 120.0, 9.0)];
+    plan
+}
+
+fn pitched() -> Plan {
+    let mut plan = following();
+    plan.rig.pitch_rad = 5.0_f64.to_radians();
+    plan
+}
+
+fn rolled() -> Plan {
+    let mut plan = following();
+    plan.rig.roll_rad = 2.0_f64.to_radians();
+    plan
+}
+
+fn low_camera() -> Plan {
+    let mut plan = following();
+    plan.rig.height_m = 1.2;
+    plan
+}
+
+fn high_camera() -> Plan {
+    let mut plan = following();
+    plan.rig.height_m = 2.5;
+    plan
+}
+
+fn false_boxes() -> Plan {
+    following()
+}
+
+fn jumping_boxes() -> Plan {
+    following()
 }

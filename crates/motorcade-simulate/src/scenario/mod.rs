@@ -2,6 +2,7 @@
 
 mod catalogue;
 
+use crate::output::DetectorOptions;
 use crate::plan::Plan;
 
 /// A drive with a name.
@@ -13,6 +14,8 @@ pub struct Scenario {
     pub description: String,
     /// How.
     pub plan: Plan,
+    /// How the detector errs.
+    pub detector: DetectorOptions,
 }
 
 impl Scenario {
@@ -30,6 +33,7 @@ pub fn scenarios() -> Vec<Scenario> {
             name: entry.name.to_owned(),
             description: entry.description.to_owned(),
             plan: (entry.plan)(),
+            detector: catalogue::detector(entry.name),
         })
         .collect()
 }

@@ -1,0 +1,92 @@
+//! Which vehicles a frame shows and what they hide, by their outlines alone.
+
+use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
+use motorcade_perception::BoundingBox;
+use nalgebra::Point2;
+
+use crate::drive::Drive;
+use crate::render::{VehicleView, projected, vehicle_mesh};
+
+/// A vehicle in a frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sighted {
+    /// Index in the drive.
+    pub vehicle: usize,
+    pub pose: Pose<Camera, Vehicle>,
+    /// Box of the whole vehicle, not clipped \[px\].
+    pub whole: BoundingBox,
+    /// Along the optical axis \[m\].
+    pub depth_m: f64,
+}
+
+/// The vehicles of a frame that are in the image and wholly before the camera, in the drive's order.
+#[derive(Clone, Debug)]
+pub(crate) struct Outlook {
+    pub camera: PinholeCamera,
+    pub sighted: Vec<Sighted>,
+}
+
+/// Boxes are larger than what they hold: only their inner part is taken to hide things, as a share of the half size.
+const SOLID: f64 = 0.85;
+
+impl Outlook {
+    pub(crate) fn of(drive: &Drive, frame: usize) -> Self {
+        let camera = drive.camera();
+        let one = |vehicle: usize| {
+            let pose = drive.camera_from_vehicle(vehicle, frame)?;
+            let depth_m = pose.translation().z;
+            if !(0.5..400.0).contains(&depth_m) {
+                return None;
+            }
+            let whole =
+                BoundingBox::new(projected(&camera, &vehicle_mesh(drive.vehicles.get(vehicle)?), &pose)?);
+            let inside = whole.clipped(camera.width, camera.height);
+            (inside.width() > 1.0 && inside.height() > 1.0).then_some(Sighted {
+                vehicle,
+                pose,
+                whole,
+                depth_m,
+            })
+        };
+        Self { camera, sighted: (0..drive.vehicles.len()).filter_map(one).collect() }
+    }
+
+    /// True when another vehicle than `owner` (index in the drive) stands before a point.
+    pub(crate) fn hides(&self, pixel: &Point2<f64>, depth_m: f64, owner: Option<usize>) -> bool {
+        self.sighted.iter().any(|s| {
+            let [x1, y1, x2, y2] = s.whole.to_array();
+            let inside = |p: f64, a: f64, b: f64| (p - 0.5 * (a + b)).abs() < 0.5 * SOLID * (b - a);
+            Some(s.vehicle) != owner
+                && s.depth_m < depth_m - 0.5
+                && inside(pixel.x, x1, x2)
+                && inside(pixel.y, y1, y2)
+        })
+    }
+
+    /// As a picture would tell it: boxes of what is hidden in part are those of the whole vehicle.
+    pub(crate) fn views(&self, vehicles: usize) -> Vec<VehicleView> {
+        const GRID: usize = 12;
+        let mut views = vec![VehicleView::default(); vehicles];
+        for s in &self.sighted {
+            let inside = s.whole.clipped(self.camera.width, self.camera.height);
+            let [x1, y1, x2, y2] = inside.to_array();
+            let place = |i: usize, a: f64, b: f64| a + (b - a) * (i as f64 + 0.5) / GRID as f64;
+            let free = (0..GRID * GRID)
+                .filter(|k| {
+                    let p = Point2::new(place(k % GRID, x1, x2), place(k / GRID, y1, y2));
+                    !self.hides(&p, s.depth_m, Some(s.vehicle))
+                })
+                .count();
+            // Quarter pixels, as the renderer counts.
+            let own = 4.0 * inside.area();
+            let visible = own * free as f64 / (GRID * GRID) as f64;
+            views[s.vehicle] = VehicleView {
+                visible_samples: visible as u64,
+                own_samples: own as u64,
+                visible_px: (visible >= 1.0).then(|| inside.to_array()),
+                projected_px: Some(s.whole.to_array()),
+            };
+        }
+        views
+    }
+}

@@ -1,0 +1,79 @@
+//! The whole pipeline on synthetic drives: bounds on the errors of every scenario.
+//!
+//! A few short drives run with every test run; all of them, with the table of `BENCHMARK.md`, by
+//! `cargo test --release -p motorcade-simulate --test suite -- --ignored --nocapture`.
+
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests may fail loudly too")]
+
+mod cases;
+mod nees;
+mod outcome;
+
+use cases::{Case, FULL, SHORT};
+use outcome::{Outcome, run};
+
+/// Every bound that is missed, in words.
+fn missed(case: &Case, outcome: &Outcome) -> Vec<String> {
+    let over = |what: &str, found: Option<f64>, most: Option<f64>, unit: &str| match (found, most) {
+        (Some(found), Some(most)) if found > most => {
+            Some(format!("{}: {what} {found:.3} {unit}, bound {most} {unit}", case.name))
+        }
+        (None, Some(_)) => Some(format!("{}: no {what} at all", case.name)),
+        _ => None,
+    };
+    let bounds = &case.bounds;
+    [
+        over("ego ATE", Some(outcome.ego_ate_m), Some(bounds.ego_ate_m), "m"),
+        over("scale error", Some(outcome.scale_pct.abs()), Some(bounds.scale_pct), "%"),
+        over("vehicle ATE", outcome.vehicle_ate_m, bounds.vehicle_ate_m, "m"),
+        over(
+            "uncovered share",
+            outcome.coverage.map(|c| 100.0 * (1.0 - c)),
+            bounds.coverage_pct.map(|c| 100.0 - c),
+            "%",
+        ),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+fn within_bounds(cases: &[Case]) {
+    println!("{}", Outcome::HEAD);
+    let mut failures = Vec::new();
+    for case in cases {
+        let outcome = run(case);
+        println!("{}", outcome.row(case));
+        let missed = missed(case, &outcome);
+        match case.open {
+            Some(why) if missed.is_empty() => {
+                failures.push(format!("{}: keeps its bounds now, remove the mark ({why})", case.name));
+            }
+            Some(why) => println!("| ↑ open: {why} |"),
+            None => failures.extend(missed),
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+#[test]
+fn short_drives_stay_within_their_bounds() {
+    within_bounds(SHORT);
+}
+
+#[test]
+#[ignore = "minutes: every scenario, rendered and run"]
+fn every_scenario_stays_within_its_bounds() {
+    let names: Vec<String> = motorcade_simulate::scenarios().into_iter().map(|s| s.name).collect();
+    let cases: Vec<&str> = FULL.iter().map(|c| c.name).collect();
+    assert!(names.iter().all(|n| cases.contains(&n.as_str())), "a scenario has no bounds: {names:?}");
+    within_bounds(FULL);
+}
+
+#[test]
+fn a_missed_bound_is_told() {
+    let case = &SHORT[0];
+    let bad = Outcome { ego_ate_m: 99.0, scale_pct: -50.0, ..Outcome::default() };
+    let told = missed(case, &bad);
+    assert!(told.len() >= 2 && told[0].contains("ego ATE 99.000 m"), "{told:?}");
+}

@@ -1,0 +1,112 @@
+//! One scenario rendered, run and judged.
+
+use motorcade::{Config, Given, RunContext, Silent, write_run};
+use motorcade_dataset::{Sequence, SequenceOptions};
+use motorcade_evaluate::evaluate_run;
+use motorcade_perception::{Perception, PerceptionOptions};
+use motorcade_simulate::{RenderOptions, Scenario, WriteOptions, simulate};
+
+use super::cases::Case;
+use super::nees::{Nees, nees};
+
+/// Half of KITTI's: a quarter of the time. Vehicles count from 40 px on, so within 13 m; `MOTORCADE_SUITE_WIDTH=1242`
+/// has them counted to 27 m.
+const WIDTH_PX: u32 = 621;
+const SEED: u64 = 1;
+
+/// What came out.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    pub length_m: f64,
+    /// SE(3)-aligned.
+    pub ego_ate_m: f64,
+    /// Estimated over true length of the way, less one; 0 where the camera hardly moves.
+    pub scale_pct: f64,
+    pub vehicles: usize,
+    /// Mean over the vehicles, after the SE(3) alignment of the camera's way.
+    pub vehicle_ate_m: Option<f64>,
+    pub coverage: Option<f64>,
+    pub nees: Nees,
+}
+
+impl Outcome {
+    pub const HEAD: &str = "| scenario | frames | way | ego ATE (bound) | scale (bound) | vehicles | vehicle ATE (bound) | coverage (bound) | NEES < 12.6 | median |\n|---|---|---|---|---|---|---|---|---|---|";
+
+    pub fn row(&self, case: &Case) -> String {
+        let b = &case.bounds;
+        let or_none = |value: Option<String>| value.unwrap_or_else(|| "–".into());
+        let ate = self.vehicle_ate_m.map(|v| {
+            let bound = b.vehicle_ate_m.map_or_else(|| "–".into(), |b| format!("{b}"));
+            format!("{v:.2} m ({bound})")
+        });
+        let coverage = self.coverage.map(|c| {
+            let bound = b.coverage_pct.map_or_else(|| "–".into(), |b| format!("{b}"));
+            format!("{:.0} % ({bound})", 100.0 * c)
+        });
+        format!(
+            "| {} | {} | {:.0} m | {:.2} m ({}) | {:+.1} % ({}) | {} | {} | {} | {:.0} % | {:.1} |",
+            case.name,
+            case.frames,
+            self.length_m,
+            self.ego_ate_m,
+            b.ego_ate_m,
+            self.scale_pct,
+            b.scale_pct,
+            self.vehicles,
+            or_none(ate),
+            or_none(coverage),
+            100.0 * self.nees.within,
+            self.nees.median,
+        )
+    }
+}
+
+fn width_px() -> u32 {
+    std::env::var("MOTORCADE_SUITE_WIDTH").ok().and_then(|w| w.parse().ok()).unwrap_or(WIDTH_PX)
+}
+
+pub fn run(case: &Case) -> Outcome {
+    let scenario = Scenario::by_name(case.name).unwrap();
+    let render = RenderOptions { weather: case.weather, ..RenderOptions::default() }.with_width(width_px());
+    let drive = simulate(&scenario, case.frames, SEED, &render).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let written = drive.write_kitti(folder.path(), &WriteOptions::default(), &|_| {}).unwrap();
+
+    let asked = SequenceOptions {
+        sequence: Some(written.sequence.clone()),
+        camera: Some(2),
+        ..SequenceOptions::default()
+    };
+    let sequence = Sequence::open(&written.training, &asked).unwrap();
+    let perception = PerceptionOptions {
+        detections: Some(written.detections.clone()),
+        road_masks: written.road_masks.clone(),
+        ..PerceptionOptions::default()
+    };
+    let perception = Perception::open(&perception, sequence.size()).unwrap();
+    let config = Config::default();
+    let height_m = scenario.plan.rig.height_m;
+    let result =
+        motorcade::run(&sequence, &perception, &Given::default(), height_m, &config, 2, &Silent).unwrap();
+    let context = RunContext {
+        config,
+        camera_from_cam0: sequence.camera_from_cam0(),
+        input: sequence.summary(),
+        perception: perception.describe(),
+        command: Vec::new(),
+        fingerprint: String::new(),
+    };
+    let out = folder.path().join("run");
+    write_run(&out, &result, &context, &[]).unwrap();
+    let report = evaluate_run(&out, &written.training, &written.sequence, 2, 0).unwrap();
+    let means = report.vehicles_mean;
+    Outcome {
+        length_m: report.ego.length_m,
+        ego_ate_m: report.ego.ate_se3_m,
+        scale_pct: report.ego.best_scale.map_or(0.0, |s| 100.0 * (1.0 / s - 1.0)),
+        vehicles: report.vehicles.as_ref().map_or(0, Vec::len),
+        vehicle_ate_m: means.as_ref().map(|m| m.ate_ego_se3_m),
+        coverage: means.as_ref().map(|m| m.coverage),
+        nees: nees(&result.ego.frames, &drive.world_from_camera()).unwrap_or_default(),
+    }
+}
