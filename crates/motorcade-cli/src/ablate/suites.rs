@@ -86,7 +86,7 @@ pub fn graph() -> Vec<Variant> {
         let set = format!("graph.kernel={kernel}");
         out.push(variant(format!("default, kernel {kernel}"), Preset::Default, &[&set]));
     }
-    for scale in ["1.0", "10.0"] {
+    for scale in ["3.5", "10.0"] {
         let set = format!("graph.kernel_scale={scale}");
         out.push(variant(format!("default, Cauchy at {scale} σ"), Preset::Default, &[&set]));
     }

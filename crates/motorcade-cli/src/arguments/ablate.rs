@@ -8,6 +8,9 @@ use super::RunArguments;
 
 /// What is taken apart.
 #[derive(Debug, Subcommand)]
+#[command(
+    after_help = "Example:\n  motorcade ablate odometry kitti/training --sequence 0005 --camera 3 --models models \\\n      --kitti kitti/training --out tables/0005"
+)]
 pub enum AblateCommand {
     /// Camera: ways to metric scale, masks, smoothing.
     Odometry(Box<AblateArguments>),

@@ -7,6 +7,9 @@ use motorcade_shape::Layout;
 
 /// Shape priors of vehicles, for `motorcade run --shape-prior`.
 #[derive(Debug, Subcommand)]
+#[command(
+    after_help = "Examples:\n  motorcade shape export --out prior.json\n  motorcade shape info prior.json"
+)]
 pub enum ShapeCommand {
     /// The project's own prior as JSON, to start one's own from.
     Export {

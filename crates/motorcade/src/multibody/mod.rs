@@ -64,7 +64,8 @@ pub struct GraphOptions {
     pub near_limit_m: f64,
     /// Robust kernel of camera–vehicle edges.
     pub kernel: GraphKernel,
-    /// Its scale \[standard deviations\]: √ of the 95 % quantile of χ²₆.
+    /// Its scale \[standard deviations\]: boxes err with heavy tails, and at one standard deviation the camera is no longer
+    /// dragged along by those that are wrong.
     pub kernel_scale: f64,
     /// Variance of a camera–vehicle edge is multiplied by this: boxes of neighbouring frames err alike.
     pub correlated_frames: f64,
@@ -85,7 +86,7 @@ impl Default for GraphOptions {
             lambda_doubted: 1.0,
             near_limit_m: 45.0,
             kernel: GraphKernel::Cauchy,
-            kernel_scale: 12.59_f64.sqrt(),
+            kernel_scale: 1.0,
             correlated_frames: 4.0,
             max_iterations: 100,
         }
