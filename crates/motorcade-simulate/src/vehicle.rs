@@ -3,7 +3,7 @@
 use motorcade_geometry::{Pose, Vehicle};
 use motorcade_perception::VehicleClass;
 use motorcade_shape::BodyType;
-use motorcade_vehicles::{Dimensions, SizePrior};
+use motorcade_vehicles::{Dimensions, size_prior};
 use rand::Rng;
 
 use crate::form::Form;
@@ -52,7 +52,7 @@ const COLOURS: [[f32; 3]; 10] = [
 
 /// A size of the class: its prior, cut at two standard deviations.
 pub(crate) fn draw_size(class: VehicleClass, rng: &mut impl Rng) -> Dimensions {
-    let prior = SizePrior::of(class);
+    let prior = size_prior(class);
     let mut draw = |mean: f64, sigma: f64| {
         let z = f64::from(hash::normal(rng.random())).clamp(-2.0, 2.0);
         mean + 0.8 * sigma * z

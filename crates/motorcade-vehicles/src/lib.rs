@@ -7,7 +7,7 @@
 //! ```
 //! use motorcade_geometry::{PinholeCamera, Pose};
 //! use motorcade_perception::{BoundingBox, VehicleClass};
-//! use motorcade_vehicles::{GroundFrame, SeenBox, SizePrior, locate};
+//! use motorcade_vehicles::{GroundFrame, SeenBox, locate, size_prior};
 //! use nalgebra::Vector3;
 //!
 //! let camera = PinholeCamera { fx: 720.0, fy: 720.0, cx: 600.0, cy: 180.0, width: 1242, height: 375 };
@@ -16,7 +16,7 @@
 //! };
 //! let bbox = BoundingBox { x1: 570.0, y1: 184.0, x2: 631.0, y2: 240.0 };
 //! let seen = SeenBox::new(bbox, VehicleClass::Car, &camera, &[]);
-//! let car = locate(&camera, &ground, &seen, 0.0, &SizePrior::of(VehicleClass::Car)).unwrap();
+//! let car = locate(&camera, &ground, &seen, 0.0, &size_prior(VehicleClass::Car)).unwrap();
 //! assert!((car.position_in_camera.z - 21.0).abs() < 1.5);
 //! ```
 
@@ -30,9 +30,10 @@ mod trajectory;
 
 pub use ground::GroundFrame;
 pub use motion::{Moving, Place, probability_moving, smooth_motion, standing_place};
+pub use motorcade_shape::{Dimensions, SizePrior};
 pub use silhouette::{image_box, standing_pose};
 pub use single_view::{SeenBox, SingleView, locate};
-pub use size::{Dimensions, SizePrior};
+pub use size::size_prior;
 pub use tracker::{Track, TrackBox, TrackerOptions, track_vehicles};
 pub use trajectory::{
     GivenView, Measured, Source, TrafficSide, VehicleState, VehicleTrajectory, estimate_track,

@@ -7,7 +7,7 @@ use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
 use motorcade_perception::{BoundingBox, VehicleClass};
 use nalgebra::{Point3, Vector3};
 
-use crate::size::Dimensions;
+use motorcade_shape::Dimensions;
 
 /// Outline points as fractions of (length, half width, height); every point stands for both sides.
 const CAR: [[f64; 3]; 12] = [

@@ -11,7 +11,7 @@ use nalgebra::{Matrix3, Matrix6, Point3, RowVector6, Vector3, Vector6};
 
 use crate::ground::GroundFrame;
 use crate::silhouette::{image_box, standing_pose};
-use crate::size::{Dimensions, SizePrior};
+use motorcade_shape::{Dimensions, SizePrior};
 
 /// A box and which of its edges are the vehicle's own: left, top, right, bottom.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -204,6 +204,7 @@ fn differences(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::size::size_prior;
     use motorcade_geometry::Pose;
 
     const CAMERA: PinholeCamera =
@@ -222,7 +223,7 @@ mod tests {
 
     #[test]
     fn exact_boxes_give_exact_places() {
-        let prior = SizePrior::of(VehicleClass::Car);
+        let prior = size_prior(VehicleClass::Car);
         for (ahead, left, heading) in
             [(12.0, -3.0, 0.0), (25.0, 4.0, 3.0), (8.0, -4.5, 0.2), (40.0, 1.0, 0.0)]
         {

@@ -1,56 +1,23 @@
-//! Vehicle sizes and what is known of them before looking.
+//! What is known of a vehicle's size before looking.
 
 use motorcade_perception::VehicleClass;
-use nalgebra::Vector3;
+use motorcade_shape::{Dimensions, SizePrior};
 
-/// Length, width, height \[m\].
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Dimensions {
-    /// Bumper to bumper \[m\].
-    pub length_m: f64,
-    /// Side to side without mirrors \[m\].
-    pub width_m: f64,
-    /// Road to roof \[m\].
-    pub height_m: f64,
-}
-
-impl Dimensions {
-    /// As a vector (l, w, h) \[m\].
-    pub fn to_vector(self) -> Vector3<f64> {
-        Vector3::new(self.length_m, self.width_m, self.height_m)
-    }
-    /// From a vector (l, w, h) \[m\].
-    pub fn from_vector(v: &Vector3<f64>) -> Self {
-        Self { length_m: v.x, width_m: v.y, height_m: v.z }
-    }
-}
-
-/// Mean and standard deviation of the size of a class.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SizePrior {
-    /// Mean.
-    pub mean: Dimensions,
-    /// Standard deviation.
-    pub sigma: Dimensions,
-}
-
-impl SizePrior {
-    /// The prior of a class, from manufacturers' sheets of common European, American and Asian models: the standard
-    /// deviation covers small to large of the class.
-    pub fn of(class: VehicleClass) -> Self {
-        let prior = |mean: [f64; 3], sigma: [f64; 3]| Self {
-            mean: Dimensions { length_m: mean[0], width_m: mean[1], height_m: mean[2] },
-            sigma: Dimensions { length_m: sigma[0], width_m: sigma[1], height_m: sigma[2] },
-        };
-        match class {
-            // A Polo is 4.0 × 1.7 × 1.45, a Passat estate 4.8 × 1.8 × 1.5, a mid SUV 4.6 × 1.85 × 1.65.
-            VehicleClass::Car => prior([4.2, 1.7, 1.51], [0.45, 0.10, 0.10]),
-            VehicleClass::Van => prior([5.0, 1.9, 2.1], [0.6, 0.12, 0.25]),
-            // Delivery lorries to articulated ones.
-            VehicleClass::Truck => prior([7.0, 2.35, 2.9], [2.5, 0.25, 0.6]),
-            // Detectors call minibuses buses too: 6 m long and 2.7 m high, against 12 m and 3.2 m.
-            VehicleClass::Bus => prior([9.5, 2.4, 2.95], [3.0, 0.2, 0.4]),
-            VehicleClass::Motorcycle => prior([2.1, 0.8, 1.6], [0.2, 0.1, 0.15]),
-        }
+/// The prior of a class, from manufacturers' sheets of common European, American and Asian models: the standard
+/// deviation covers small to large of the class.
+pub fn size_prior(class: VehicleClass) -> SizePrior {
+    let prior = |mean: [f64; 3], sigma: [f64; 3]| SizePrior {
+        mean: Dimensions { length_m: mean[0], width_m: mean[1], height_m: mean[2] },
+        sigma: Dimensions { length_m: sigma[0], width_m: sigma[1], height_m: sigma[2] },
+    };
+    match class {
+        // A Polo is 4.0 × 1.7 × 1.45, a Passat estate 4.8 × 1.8 × 1.5, a mid SUV 4.6 × 1.85 × 1.65.
+        VehicleClass::Car => prior([4.2, 1.7, 1.51], [0.45, 0.10, 0.10]),
+        VehicleClass::Van => prior([5.0, 1.9, 2.1], [0.6, 0.12, 0.25]),
+        // Delivery lorries to articulated ones.
+        VehicleClass::Truck => prior([7.0, 2.35, 2.9], [2.5, 0.25, 0.6]),
+        // Detectors call minibuses buses too: 6 m long and 2.7 m high, against 12 m and 3.2 m.
+        VehicleClass::Bus => prior([9.5, 2.4, 2.95], [3.0, 0.2, 0.4]),
+        VehicleClass::Motorcycle => prior([2.1, 0.8, 1.6], [0.2, 0.1, 0.15]),
     }
 }

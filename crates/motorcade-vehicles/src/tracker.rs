@@ -9,7 +9,7 @@ use nalgebra::{Point3, Vector3};
 
 use crate::ground::GroundFrame;
 use crate::single_view::{SeenBox, locate};
-use crate::size::SizePrior;
+use crate::size::size_prior;
 
 /// Limits of the tracker.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -161,7 +161,7 @@ fn match_boxes(
 
 fn place(camera: &PinholeCamera, ground: &GroundFrame, seen: &SeenBox) -> Option<Point3<f64>> {
     // Box-level place: the heading of the road will do.
-    let found = locate(camera, ground, seen, 0.0, &SizePrior::of(seen.class))?;
+    let found = locate(camera, ground, seen, 0.0, &size_prior(seen.class))?;
     Some(ground.world_from_camera.transform_point(&found.position_in_camera))
 }
 

@@ -8,8 +8,9 @@ use crate::ground::GroundFrame;
 use crate::motion::{Moving, Place, probability_moving, smooth_motion, standing_place};
 use crate::silhouette::{image_box, standing_pose};
 use crate::single_view::{SingleView, locate};
-use crate::size::{Dimensions, SizePrior};
+use crate::size::size_prior;
 use crate::tracker::Track;
+use motorcade_shape::{Dimensions, SizePrior};
 
 /// Which side of the road traffic keeps to; decides only which way a parked vehicle is taken to face, which its box
 /// cannot tell.
@@ -129,7 +130,7 @@ pub fn estimate_track(
     let frames = || track.boxes.iter().map(|b| b.frame).chain(given.iter().map(|g| g.frame));
     let (start, end) = (frames().min()?, frames().max()?);
     let times: Vec<f64> = grounds.get(start..=end)?.iter().map(|g| g.time_s).collect();
-    let prior = SizePrior::of(track.class);
+    let prior = size_prior(track.class);
     // The direction given, or the road's, to begin with; then the vehicle's own.
     let pointed = given_headings(grounds, given, start, times.len());
     let mut headings = pointed.clone().unwrap_or_else(|| vec![0.0; times.len()]);

@@ -10,10 +10,9 @@ use std::path::Path;
 use motorcade_geometry::PinholeCamera;
 use motorcade_perception::{BoundingBox, VehicleClass};
 use motorcade_shape::{
-    Dimensions, FitOptions, Layout, Observation, RoadPlane, SeenKeypoint, ShapeFit, ShapeFitter, ShapePrior,
-    SizePrior,
+    FitOptions, Layout, Observation, RoadPlane, SeenKeypoint, ShapeFit, ShapeFitter, ShapePrior,
 };
-use motorcade_vehicles::{GivenView, GroundFrame, Track, TrackBox};
+use motorcade_vehicles::{GivenView, GroundFrame, Track, TrackBox, size_prior};
 use nalgebra::{Matrix3, Point2, Point3};
 use serde::Deserialize;
 
@@ -178,7 +177,7 @@ impl<'a> KeypointViews<'a> {
         let mut observation =
             Observation::new(set.points.clone(), SIGMA_OF_BOX * bbox.width().max(bbox.height()));
         observation.road = Some(road(ground));
-        observation.size = Some(size(class));
+        observation.size = Some(size_prior(class));
         let fitter = &self.fitters[usize::from(set.layout == Layout::Car14)];
         let fit = fitter.fit(self.camera, &observation).ok()?;
         (!fit.heading_is_ambiguous()).then(|| view(seen.frame, &fit))
@@ -193,16 +192,6 @@ fn road(ground: &GroundFrame) -> RoadPlane {
         up: ground.up,
         ..RoadPlane::level(ground.height_m)
     }
-}
-
-fn size(class: VehicleClass) -> SizePrior {
-    let prior = motorcade_vehicles::SizePrior::of(class);
-    let of = |d: motorcade_vehicles::Dimensions| Dimensions {
-        length_m: d.length_m,
-        width_m: d.width_m,
-        height_m: d.height_m,
-    };
-    SizePrior { mean: of(prior.mean), sigma: of(prior.sigma) }
 }
 
 fn view(frame: usize, fit: &ShapeFit) -> GivenView {
