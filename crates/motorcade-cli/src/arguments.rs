@@ -164,6 +164,10 @@ pub struct RunArguments {
     /// Shape prior (JSON, see motorcade shape) in place of our own for keypoints of its number.
     #[arg(long, requires = "keypoints")]
     pub shape_prior: Option<PathBuf>,
+    /// Tell camera and vehicles of every frame as it comes, from that frame and those before it alone: one JSON object a
+    /// frame on stdout. The results are then those estimates.
+    #[arg(long)]
+    pub online: bool,
     /// Ready-made settings.
     #[arg(long, value_enum, default_value_t)]
     pub preset: PresetName,

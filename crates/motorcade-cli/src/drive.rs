@@ -1,7 +1,8 @@
 //! The drive a command works on: frames, or files alone.
 
-use motorcade::{Config, FrontEnd, Given, RunContext};
+use motorcade::{Config, FrontEnd, Given, RunContext, Watch};
 use motorcade_dataset::{KITTI_HEIGHT_M, Sequence, Summary};
+use motorcade_geometry::PinholeCamera;
 use motorcade_perception::{ModelOptions, Perception, PerceptionOptions};
 
 use crate::arguments::RunArguments;
@@ -91,13 +92,32 @@ impl LoadedDrive {
         Ok(self)
     }
 
+    /// Intrinsics.
+    pub fn camera(&self) -> anyhow::Result<PinholeCamera> {
+        Ok(match &self.drive.source {
+            Source::Frames(sequence) => sequence.camera()?,
+            Source::Files(files) => files.input.camera,
+        })
+    }
+
     /// Passes over the frames.
     pub fn front_end(&self, config: &Config, reporter: &Reporter) -> motorcade::Result<FrontEnd> {
+        self.watched_front_end(config, reporter, &mut |_| ())
+    }
+
+    /// Passes over the frames; `watch` is told of each.
+    pub fn watched_front_end(
+        &self,
+        config: &Config,
+        reporter: &Reporter,
+        watch: Watch<'_>,
+    ) -> motorcade::Result<FrontEnd> {
+        let (given, threads) = (&self.given, self.threads);
         match &self.drive.source {
             Source::Frames(sequence) => {
-                FrontEnd::pass(sequence, &self.perception, &self.given, config, self.threads, reporter)
+                FrontEnd::pass(sequence, &self.perception, given, config, threads, reporter, watch)
             }
-            Source::Files(files) => FrontEnd::without_frames(files.input.clone(), &self.given, config),
+            Source::Files(files) => FrontEnd::without_frames(files.input.clone(), given, config, watch),
         }
     }
 

@@ -46,6 +46,11 @@ impl Reporter {
         self.bar.finish_and_clear();
     }
 
+    /// One line of results on stdout, beside the bar.
+    pub fn print(&self, line: &str) {
+        self.bar.suspend(|| crate::exit::print(line));
+    }
+
     fn stage(&self) -> (&'static str, Option<usize>) {
         self.stage.lock().map(|s| *s).unwrap_or_default()
     }

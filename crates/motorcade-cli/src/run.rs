@@ -1,10 +1,10 @@
 //! `motorcade run`.
 
 use anyhow::Context;
-use motorcade::{Config, Preset, RunContext, RunResult, output, write_run};
+use motorcade::{Config, Online, Preset, RunContext, RunResult, output, write_run};
 
 use crate::arguments::{PresetName, RunArguments};
-use crate::drive::Drive;
+use crate::drive::{Drive, LoadedDrive};
 use crate::exit;
 use crate::fingerprint::{already_done, fingerprint};
 use crate::progress::Reporter;
@@ -20,11 +20,23 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     output::prepare(&arguments.out, arguments.force)?;
     let drive = drive.load(arguments)?;
     let reporter = Reporter::new(arguments.progress);
-    let front_end = drive.front_end(&config, &reporter)?;
-    let (height_m, threads) = (drive.height_m(), drive.threads());
-    let result = motorcade::conclude(front_end, &drive.given, height_m, &config, threads, &reporter);
+    let result = if config.online.enabled {
+        online(&drive, &config, &reporter)?
+    } else {
+        let front_end = drive.front_end(&config, &reporter)?;
+        let (height_m, threads) = (drive.height_m(), drive.threads());
+        motorcade::conclude(front_end, &drive.given, height_m, &config, threads, &reporter)
+    };
     reporter.finish();
     conclude(arguments, &result, &drive.context(config, fingerprint))
+}
+
+/// Tells every frame on stdout as it comes.
+fn online(drive: &LoadedDrive, config: &Config, reporter: &Reporter) -> anyhow::Result<RunResult> {
+    let mut online = Online::new(drive.camera()?, &drive.given, drive.height_m(), config);
+    let mut tell = |so_far: &motorcade::SoFar<'_>| reporter.print(&online.advance(so_far).to_json());
+    let front_end = drive.watched_front_end(config, reporter, &mut tell)?;
+    Ok(online.finish(front_end, reporter))
 }
 
 /// True, and said, when --out holds this very run already.
@@ -41,7 +53,13 @@ fn conclude(arguments: &RunArguments, result: &RunResult, context: &RunContext) 
     let report = motorcade_viewer::report(result, context, None).into_bytes();
     let extras = [output::Extra { name: "report.html".into(), content: report }];
     write_run(&arguments.out, result, context, &extras)?;
-    exit::print(&summary(result, arguments));
+    let summary = summary(result, arguments);
+    // Stdout then holds a JSON object a line.
+    if context.config.online.enabled {
+        exit::eprint(&summary)
+    } else {
+        exit::print(&summary)
+    }
     Ok(code(result, &context.config))
 }
 
@@ -72,6 +90,7 @@ pub fn overlaid(mut config: Config, arguments: &RunArguments) -> anyhow::Result<
             std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
         config = config.overlay(&text, &path.display().to_string())?;
     }
+    config.online.enabled |= arguments.online;
     if let Some(seed) = arguments.seed {
         config.run.seed = seed;
     }

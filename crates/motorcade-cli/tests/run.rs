@@ -52,6 +52,30 @@ fn a_height_scales_the_drive() {
 }
 
 #[test]
+fn an_online_run_tells_every_frame_as_it_comes() {
+    let folder = drive(24);
+    std::fs::remove_file(frame_file(&folder.path().join("frames"), 15)).unwrap();
+    let told = run(folder.path(), "--online --progress none");
+    told.expect(0, &[]);
+    let lines: Vec<serde_json::Value> =
+        told.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(lines.len(), 24);
+    for (number, line) in lines.iter().enumerate() {
+        assert_eq!(line["frame"], number);
+    }
+    assert_eq!(lines[15]["status"], "bridged");
+    let speed = lines[23]["camera"]["speed_mps"].as_f64().unwrap();
+    assert!((speed - 10.0 * STEP_M).abs() < 1.0, "{speed} m/s");
+    // The directory holds what was told.
+    let poses = std::fs::read_to_string(folder.path().join("out/ego.tum")).unwrap();
+    let last: Vec<f64> = poses.lines().last().unwrap().split(' ').map(|v| v.parse().unwrap()).collect();
+    let place = lines[23]["camera"]["position_m"].as_array().unwrap();
+    assert!((0..3).all(|k| (last[1 + k] - place[k].as_f64().unwrap()).abs() < 1e-5), "{last:?} {place:?}");
+    let record = json(&folder.path().join("out/run.json"));
+    assert_eq!(record["configuration"]["online"]["enabled"], true);
+}
+
+#[test]
 fn a_missing_number_is_bridged() {
     let folder = drive(24);
     std::fs::remove_file(frame_file(&folder.path().join("frames"), 12)).unwrap();

@@ -122,7 +122,9 @@ impl EgoTrajectory {
             (None, Some(b)) => b.scale,
             (None, None) => self.height_m / 2.0,
         };
-        let scale_sigma = state.map_or(0.1, |s| s.covariance[(0, 0)].max(0.0).sqrt());
+        // Where nobody saw the road, lengths may be off by a factor of two.
+        const UNKNOWN: f64 = 0.5;
+        let scale_sigma = state.map_or(UNKNOWN, |s| s.covariance[(0, 0)].max(0.0).sqrt());
         // Without a step of its own the frame goes on as the one before it did.
         let metric_step = step.map_or(*last_step, |s| s.scaled(scale));
         if before.is_some() {
@@ -305,8 +307,8 @@ fn along(step: &Pose<Camera, Camera>) -> Vector6<f64> {
 
 /// What is known of pose and scale together. Errors of scale last for seconds: taken as independent from step to step they
 /// would average out, and the pose would seem several times better known than it is.
-#[derive(Default)]
-struct Uncertainty {
+#[derive(Clone, Debug, Default)]
+pub struct Uncertainty {
     /// Covariance of the pose (6×6).
     pose: Matrix6<f64>,
     /// Covariance of pose and log scale (6).
@@ -317,8 +319,14 @@ struct Uncertainty {
 }
 
 impl Uncertainty {
-    /// Takes one frame and the step that led to it; returns the covariance of its pose in the world.
-    fn advance(&mut self, frame: &EgoFrame, step: &Pose<Camera, Camera>) -> Matrix6<f64> {
+    /// Covariance of the pose of the last frame in the world (6×6 `[ω, ν]`).
+    pub fn covariance(&self) -> Matrix6<f64> {
+        self.pose
+    }
+
+    /// Takes one frame and the step that led to it (`camera_before_from_camera`, metres); returns the covariance of its
+    /// pose in the world.
+    pub fn advance(&mut self, frame: &EgoFrame, step: &Pose<Camera, Camera>) -> Matrix6<f64> {
         if !self.begun {
             (self.begun, self.scale_sigma) = (true, frame.scale_sigma);
             return self.pose;

@@ -43,7 +43,7 @@ mod window;
 pub use bundle::BundleOptions;
 pub use closed_form::{ClosedFormScale, ScaleAverage};
 pub use corners::{CornerOptions, detect};
-pub use ego::{EgoFrame, EgoTrajectory};
+pub use ego::{EgoFrame, EgoTrajectory, Uncertainty};
 pub use klt::{KltOptions, Request, track, track_checked};
 pub use landmark::Landmark;
 pub use odometry::Odometry;

@@ -1,5 +1,7 @@
 //! What the odometry says of every frame, up to scale.
 
+use std::collections::BTreeMap;
+
 use motorcade_geometry::{Camera, Pose, World};
 use nalgebra::Matrix6;
 
@@ -74,6 +76,27 @@ impl UpToScale {
         Self { frames: (0..poses.len()).map(frame).collect(), keyframes: vec![keyframes] }
     }
 
+    /// The frames `range` alone, numbered from 0; of the keyframes those they need.
+    pub fn window(&self, range: std::ops::Range<usize>) -> Self {
+        let mut frames = self.frames[range].to_vec();
+        let mut spans: BTreeMap<usize, (usize, usize)> = BTreeMap::new();
+        for record in frames.iter().filter(|r| r.segment < self.keyframes.len()) {
+            let span = spans.entry(record.segment).or_insert((record.keyframe, record.keyframe));
+            *span = (span.0.min(record.keyframe), span.1.max(record.keyframe));
+        }
+        for record in &mut frames {
+            if let Some((own, (_, (first, _)))) = spans.iter().enumerate().find(|s| *s.1.0 == record.segment)
+            {
+                record.segment = own;
+                record.keyframe -= first;
+            }
+        }
+        let of = |(segment, (first, last)): (&usize, &(usize, usize))| {
+            self.keyframes[*segment].iter().take(last + 1).skip(*first).copied().collect()
+        };
+        Self { frames, keyframes: spans.iter().map(of).collect() }
+    }
+
     /// `camera_from_world` of a frame in its segment's world; `None` while its segment has no map.
     pub fn camera_from_world(&self, frame: usize) -> Option<CameraFromWorld> {
         let record = self.frames.get(frame)?;
@@ -89,4 +112,49 @@ pub(crate) fn fill(record: &mut FrameRecord, estimate: &PoseEstimate) {
     // A floor on the pixel noise: three points can fit perfectly.
     let sigma = estimate.inlier_rms_px.max(0.1);
     record.covariance = estimate.information.try_inverse().unwrap_or_else(Matrix6::zeros) * (sigma * sigma);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use motorcade_geometry::lie::se3;
+    use nalgebra::Vector6;
+
+    #[test]
+    fn a_window_keeps_the_poses_of_its_frames() {
+        let pose = |k: usize| -> CameraFromWorld {
+            Pose::new(se3::exp(&(Vector6::new(0.01, 0.02, 0.0, 0.1, 0.0, 1.0) * k as f64)))
+        };
+        let record = |segment: usize, keyframe: usize, k: usize| FrameRecord {
+            status: FrameStatus::Tracked,
+            segment,
+            keyframe,
+            camera_from_keyframe: pose(k).cast::<Camera, Camera>(),
+            inliers: k,
+            rms_px: 0.0,
+            covariance: Matrix6::zeros(),
+        };
+        let lost = FrameRecord { status: FrameStatus::Initialising, ..record(usize::MAX, 0, 0) };
+        let frames = vec![
+            record(0, 0, 0),
+            record(0, 1, 1),
+            record(0, 1, 2),
+            record(0, 3, 3),
+            lost,
+            record(1, 0, 4),
+            record(1, 2, 5),
+        ];
+        let whole =
+            UpToScale { frames, keyframes: vec![(0..5).map(pose).collect(), (5..9).map(pose).collect()] };
+        for range in [0..7, 1..7, 2..4, 3..6, 4..7, 6..7] {
+            let window = whole.window(range.clone());
+            assert_eq!(window.frames.len(), range.len());
+            for (own, k) in range.enumerate() {
+                let same = window.camera_from_world(own).map(|p| *p.isometry())
+                    == whole.camera_from_world(k).map(|p| *p.isometry());
+                assert!(same, "frame {k}");
+            }
+        }
+        assert!(whole.window(2..4).keyframes[0].len() == 3);
+    }
 }

@@ -34,7 +34,7 @@ pub use motorcade_shape::{Dimensions, SizePrior};
 pub use silhouette::{image_box, standing_pose};
 pub use single_view::{SeenBox, SingleView, locate};
 pub use size::size_prior;
-pub use tracker::{Track, TrackBox, TrackerOptions, track_vehicles};
+pub use tracker::{Track, TrackBox, Tracker, TrackerOptions, track_vehicles};
 pub use trajectory::{
     GivenView, Measured, Source, TrafficSide, VehicleState, VehicleTrajectory, estimate_track,
 };

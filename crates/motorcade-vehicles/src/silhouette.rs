@@ -5,7 +5,7 @@
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
 use motorcade_perception::{BoundingBox, VehicleClass};
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Matrix3, Point3, Vector3};
 
 use motorcade_shape::Dimensions;
 
@@ -49,6 +49,51 @@ fn outline(class: VehicleClass) -> &'static [[f64; 3]] {
     }
 }
 
+/// A point of the outline that an edge of the image box touches.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Touching {
+    /// The edge: u of left and right, v of top and bottom \[px\].
+    pub(crate) pixel: f64,
+    /// The point, camera frame \[m\].
+    pub(crate) point: Point3<f64>,
+    /// The point as fractions of (length, width, height) in the vehicle's frame.
+    pub(crate) fractions: Vector3<f64>,
+}
+
+/// Where the edges left, top, right, bottom of the image box touch the outline of a vehicle whose axes are the columns of
+/// `rotation`; `None` when part of it is behind or beside the camera.
+pub(crate) fn touching(
+    camera: &PinholeCamera,
+    rotation: &Matrix3<f64>,
+    position: &Vector3<f64>,
+    class: VehicleClass,
+    size: &Vector3<f64>,
+) -> Option<[Touching; 4]> {
+    const NEAREST_M: f64 = 0.5;
+    let nowhere = Touching { pixel: f64::MAX, point: Point3::origin(), fractions: Vector3::zeros() };
+    let mut edges = [nowhere; 4];
+    (edges[2].pixel, edges[3].pixel) = (f64::MIN, f64::MIN);
+    for [x, y, z] in outline(class) {
+        for side in [-0.5, 0.5] {
+            let fractions = Vector3::new(*x, side * y, *z);
+            let point = Point3::from(rotation * fractions.component_mul(size) + position);
+            if point.z < NEAREST_M {
+                return None;
+            }
+            let pixel = camera.project(&point)?;
+            for (edge, value) in [(0, pixel.x), (1, pixel.y)] {
+                if value < edges[edge].pixel {
+                    edges[edge] = Touching { pixel: value, point, fractions };
+                }
+                if value > edges[edge + 2].pixel {
+                    edges[edge + 2] = Touching { pixel: value, point, fractions };
+                }
+            }
+        }
+    }
+    Some(edges)
+}
+
 /// The unclipped image box of a vehicle; `None` when part of it is behind or beside the camera.
 pub fn image_box(
     camera: &PinholeCamera,
@@ -56,21 +101,9 @@ pub fn image_box(
     class: VehicleClass,
     size: &Dimensions,
 ) -> Option<BoundingBox> {
-    const NEAREST_M: f64 = 0.5;
-    let (mut low, mut high) = ([f64::MAX; 2], [f64::MIN; 2]);
-    for [x, y, z] in outline(class) {
-        for side in [-0.5, 0.5] {
-            let point = Point3::new(x * size.length_m, side * y * size.width_m, z * size.height_m);
-            let seen = camera_from_vehicle.transform_point(&point);
-            if seen.z < NEAREST_M {
-                return None;
-            }
-            let pixel = camera.project(&seen)?;
-            low = [low[0].min(pixel.x), low[1].min(pixel.y)];
-            high = [high[0].max(pixel.x), high[1].max(pixel.y)];
-        }
-    }
-    Some(BoundingBox { x1: low[0], y1: low[1], x2: high[0], y2: high[1] })
+    let (rotation, position) = (camera_from_vehicle.rotation_matrix(), camera_from_vehicle.translation());
+    let edges = touching(camera, &rotation, &position, class, &size.to_vector())?;
+    Some(BoundingBox::new(edges.map(|e| e.pixel)))
 }
 
 /// Pose of a vehicle from where it stands, where its nose points and what is up (all in the camera frame, unit vectors).
@@ -81,7 +114,7 @@ pub fn standing_pose(
 ) -> Pose<Camera, Vehicle> {
     let left = up.cross(forward).normalize();
     let forward = left.cross(up);
-    Pose::from_matrix(&nalgebra::Matrix3::from_columns(&[forward, left, *up]), &position.coords)
+    Pose::from_matrix(&Matrix3::from_columns(&[forward, left, *up]), &position.coords)
 }
 
 #[cfg(test)]

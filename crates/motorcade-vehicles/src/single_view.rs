@@ -7,10 +7,10 @@
 
 use motorcade_geometry::PinholeCamera;
 use motorcade_perception::{BoundingBox, VehicleClass};
-use nalgebra::{Matrix3, Matrix6, Point3, RowVector6, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, Point3, RowVector3, RowVector6, Vector3, Vector6};
 
 use crate::ground::GroundFrame;
-use crate::silhouette::{image_box, standing_pose};
+use crate::silhouette::{Touching, standing_pose, touching};
 use motorcade_shape::{Dimensions, SizePrior};
 
 /// A box and which of its edges are the vehicle's own: left, top, right, bottom.
@@ -98,25 +98,23 @@ pub fn locate(
     if seen.edges.iter().filter(|e| **e).count() < 2 || !(seen.edges[1] || seen.edges[3]) {
         return None;
     }
-    let (forward, measured) = (ground.direction_of(heading_rad), seen.bbox.to_array());
-    let predict = |x: &Vector6<f64>| -> Option<[f64; 4]> {
-        let pose = standing_pose(&ground.point(x[0], x[1], x[2]), &forward, &ground.up);
-        let size = Dimensions { length_m: x[3], width_m: x[4], height_m: x[5] };
-        image_box(camera, &pose, seen.class, &size).map(BoundingBox::to_array)
-    };
+    let measured = seen.bbox.to_array();
+    let (axes, foot) = (axes(ground), ground.foot());
+    let rotation =
+        standing_pose(&Point3::origin(), &ground.direction_of(heading_rad), &ground.up).rotation_matrix();
     let mut x = start(camera, ground, seen, prior)?;
     let (mean, sigma) = (prior.mean.to_vector(), prior.sigma.to_vector());
-    let mut out = None;
+    let mut last = None;
     for _ in 0..12 {
-        let at = predict(&x)?;
+        let (place, size) = (foot + axes * x.fixed_rows::<3>(0), x.fixed_rows::<3>(3).into_owned());
+        let at = touching(camera, &rotation, &place, seen.class, &size)?;
         let (mut h, mut g, mut chi2) = (Matrix6::zeros(), Vector6::zeros(), 0.0);
-        let jacobian = differences(&predict, &x, &at)?;
         for edge in (0..4).filter(|e| seen.edges[*e]) {
             let s = edge_sigma_px(&seen.bbox, edge);
-            let r = (at[edge] - measured[edge]) / s;
+            let r = (at[edge].pixel - measured[edge]) / s;
             // Cauchy with three sigma: a box jumps now and then.
             let w = 1.0 / (1.0 + r * r / 9.0);
-            let j: RowVector6<f64> = jacobian[edge] / s;
+            let j = derivative(camera, edge, &at[edge], &axes, &rotation) / s;
             h += j.transpose() * j * w;
             g += j.transpose() * (r * w);
             chi2 += r * r;
@@ -131,17 +129,8 @@ pub fn locate(
             g[3 + k] += w * (x[3 + k] - mean[k]);
         }
         let factor = h.cholesky()?;
-        let covariance = axes(ground) * factor.inverse().fixed_view::<3, 3>(0, 0) * axes(ground).transpose();
-        out = Some(SingleView {
-            position_in_camera: ground.point(x[0], x[1], x[2]),
-            covariance,
-            size: Dimensions { length_m: x[3], width_m: x[4], height_m: x[5] },
-            chi2,
-            information,
-            gradient,
-            state: x,
-        });
         let mut step = factor.solve(&-g);
+        last = Some((x, factor, (information, gradient), chi2));
         // Far away the image is almost flat in depth: no more than a third of the distance at once.
         let limit = 0.33 * x[0];
         if step[0].abs() > limit {
@@ -155,7 +144,16 @@ pub fn locate(
             return None;
         }
     }
-    out
+    let (state, factor, (information, gradient), chi2) = last?;
+    Some(SingleView {
+        position_in_camera: Point3::from(foot + axes * state.fixed_rows::<3>(0)),
+        covariance: axes * factor.inverse().fixed_view::<3, 3>(0, 0) * axes.transpose(),
+        size: Dimensions::from_vector(&state.fixed_rows::<3>(3).into_owned()),
+        chi2,
+        information,
+        gradient,
+        state,
+    })
 }
 
 /// Camera-frame directions of (ahead, left, above).
@@ -183,27 +181,29 @@ fn start(
         .then(|| Vector6::new(ahead.max(3.0), point.dot(&ground.left()), 0.0, size.x, size.y, size.z))
 }
 
-fn differences(
-    predict: &impl Fn(&Vector6<f64>) -> Option<[f64; 4]>,
-    x: &Vector6<f64>,
-    at: &[f64; 4],
-) -> Option<[RowVector6<f64>; 4]> {
-    const STEP: f64 = 1e-4;
-    let mut rows = [RowVector6::zeros(); 4];
-    for k in 0..6 {
-        let mut moved = *x;
-        moved[k] += STEP;
-        let there = predict(&moved)?;
-        for edge in 0..4 {
-            rows[edge][k] = (there[edge] - at[edge]) / STEP;
-        }
-    }
-    Some(rows)
+/// Derivative of an edge by (ahead, left, above | l, w, h), 1×6: that of the point it touches.
+fn derivative(
+    camera: &PinholeCamera,
+    edge: usize,
+    at: &Touching,
+    axes: &Matrix3<f64>,
+    rotation: &Matrix3<f64>,
+) -> RowVector6<f64> {
+    let p = &at.point;
+    let by_point = if edge.is_multiple_of(2) {
+        RowVector3::new(1.0, 0.0, -p.x / p.z) * (camera.fx / p.z)
+    } else {
+        RowVector3::new(0.0, 1.0, -p.y / p.z) * (camera.fy / p.z)
+    };
+    let (by_place, by_body) = (by_point * axes, by_point * rotation);
+    let f = &at.fractions;
+    RowVector6::new(by_place.x, by_place.y, by_place.z, by_body.x * f.x, by_body.y * f.y, by_body.z * f.z)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::silhouette::image_box;
     use crate::size::size_prior;
     use motorcade_geometry::Pose;
 
@@ -235,6 +235,27 @@ mod tests {
             let error = (found.position_in_camera - truth).norm();
             assert!(error < 0.02 * ahead, "{ahead} {left}: {error}");
             assert!(found.covariance.symmetric_eigenvalues().min() > 0.0);
+        }
+    }
+
+    #[test]
+    fn derivatives_match_differences() {
+        let (class, ground) = (VehicleClass::Car, ground());
+        let rotation =
+            standing_pose(&Point3::origin(), &ground.direction_of(0.4), &ground.up).rotation_matrix();
+        let x = Vector6::new(14.0, 3.0, 0.1, 4.2, 1.8, 1.5);
+        let at = |x: &Vector6<f64>| {
+            let place = ground.point(x[0], x[1], x[2]).coords;
+            touching(&CAMERA, &rotation, &place, class, &x.fixed_rows::<3>(3).into_owned()).unwrap()
+        };
+        let here = at(&x);
+        for k in 0..6 {
+            let mut moved = x;
+            moved[k] += 1e-6;
+            for (edge, there) in at(&moved).iter().enumerate() {
+                let analytic = derivative(&CAMERA, edge, &here[edge], &axes(&ground), &rotation)[k];
+                assert!(((there.pixel - here[edge].pixel) / 1e-6 - analytic).abs() < 1e-3, "{edge} {k}");
+            }
         }
     }
 

@@ -58,13 +58,25 @@ pub struct Track {
 /// Two boxes that overlap more are the same vehicle seen twice.
 const DOUBLED_IOU: f64 = 0.5;
 
+impl Track {
+    /// Gives the track the class most of its boxes have, and its boxes that class.
+    fn settle(&mut self) {
+        self.class = majority(&self.boxes);
+        for b in &mut self.boxes {
+            b.seen.class = self.class;
+        }
+    }
+}
+
 struct Live {
     track: Track,
-    /// Place in the world \[m\], with the camera depth it was measured at.
-    position: Point3<f64>,
+    /// Place in the camera of the frame it was last seen in \[m\]: what is known of that frame's place in the world may
+    /// change later.
+    in_camera: Point3<f64>,
+    /// Velocity in the world \[m/s\].
     velocity: Vector3<f64>,
-    time_s: f64,
-    place_frame: usize,
+    /// The frame it was last seen in, and what was known of it then.
+    seen: (usize, GroundFrame),
 }
 
 /// Links the boxes of all frames. `detections[k]` are those of frame k.
@@ -74,19 +86,53 @@ pub fn track_vehicles(
     detections: &[Vec<Detection>],
     options: &TrackerOptions,
 ) -> Vec<Track> {
-    let (mut live, mut ended): (Vec<Live>, Vec<Track>) = (Vec::new(), Vec::new());
-    let mut next_id = 1;
+    let mut tracker = Tracker::new(*camera, *options);
+    let mut tracks = Vec::new();
     for (frame, (ground, seen)) in grounds.iter().zip(detections).enumerate() {
+        tracks.extend(tracker.advance(frame, ground, seen, |k| grounds.get(k).copied()));
+    }
+    tracks.extend(tracker.finish());
+    tracks.sort_by_key(|t| t.id);
+    tracks
+}
+
+/// Links boxes to tracks, frame by frame.
+pub struct Tracker {
+    camera: PinholeCamera,
+    options: TrackerOptions,
+    live: Vec<Live>,
+    next_id: usize,
+}
+
+impl Tracker {
+    /// Knows no vehicle yet.
+    pub fn new(camera: PinholeCamera, options: TrackerOptions) -> Self {
+        Self { camera, options, live: Vec::new(), next_id: 1 }
+    }
+
+    /// Takes the boxes of the next frame; returns the tracks that have ended. `ground_of` tells what is known by now of
+    /// frames that have been; of frames it has forgotten what was known in their time.
+    pub fn advance(
+        &mut self,
+        frame: usize,
+        ground: &GroundFrame,
+        seen: &[Detection],
+        ground_of: impl Fn(usize) -> Option<GroundFrame>,
+    ) -> Vec<Track> {
+        for live in &mut self.live {
+            live.seen.1 = ground_of(live.seen.0).unwrap_or(live.seen.1);
+        }
+        let (camera, options) = (&self.camera, &self.options);
         let boxes: Vec<&Detection> = seen.iter().filter(|d| d.score >= options.least_score).collect();
         let all: Vec<BoundingBox> = boxes.iter().map(|d| d.bbox).collect();
         let expected: Vec<Option<BoundingBox>> =
-            live.iter().map(|l| l.expected(camera, ground, grounds)).collect();
-        let pairs = match_boxes(&live, &expected, &boxes, options);
+            self.live.iter().map(|l| l.expected(camera, ground)).collect();
+        let pairs = match_boxes(&self.live, &expected, &boxes, options);
         let mut used = vec![false; boxes.len()];
         for (track, index) in pairs {
             used[index] = true;
             let seen = SeenBox::new(boxes[index].bbox, boxes[index].class, camera, &all);
-            live[track].extend(camera, ground, TrackBox { frame, seen, score: boxes[index].score });
+            self.live[track].extend(camera, ground, TrackBox { frame, seen, score: boxes[index].score });
         }
         for (index, detection) in boxes.iter().enumerate() {
             // A second box on a vehicle that is followed already (another class, a looser fit) is no new vehicle.
@@ -97,28 +143,43 @@ pub fn track_vehicles(
                 continue;
             }
             let seen = SeenBox::new(detection.bbox, detection.class, camera, &all);
-            if let Some(begun) =
-                Live::begin(next_id, camera, ground, TrackBox { frame, seen, score: detection.score })
-            {
-                next_id += 1;
-                live.push(begun);
+            let first = TrackBox { frame, seen, score: detection.score };
+            if let Some(begun) = Live::begin(self.next_id, camera, ground, first) {
+                self.next_id += 1;
+                self.live.push(begun);
             }
         }
-        let (keep, gone): (Vec<Live>, Vec<Live>) =
-            live.into_iter().partition(|l| ground.time_s - l.time_s <= options.longest_gap_s);
-        ended.extend(gone.into_iter().map(|l| l.track));
-        live = keep;
+        let (keep, gone): (Vec<Live>, Vec<Live>) = std::mem::take(&mut self.live)
+            .into_iter()
+            .partition(|l| ground.time_s - l.seen.1.time_s <= options.longest_gap_s);
+        self.live = keep;
+        self.report(gone)
     }
-    ended.extend(live.into_iter().map(|l| l.track));
-    ended.retain(|t| t.boxes.len() >= options.least_boxes);
-    ended.sort_by_key(|t| t.id);
-    for track in &mut ended {
-        track.class = majority(&track.boxes);
-        for b in &mut track.boxes {
-            b.seen.class = track.class;
-        }
+
+    /// The tracks followed at present whose boxes suffice, as far as they go; of each the boxes from frame `first` on.
+    pub fn present(&self, first: usize) -> Vec<Track> {
+        let enough = |l: &&Live| l.track.boxes.len() >= self.options.least_boxes;
+        let recent = |l: &Live| {
+            let mut track = l.track.clone();
+            track.settle();
+            track.boxes.retain(|b| b.frame >= first);
+            track
+        };
+        self.live.iter().filter(enough).map(recent).filter(|t| !t.boxes.is_empty()).collect()
     }
-    ended
+
+    /// Ends all tracks.
+    pub fn finish(mut self) -> Vec<Track> {
+        let live = std::mem::take(&mut self.live);
+        self.report(live)
+    }
+
+    fn report(&self, ended: Vec<Live>) -> Vec<Track> {
+        let mut tracks: Vec<Track> = ended.into_iter().map(|l| l.track).collect();
+        tracks.retain(|t| t.boxes.len() >= self.options.least_boxes);
+        tracks.iter_mut().for_each(Track::settle);
+        tracks
+    }
 }
 
 fn majority(boxes: &[TrackBox]) -> VehicleClass {
@@ -162,40 +223,33 @@ fn match_boxes(
 fn place(camera: &PinholeCamera, ground: &GroundFrame, seen: &SeenBox) -> Option<Point3<f64>> {
     // Box-level place: the heading of the road will do.
     let found = locate(camera, ground, seen, 0.0, &size_prior(seen.class))?;
-    Some(ground.world_from_camera.transform_point(&found.position_in_camera))
+    Some(found.position_in_camera)
 }
 
 impl Live {
     fn begin(id: usize, camera: &PinholeCamera, ground: &GroundFrame, first: TrackBox) -> Option<Self> {
-        let position = place(camera, ground, &first.seen)?;
+        let in_camera = place(camera, ground, &first.seen)?;
+        let seen = (first.frame, *ground);
         let track = Track { id, class: first.seen.class, boxes: vec![first] };
-        Some(Self {
-            track,
-            position,
-            velocity: Vector3::zeros(),
-            time_s: ground.time_s,
-            place_frame: first.frame,
-        })
+        Some(Self { track, in_camera, velocity: Vector3::zeros(), seen })
     }
 
     fn last(&self) -> Option<&TrackBox> {
         self.track.boxes.last()
     }
 
+    /// Where it has moved to by the time of a frame, in the world.
+    fn moved(&self, now: &GroundFrame) -> Point3<f64> {
+        let then = &self.seen.1;
+        then.world_from_camera.transform_point(&self.in_camera) + self.velocity * (now.time_s - then.time_s)
+    }
+
     /// Where the next box is expected: the last one, moved and scaled as its place on the road moves in the image.
-    fn expected(
-        &self,
-        camera: &PinholeCamera,
-        ground: &GroundFrame,
-        grounds: &[GroundFrame],
-    ) -> Option<BoundingBox> {
+    fn expected(&self, camera: &PinholeCamera, ground: &GroundFrame) -> Option<BoundingBox> {
         let last = self.last()?;
-        let then = grounds.get(self.place_frame)?;
-        let before = then.world_from_camera.inverse().transform_point(&self.position);
-        let moved = self.position + self.velocity * (ground.time_s - self.time_s);
-        let now = ground.world_from_camera.inverse().transform_point(&moved);
-        let (a, b) = (camera.project(&before)?, camera.project(&now)?);
-        let scale = (before.z / now.z).clamp(0.5, 2.0);
+        let now = ground.world_from_camera.inverse().transform_point(&self.moved(ground));
+        let (a, b) = (camera.project(&self.in_camera)?, camera.project(&now)?);
+        let scale = (self.in_camera.z / now.z).clamp(0.5, 2.0);
         let (x, y) = last.seen.bbox.centre();
         // The place is the bottom centre: offsets of the box from it scale with the distance.
         let (cx, cy) = (b.x + (x - a.x) * scale, b.y + (y - a.y) * scale);
@@ -204,24 +258,23 @@ impl Live {
     }
 
     fn extend(&mut self, camera: &PinholeCamera, ground: &GroundFrame, next: TrackBox) {
-        let dt = (ground.time_s - self.time_s).max(1e-3);
+        let dt = (ground.time_s - self.seen.1.time_s).max(1e-3);
         self.track.boxes.push(next);
-        let moved = self.position + self.velocity * dt;
+        let mut position = self.moved(ground);
         if let Some(measured) = place(camera, ground, &next.seen) {
             // Alpha–beta filter: gains of a vehicle seen ten times a second with a few per cent of depth noise.
             const ALPHA: f64 = 0.5;
             const BETA: f64 = 0.15;
-            let innovation = measured - moved;
-            self.position = moved + innovation * ALPHA;
+            let innovation = ground.world_from_camera.transform_point(&measured) - position;
+            position += innovation * ALPHA;
             self.velocity += innovation * (BETA / dt);
             // 60 m/s: nothing on a road is faster, and one wrong box must not throw the track away.
             let speed = self.velocity.norm();
             if speed > 60.0 {
                 self.velocity *= 60.0 / speed;
             }
-        } else {
-            self.position = moved;
         }
-        (self.time_s, self.place_frame) = (ground.time_s, next.frame);
+        self.in_camera = ground.world_from_camera.inverse().transform_point(&position);
+        self.seen = (next.frame, *ground);
     }
 }

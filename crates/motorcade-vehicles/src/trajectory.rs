@@ -134,7 +134,8 @@ pub fn estimate_track(
     // The direction given, or the road's, to begin with; then the vehicle's own.
     let pointed = given_headings(grounds, given, start, times.len());
     let mut headings = pointed.clone().unwrap_or_else(|| vec![0.0; times.len()]);
-    let mut estimate = None;
+    // Which way it stands is sought once: the boxes tell it, not where the vehicle was thought to be.
+    let (mut estimate, mut parked) = (None, None);
     for _ in 0..3 {
         let views = view_all(camera, grounds, track, given, start, &headings, &prior)?;
         let places = places_of(&views.views, grounds);
@@ -145,15 +146,19 @@ pub fn estimate_track(
         } else {
             standing_states(&places, times.len())?
         };
+        let before = std::mem::take(&mut headings);
         headings = if p_moving > 0.5 {
-            headings_of_travel(&states, &grounds[start..=end], &headings)
+            headings_of_travel(&states, &grounds[start..=end], &before)
+        } else if let Some(pointed) = &pointed {
+            pointed.clone()
         } else {
-            match &pointed {
-                Some(pointed) => pointed.clone(),
-                None => standing_headings(camera, grounds, track, &prior, &states, start, side),
-            }
+            let seek = || standing_headings(camera, grounds, track, &prior, &states, start, side);
+            parked.get_or_insert_with(seek).clone()
         };
         estimate = Some((views, states, p_moving));
+        if headings == before {
+            break;
+        }
     }
     let (views, states, p_moving) = estimate?;
     let states = assemble(camera, grounds, track, given, start, &views, &states, &headings);

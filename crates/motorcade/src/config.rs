@@ -7,6 +7,7 @@ use toml::{Table, Value};
 
 use crate::error::{Error, Result};
 use crate::multibody::GraphOptions;
+use crate::online::OnlineOptions;
 
 /// Ready-made configurations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -101,6 +102,8 @@ pub struct Config {
     pub vehicles: VehicleOptions,
     /// Multi-object graph.
     pub graph: GraphOptions,
+    /// Online runs.
+    pub online: OnlineOptions,
 }
 
 impl Config {
@@ -175,6 +178,7 @@ impl Config {
             self.scale.farthest_m > 5.0,
             "scale.farthest_m must be more than 5 (the road nearer is hidden)",
         )?;
+        check(self.online.lag_frames >= 3, "online.lag_frames must be at least 3")?;
         check((0.0..=1.0).contains(&self.tracker.least_iou), "tracker.least_iou must lie between 0 and 1")
     }
 }

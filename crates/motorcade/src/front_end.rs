@@ -41,8 +41,25 @@ pub struct FrontEnd {
     pub interrupted: bool,
 }
 
+/// What is known after a frame: all frames up to it.
+#[derive(Clone, Copy)]
+pub struct SoFar<'a> {
+    /// Frames.
+    pub frames: &'a [FrameInfo],
+    /// Detections of each frame.
+    pub detections: &'a [Vec<Detection>],
+    /// The camera's motion; of a given trajectory it may hold frames that have not come yet.
+    pub motion: &'a UpToScale,
+    /// What the frames said about road and scale.
+    pub road_measurements: &'a [RoadMeasurement],
+}
+
+/// Is told of every frame while the pass goes on.
+pub type Watch<'a> = &'a mut dyn FnMut(&SoFar<'_>);
+
 impl FrontEnd {
     /// Passes over a sequence. `threads` ≥ 2 lets perception work ahead on a thread of its own; results do not depend on it.
+    /// `watch` is told of every frame.
     ///
     /// # Errors
     /// Perception that fails as such (a network that does not run). A frame that does not read is bridged, not an error.
@@ -53,12 +70,14 @@ impl FrontEnd {
         config: &Config,
         threads: usize,
         progress: &dyn Progress,
+        watch: Watch<'_>,
     ) -> Result<Self> {
         let mut pass = Pass::new(sequence.camera()?, given, config);
         progress.begin("odometry", Some(sequence.len()));
         let mut interrupted = false;
         let mut take = |perceived: Result<Perceived>| -> Result<bool> {
             pass.step(perceived?, config, progress);
+            watch(&pass.so_far());
             progress.advance(pass.frames.len());
             interrupted = progress.cancelled();
             Ok(!interrupted)
@@ -96,14 +115,24 @@ impl FrontEnd {
     ///
     /// # Errors
     /// A trajectory that is missing, not metric or of another length.
-    pub fn without_frames(input: PixelFree, given: &Given, config: &Config) -> Result<Self> {
+    pub fn without_frames(
+        input: PixelFree,
+        given: &Given,
+        config: &Config,
+        watch: Watch<'_>,
+    ) -> Result<Self> {
         let fits = |t: &GivenTrajectory| t.metric && t.world_from_camera.len() == input.frames.len();
         if !given.trajectory.as_ref().is_some_and(fits) {
             let text = "without frames the camera trajectory must be given, in metres (--trajectory-scale metric), a pose a frame";
             return Err(Error::Config(text.to_owned()));
         }
         let mut pass = Pass::new(input.camera, given, config);
-        (pass.frames, pass.detections) = (input.frames, input.detections);
+        let mut detections = input.detections.into_iter();
+        for frame in input.frames {
+            pass.frames.push(frame);
+            pass.detections.push(detections.next().unwrap_or_default());
+            watch(&pass.so_far());
+        }
         Ok(Self { looked_for_vehicles: true, ..pass.finish(given) })
     }
 }
@@ -207,6 +236,15 @@ impl Pass {
         }
         self.frames.push(FrameInfo { number: frame.number, timestamp_ns: frame.timestamp_ns, problem: None });
         self.detections.push(percepts.detections);
+    }
+
+    fn so_far(&self) -> SoFar<'_> {
+        SoFar {
+            frames: &self.frames,
+            detections: &self.detections,
+            motion: self.motion.so_far(),
+            road_measurements: self.scale.measurements(),
+        }
     }
 
     fn finish(self, given: &Given) -> FrontEnd {

@@ -1,6 +1,7 @@
 //! The whole way from frames to trajectories.
 
 use motorcade_dataset::Sequence;
+use motorcade_geometry::PinholeCamera;
 use motorcade_odometry::{EgoFrame, EgoTrajectory};
 use motorcade_perception::Perception;
 use motorcade_shape::ShapePrior;
@@ -43,7 +44,7 @@ pub fn run(
     threads: usize,
     progress: &dyn Progress,
 ) -> Result<RunResult> {
-    let front_end = FrontEnd::pass(sequence, perception, given, config, threads, progress)?;
+    let front_end = FrontEnd::pass(sequence, perception, given, config, threads, progress, &mut |_| ())?;
     Ok(conclude(front_end, given, height_m, config, threads, progress))
 }
 
@@ -60,25 +61,15 @@ pub fn conclude(
     let (motion, measurements) = (front_end.motion, front_end.road_measurements);
     let mut ego = stopwatch
         .time("scale", || scale_source::ego(&motion, &measurements, height_m, front_end.metric, config));
-    let grounds = grounds(&ego, &frames);
+    let start_ns = frames.first().map_or(0, |f| f.timestamp_ns);
+    let grounds = grounds(&ego, &frames, start_ns);
     progress.begin("vehicles", None);
     let numbers: Vec<u64> = frames.iter().map(|f| f.number).collect();
     let tracks: Vec<(Track, Vec<GivenView>)> = stopwatch.time("tracking", || match &given.vehicles {
         Some(poses) => given_tracks(poses, &numbers, &grounds, &detections, &camera),
         None => {
             let tracks = track_vehicles(&camera, &grounds, &detections, &config.tracker);
-            let keypoints = given
-                .keypoints
-                .as_ref()
-                .map(|table| KeypointViews::new(table, given, &numbers, &camera, &grounds));
-            let views = |t: &Track| keypoints.as_ref().map_or_else(Vec::new, |k| k.of(t));
-            tracks
-                .into_iter()
-                .map(|t| {
-                    let views = views(&t);
-                    (t, views)
-                })
-                .collect()
+            with_keypoints(tracks, given, &numbers, &camera, &grounds)
         }
     });
     let side = config.vehicles.traffic_side;
@@ -115,6 +106,20 @@ pub fn conclude(
     result
 }
 
+/// Tracks with what their keypoints say of them.
+pub(crate) fn with_keypoints(
+    tracks: Vec<Track>,
+    given: &Given,
+    numbers: &[u64],
+    camera: &PinholeCamera,
+    grounds: &[GroundFrame],
+) -> Vec<(Track, Vec<GivenView>)> {
+    let table = given.keypoints.as_ref();
+    let keypoints = table.map(|table| KeypointViews::new(table, given, numbers, camera, grounds));
+    let views = |t: &Track| keypoints.as_ref().map_or_else(Vec::new, |k| k.of(t));
+    tracks.into_iter().map(|t| (views(&t), t)).map(|(views, t)| (t, views)).collect()
+}
+
 type Solved = (Option<Multibody>, Option<motorcade_graph::Report>);
 
 fn solve_graph(
@@ -131,14 +136,14 @@ fn solve_graph(
     Ok((Some(graph), Some(report)))
 }
 
-fn grounds(ego: &EgoTrajectory, frames: &[FrameInfo]) -> Vec<GroundFrame> {
-    let start = frames.first().map_or(0, |f| f.timestamp_ns);
+/// Camera and road of each frame; times count from `start_ns`.
+pub(crate) fn grounds(ego: &EgoTrajectory, frames: &[FrameInfo], start_ns: i64) -> Vec<GroundFrame> {
     let one = |(e, f): (&EgoFrame, &FrameInfo)| GroundFrame {
         world_from_camera: e.world_from_camera,
         up: e.road_normal,
         height_m: ego.height_m,
         pitch_sigma_rad: e.road_tilt_covariance[(0, 0)].max(0.0).sqrt(),
-        time_s: (f.timestamp_ns - start) as f64 * 1e-9,
+        time_s: (f.timestamp_ns - start_ns) as f64 * 1e-9,
     };
     ego.frames.iter().zip(frames).map(one).collect()
 }

@@ -34,6 +34,12 @@ impl Stopwatch {
     pub fn add(&mut self, stage: &'static str, lap_ms: f64) {
         self.laps_ms.entry(stage).or_default().push(lap_ms);
     }
+    /// Takes over the laps of another one.
+    pub fn join(&mut self, other: &Self) {
+        for (stage, laps) in &other.laps_ms {
+            self.laps_ms.entry(stage).or_default().extend(laps);
+        }
+    }
     /// Summary by stage name.
     pub fn summary(&self) -> BTreeMap<&'static str, StageTime> {
         let one = |laps: &Vec<f64>| {

@@ -2,63 +2,13 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test")]
 
-use motorcade::{Config, FrameInfo, FrontEnd, Given, Silent, Stopwatch, conclude};
-use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
-use motorcade_odometry::{RoadMeasurement, UpToScale};
-use motorcade_perception::{BoundingBox, Detection, VehicleClass};
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+mod common;
 
-const CAMERA: PinholeCamera =
-    PinholeCamera { fx: 720.0, fy: 720.0, cx: 600.0, cy: 180.0, width: 1242, height: 375 };
-const HEIGHT_M: f64 = 1.65;
+use common::{HEIGHT_M, drive};
+use motorcade::{Config, Given, Silent, conclude};
+
 /// Frames of an hour at 10 Hz.
 const HOUR: usize = 36_000;
-
-/// A ring road of one kilometre, 10 m/s: a car ahead, and every 15 s another one parked beside the road.
-fn drive(frames: usize) -> FrontEnd {
-    let radius = 1000.0 / std::f64::consts::TAU;
-    let pose = |k: usize| {
-        let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), k as f64 / radius);
-        let centre = Vector3::new(radius, 0.0, 0.0);
-        Pose::<World, Camera>::from_parts(turn, centre - turn * centre)
-    };
-    let poses: Vec<_> = (0..frames).map(pose).collect();
-    let boxed = |ahead: f64, left: f64| {
-        let at = |x: f64, y: f64| (CAMERA.fx * x / ahead + CAMERA.cx, CAMERA.fy * y / ahead + CAMERA.cy);
-        let ((x1, y1), (x2, y2)) = (at(-left - 0.9, HEIGHT_M - 1.5), at(-left + 0.9, HEIGHT_M));
-        let bbox = BoundingBox::new([x1, y1, x2, y2]);
-        Detection { bbox, score: 0.9, class: VehicleClass::Car, external_id: None }
-    };
-    let seen = |k: usize| {
-        let parked = 60.0 - (k % 150) as f64;
-        let mut all = vec![boxed(15.0 + 2.0 * (k as f64 / 40.0).sin(), 0.0)];
-        all.extend((parked > 8.0).then(|| boxed(parked, -4.0)));
-        all
-    };
-    let measured = |k: usize| RoadMeasurement {
-        frame: k,
-        reference: k - 2,
-        value: Vector3::new(-HEIGHT_M.ln() + 0.01 * (k as f64 * 0.7).sin(), 0.003 * (k as f64).sin(), 0.0),
-        baseline: (poses[k].translation() - poses[k - 2].translation()).norm(),
-        covariance: Matrix3::from_diagonal(&Vector3::new(1e-5, 1e-6, 1e-6)),
-        agreement: 0.9,
-        pixels: 4000,
-    };
-    let frame =
-        |k: usize| FrameInfo { number: k as u64, timestamp_ns: k as i64 * 100_000_000, problem: None };
-    FrontEnd {
-        camera: CAMERA,
-        frames: (0..frames).map(frame).collect(),
-        detections: (0..frames).map(seen).collect(),
-        looked_for_vehicles: true,
-        road_measurements: (2..frames).map(measured).collect(),
-        motion: UpToScale::from_poses(&poses),
-        metric: false,
-        stopwatch: Stopwatch::default(),
-        warnings: Vec::new(),
-        interrupted: false,
-    }
-}
 
 /// Most memory this process ever held \[MB\].
 #[cfg(target_os = "linux")]

@@ -8,20 +8,15 @@
 //!
 //! By default a vehicle that stands is one node, a landmark seen from many cameras.
 
+pub(crate) mod edges;
 mod motion_factors;
 
-use motorcade_geometry::{Pose, lie::se3::adjoint};
-use motorcade_graph::factors::Between;
-use motorcade_graph::{
-    Cauchy, Dcs, GemanMcClure, Graph, GraphError, Huber, Marginals, Options, Report, Robust, VariableId,
-    optimise,
-};
-use motorcade_odometry::EgoTrajectory;
-use motorcade_vehicles::{VehicleState, VehicleTrajectory};
+use motorcade_geometry::{Pose, Vehicle, World, lie::se3::adjoint};
+use motorcade_graph::{Graph, GraphError, Marginals, Options, Report, VariableId, optimise};
+use motorcade_odometry::{EgoFrame, EgoTrajectory};
+use motorcade_vehicles::VehicleTrajectory;
 use nalgebra::{Isometry3, Matrix6};
 use serde::{Deserialize, Serialize};
-
-use motion_factors::{NoSideSlip, SteadyMotion};
 
 /// Robust kernels of camera–vehicle edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -122,9 +117,6 @@ pub struct Multibody {
     vehicles: Vec<Vec<VariableId>>,
 }
 
-/// A vehicle that moves with less probability is one node.
-const STANDING: f64 = 0.5;
-
 impl Multibody {
     /// Builds the graph from odometry and vehicles.
     ///
@@ -144,11 +136,14 @@ impl Multibody {
         if let Some(first) = out.cameras.first() {
             out.graph.fix(*first)?;
         }
-        if options.camera_camera {
-            out.add_odometry(ego, options)?;
-        }
+        let mut all = edges::of_cameras(&out.cameras, ego, options)?;
         for vehicle in vehicles {
-            out.add_vehicle(vehicle, ego, options)?;
+            let nodes = out.vehicle_nodes(vehicle, options);
+            all.extend(edges::of_vehicle(vehicle, &nodes, &out.cameras, ego, options)?);
+            out.vehicles.push(nodes);
+        }
+        for edge in all {
+            out.graph.add_boxed(edge)?;
         }
         Ok(out)
     }
@@ -159,36 +154,13 @@ impl Multibody {
         id
     }
 
-    fn add_odometry(&mut self, ego: &EgoTrajectory, options: &GraphOptions) -> Result<(), GraphError> {
-        for k in 1..ego.frames.len() {
-            let (a, b) = (&ego.frames[k - 1], &ego.frames[k]);
-            let step = a.world_from_camera.inverse() * b.world_from_camera;
-            let information = if options.constant_weights {
-                Matrix6::identity() * options.lambda_camera
-            } else {
-                inverse(&b.step_covariance)
-            };
-            self.graph.add_factor(Between::new(
-                self.cameras[k - 1],
-                self.cameras[k],
-                *step.isometry(),
-                information,
-            )?)?;
-        }
-        Ok(())
-    }
-
-    fn add_vehicle(
-        &mut self,
-        vehicle: &VehicleTrajectory,
-        ego: &EgoTrajectory,
-        options: &GraphOptions,
-    ) -> Result<(), GraphError> {
-        let standing = vehicle.p_moving < STANDING && !options.constant_weights;
+    /// A node a state; one for all states of a vehicle that stands.
+    fn vehicle_nodes(&mut self, vehicle: &VehicleTrajectory, options: &GraphOptions) -> Vec<VariableId> {
+        let stands = edges::stands(vehicle, options);
         let mut ids: Vec<VariableId> = Vec::with_capacity(vehicle.states.len());
         for state in &vehicle.states {
             let id = match ids.first() {
-                Some(first) if standing => *first,
+                Some(first) if stands => *first,
                 _ => self.node(
                     Node::Vehicle { id: vehicle.id, frame: state.frame },
                     state.world_from_vehicle.isometry(),
@@ -196,121 +168,7 @@ impl Multibody {
             };
             ids.push(id);
         }
-        if options.camera_vehicle {
-            let seen = vehicle.states.iter().filter(|s| s.measured.is_some()).count();
-            // All views of a standing vehicle share their errors of size and slope.
-            let share = if standing {
-                options.correlated_frames.max(seen as f64 / 4.0)
-            } else {
-                options.correlated_frames
-            };
-            for (state, id) in vehicle.states.iter().zip(&ids) {
-                self.add_sighting(state, *id, share, options)?;
-            }
-        }
-        if options.vehicle_vehicle && !standing {
-            self.add_motion(vehicle, &ids, ego, options)?;
-        }
-        self.hold_loose(vehicle, &ids, options)?;
-        self.vehicles.push(ids);
-        Ok(())
-    }
-
-    fn add_sighting(
-        &mut self,
-        state: &VehicleState,
-        vehicle: VariableId,
-        share: f64,
-        options: &GraphOptions,
-    ) -> Result<(), GraphError> {
-        let Some(measured) = &state.measured else { return Ok(()) };
-        let camera = self.cameras[state.frame];
-        let pose = *measured.camera_from_vehicle.isometry();
-        if options.constant_weights {
-            let near = pose.translation.vector.z <= options.near_limit_m;
-            let lambda = if near { options.lambda_trusted } else { options.lambda_doubted };
-            return self
-                .graph
-                .add_factor(Between::new(camera, vehicle, pose, Matrix6::identity() * lambda)?)
-                .map(drop);
-        }
-        let information = inverse(&(measured.covariance * share));
-        let edge = Between::new(camera, vehicle, pose, information)?;
-        let c = options.kernel_scale;
-        match options.kernel {
-            GraphKernel::None => self.graph.add_factor(edge),
-            GraphKernel::Huber => self.graph.add_factor(Robust::new(edge, Huber { c })),
-            GraphKernel::Cauchy => self.graph.add_factor(Robust::new(edge, Cauchy { c })),
-            GraphKernel::GemanMcClure => self.graph.add_factor(Robust::new(edge, GemanMcClure { c })),
-            GraphKernel::Dcs => self.graph.add_factor(Robust::new(edge, Dcs { phi: c * c })),
-        }
-        .map(drop)
-    }
-
-    fn add_motion(
-        &mut self,
-        vehicle: &VehicleTrajectory,
-        ids: &[VariableId],
-        ego: &EgoTrajectory,
-        options: &GraphOptions,
-    ) -> Result<(), GraphError> {
-        if options.constant_weights {
-            return self.add_road_plane_steps(vehicle, ids, ego, options);
-        }
-        // Per step of a tenth of a second: 0.03 rad of yaw (0.3 rad/s per s over 0.1 s), 1.5 m/s² along, 0.5 m/s² across.
-        let sigmas = [0.01, 0.01, 0.004, 0.02, 0.01, 0.01];
-        let information =
-            Matrix6::from_diagonal(&nalgebra::Vector6::from_fn(|k, _| 1.0 / (sigmas[k] * sigmas[k])));
-        for w in ids.windows(3) {
-            self.graph.add_factor(SteadyMotion::new([w[0], w[1], w[2]], &information))?;
-        }
-        for (w, state) in ids.windows(2).zip(&vehicle.states) {
-            // Standing still a vehicle's heading does not show in its motion; the factor then says nothing of it anyway.
-            let sideways = if state.speed_mps.abs() > 1.0 { 0.02 } else { 0.05 };
-            self.graph.add_factor(NoSideSlip::new([w[0], w[1]], [0.01, 0.01, sideways, 0.03]))?;
-        }
-        Ok(())
-    }
-
-    /// The paper's vehicle–vehicle edges: differences of road-plane places, registered by odometry.
-    fn add_road_plane_steps(
-        &mut self,
-        vehicle: &VehicleTrajectory,
-        ids: &[VariableId],
-        ego: &EgoTrajectory,
-        options: &GraphOptions,
-    ) -> Result<(), GraphError> {
-        let place = |s: &VehicleState| {
-            Some((ego.frames[s.frame].world_from_camera * s.measured?.camera_from_vehicle, s.measured?))
-        };
-        for (w, pair) in ids.windows(2).zip(vehicle.states.windows(2)) {
-            let (Some((a, _)), Some((b, seen))) = (place(&pair[0]), place(&pair[1])) else { continue };
-            let far = seen.camera_from_vehicle.translation().z > options.near_limit_m;
-            let lambda = if far { options.lambda_trusted } else { options.lambda_doubted };
-            let step = *(a.inverse() * b).isometry();
-            self.graph.add_factor(Between::new(w[0], w[1], step, Matrix6::identity() * lambda)?)?;
-        }
-        Ok(())
-    }
-
-    /// A weak tie of every vehicle node to its camera at the front end's estimate, so that no choice of edges leaves a
-    /// node free: ten metres, one radian.
-    fn hold_loose(
-        &mut self,
-        vehicle: &VehicleTrajectory,
-        ids: &[VariableId],
-        _options: &GraphOptions,
-    ) -> Result<(), GraphError> {
-        let weak = Matrix6::from_diagonal(&nalgebra::Vector6::new(1.0, 1.0, 1.0, 0.01, 0.01, 0.01));
-        for (k, (state, id)) in vehicle.states.iter().zip(ids).enumerate() {
-            if k > 0 && ids[k - 1] == *id {
-                continue;
-            }
-            let world_from_camera = self.graph.values().get::<Isometry3<f64>>(self.cameras[state.frame])?;
-            let pose = world_from_camera.inverse() * state.world_from_vehicle.isometry();
-            self.graph.add_factor(Between::new(self.cameras[state.frame], *id, pose, weak)?)?;
-        }
-        Ok(())
+        ids
     }
 
     /// Optimises the graph and puts the result, with covariances, into the trajectories.
@@ -334,50 +192,36 @@ impl Multibody {
         for (vehicle, ids) in vehicles.iter_mut().zip(&self.vehicles) {
             for (state, id) in vehicle.states.iter_mut().zip(ids) {
                 state.world_from_vehicle = Pose::new(*values.get::<Isometry3<f64>>(*id)?);
-                state.covariance = self.vehicle_covariance(&marginals, ego, state, *id)?;
+                let (frame, camera) = (&ego.frames[state.frame], self.cameras[state.frame]);
+                let pose = &state.world_from_vehicle;
+                state.covariance = vehicle_covariance(&self.graph, &marginals, frame, pose, [camera, *id])?;
             }
         }
         Ok(report)
     }
-
-    /// Covariance of a vehicle in the world: that of its camera, carried over, and that of the vehicle relative to the camera.
-    /// The graph takes the steps of the camera as independent and would make the first part too small; the trajectory
-    /// knows how long errors of scale last.
-    fn vehicle_covariance(
-        &self,
-        marginals: &Marginals,
-        ego: &EgoTrajectory,
-        state: &VehicleState,
-        vehicle: VariableId,
-    ) -> Result<Matrix6<f64>, GraphError> {
-        let frame = &ego.frames[state.frame];
-        let camera_from_vehicle =
-            (frame.world_from_camera.inverse() * state.world_from_vehicle).isometry().to_owned();
-        let across = adjoint(&camera_from_vehicle.inverse());
-        let carried = across * frame.covariance * across.transpose();
-        let camera = self.cameras[state.frame];
-        if self.graph.is_fixed(camera) {
-            let dense = marginals.covariance(vehicle)?;
-            return Ok(carried + Matrix6::from_fn(|r, c| dense[(r, c)]));
-        }
-        // Error of camera_from_vehicle: δ_vehicle − Ad(camera_from_vehicle⁻¹) δ_camera.
-        let joint = marginals.joint(&[camera, vehicle])?;
-        let block = |r: usize, c: usize| Matrix6::from_fn(|i, j| joint[(r + i, c + j)]);
-        let cross = across * block(0, 6);
-        let relative = block(6, 6) + across * block(0, 0) * across.transpose() - cross - cross.transpose();
-        Ok(carried + relative)
-    }
 }
 
-/// Inverse of a covariance; a singular one is loosened until it has one.
-fn inverse(covariance: &Matrix6<f64>) -> Matrix6<f64> {
-    let mut loose = (covariance + covariance.transpose()) * 0.5;
-    for _ in 0..8 {
-        if let Some(factor) = loose.cholesky() {
-            let information = factor.inverse();
-            return (information + information.transpose()) * 0.5;
-        }
-        loose += Matrix6::identity() * (1e-9 + 1e-3 * loose.trace().abs());
+/// Covariance of a vehicle in the world: that of its camera, carried over, and that of the vehicle relative to the camera.
+/// The graph takes the steps of the camera as independent and would make the first part too small; the trajectory
+/// knows how long errors of scale last.
+pub(crate) fn vehicle_covariance(
+    graph: &Graph,
+    marginals: &Marginals,
+    frame: &EgoFrame,
+    world_from_vehicle: &Pose<World, Vehicle>,
+    [camera, vehicle]: [VariableId; 2],
+) -> Result<Matrix6<f64>, GraphError> {
+    let camera_from_vehicle = (frame.world_from_camera.inverse() * *world_from_vehicle).isometry().to_owned();
+    let across = adjoint(&camera_from_vehicle.inverse());
+    let carried = across * frame.covariance * across.transpose();
+    if graph.is_fixed(camera) {
+        let dense = marginals.covariance(vehicle)?;
+        return Ok(carried + Matrix6::from_fn(|r, c| dense[(r, c)]));
     }
-    Matrix6::identity()
+    // Error of camera_from_vehicle: δ_vehicle − Ad(camera_from_vehicle⁻¹) δ_camera.
+    let joint = marginals.joint(&[camera, vehicle])?;
+    let block = |r: usize, c: usize| Matrix6::from_fn(|i, j| joint[(r + i, c + j)]);
+    let cross = across * block(0, 6);
+    let relative = block(6, 6) + across * block(0, 0) * across.transpose() - cross - cross.transpose();
+    Ok(carried + relative)
 }

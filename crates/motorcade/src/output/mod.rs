@@ -6,6 +6,8 @@ mod graph;
 mod record;
 mod tracks;
 
+pub(crate) use camera::status_name;
+
 use std::fs;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};

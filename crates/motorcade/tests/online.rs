@@ -1,0 +1,91 @@
+//! Online runs: told from the past alone, at the same cost all along, and not better than the drive taken as a whole.
+
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test")]
+
+mod common;
+
+use std::time::Instant;
+
+use common::{CAMERA, HEIGHT_M, drive, gap_m, pose};
+use motorcade::{Config, FrontEnd, Given, Online, RunResult, Silent, SoFar, conclude};
+
+/// Takes the frames one by one; returns the lines told, the milliseconds each took, and the result.
+fn online(front_end: FrontEnd, config: &Config) -> (Vec<String>, Vec<f64>, RunResult) {
+    let given = Given::default();
+    let mut online = Online::new(CAMERA, &given, HEIGHT_M, config);
+    let (mut lines, mut times_ms) = (Vec::new(), Vec::new());
+    for k in 0..front_end.frames.len() {
+        let known = front_end.road_measurements.partition_point(|m| m.frame <= k);
+        let so_far = SoFar {
+            frames: &front_end.frames[..=k],
+            detections: &front_end.detections[..=k],
+            motion: &front_end.motion,
+            road_measurements: &front_end.road_measurements[..known],
+        };
+        let start = Instant::now();
+        lines.push(online.advance(&so_far).to_json());
+        times_ms.push(start.elapsed().as_secs_f64() * 1e3);
+    }
+    let result = online.finish(front_end, &Silent);
+    (lines, times_ms, result)
+}
+
+/// Root mean square error of the camera, and of the car ahead, from frame `from` on \[m\].
+fn errors(result: &RunResult, from: usize) -> (f64, f64) {
+    let rms = |all: Vec<f64>| (all.iter().sum::<f64>() / all.len() as f64).sqrt();
+    let camera = result.ego.frames.iter().enumerate().skip(from);
+    let camera =
+        camera.map(|(k, f)| (f.world_from_camera.translation() - pose(k).translation()).norm_squared());
+    let ahead = result.vehicles.iter().max_by_key(|v| v.states.len()).unwrap();
+    let vehicle = ahead.states.iter().filter(|s| s.frame >= from).map(|s| {
+        // The box is the car's rear: its centre is half its length further on.
+        let centre = gap_m(s.frame) + 0.5 * ahead.size.length_m;
+        let there = pose(s.frame).transform_point(&nalgebra::Point3::new(0.0, HEIGHT_M, centre));
+        (s.world_from_vehicle.translation() - there.coords).norm_squared()
+    });
+    (rms(camera.collect()), rms(vehicle.collect()))
+}
+
+#[test]
+fn what_is_told_depends_on_the_past_alone() {
+    let config = Config::default();
+    let (short, ..) = online(drive(45), &config);
+    let (long, ..) = online(drive(70), &config);
+    assert_eq!(short, long[..45]);
+    let last: serde_json::Value = serde_json::from_str(&long[69]).unwrap();
+    assert_eq!(last["frame"], 69);
+    assert!(!last["vehicles"].as_array().unwrap().is_empty(), "{last}");
+    assert!((last["camera"]["speed_mps"].as_f64().unwrap() - 10.0).abs() < 0.5, "{last}");
+}
+
+#[test]
+fn the_whole_drive_at_once_is_not_worse() {
+    let config = Config::default();
+    let (.., told) = online(drive(300), &config);
+    let whole = conclude(drive(300), &Given::default(), HEIGHT_M, &config, 1, &Silent);
+    let (online, batch) = (errors(&told, 10), errors(&whole, 10));
+    println!("camera and car ahead [m]: online {online:?}, batch {batch:?}");
+    assert!(batch.0 <= online.0 && batch.1 <= online.1, "online {online:?}, batch {batch:?}");
+    // 300 m driven.
+    assert!(online.0 < 3.0 && online.1 < 4.0, "{online:?}");
+    assert!(told.ego.frames.len() == 300 && told.warnings.is_empty(), "{:?}", told.warnings);
+    for vehicle in &told.vehicles {
+        for state in &vehicle.states {
+            assert!(state.covariance.symmetric_eigenvalues().min() > 0.0);
+        }
+    }
+}
+
+#[test]
+#[ignore = "times a long drive; .ci/run runs it in release"]
+fn a_frame_costs_the_same_from_start_to_end() {
+    let (_, times_ms, _) = online(drive(4000), &Config::default());
+    let median = |times: &[f64]| {
+        let mut sorted = times.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        sorted[sorted.len() / 2]
+    };
+    let (early, late) = (median(&times_ms[200..700]), median(&times_ms[3500..]));
+    println!("ms a frame: {early:.2} early, {late:.2} late");
+    assert!(late < 1.5 * early, "{early} ms early, {late} ms late");
+}
