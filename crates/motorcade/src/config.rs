@@ -114,7 +114,7 @@ impl Config {
             Preset::Default => base,
             Preset::Paper => Self {
                 scale: ScaleOptions { closed_form: true, smoothed: false, ..base.scale },
-                graph: GraphOptions { constant_weights: true, ..base.graph },
+                graph: GraphOptions { constant_weights: true, hold_camera: false, ..base.graph },
                 ..base
             },
         }

@@ -52,22 +52,25 @@ pub fn odometry() -> Vec<Variant> {
 pub fn graph() -> Vec<Variant> {
     let edges = ["camera_camera", "camera_vehicle", "vehicle_vehicle"];
     let off = |k: usize| format!("graph.{}=false", edges[k]);
-    let mut out = Vec::new();
-    for (preset, name) in [(Preset::Default, "default"), (Preset::Paper, "paper")] {
-        out.push(variant(name, preset, &[]));
-        out.push(variant(format!("{name}, no graph"), preset, &["graph.enabled=false"]));
+    let mut out = vec![
+        variant("default", Preset::Default, &[]),
+        variant("default, no graph", Preset::Default, &["graph.enabled=false"]),
+        variant("default without camera_vehicle", Preset::Default, &[&off(1)]),
+        variant("default without vehicle_vehicle", Preset::Default, &[&off(2)]),
+    ];
+    for (preset, name) in [(Preset::Default, "camera free"), (Preset::Paper, "paper")] {
+        let mut add = |name: String, set: &[&str]| {
+            out.push(variant(name, preset, &[&["graph.hold_camera=false"], set].concat()));
+        };
+        add(name.to_owned(), &[]);
         for k in 0..3 {
-            out.push(variant(format!("{name} without {}", edges[k]), preset, &[&off(k)]));
+            add(format!("{name} without {}", edges[k]), &[&off(k)]);
         }
         for k in 0..3 {
-            let kept = edges[k];
-            out.push(variant(
-                format!("{name}, {kept} only"),
-                preset,
-                &[&off((k + 1) % 3), &off((k + 2) % 3)],
-            ));
+            add(format!("{name}, {} only", edges[k]), &[&off((k + 1) % 3), &off((k + 2) % 3)]);
         }
     }
+    out.push(variant("paper, no graph", Preset::Paper, &["graph.enabled=false"]));
     for (key, values) in [
         ("graph.lambda_camera", ["1e2", "1e6"]),
         ("graph.lambda_trusted", ["1e1", "1e3"]),
@@ -84,11 +87,13 @@ pub fn graph() -> Vec<Variant> {
     }
     for kernel in ["none", "huber", "geman_mc_clure", "dcs"] {
         let set = format!("graph.kernel={kernel}");
-        out.push(variant(format!("default, kernel {kernel}"), Preset::Default, &[&set]));
+        let name = format!("camera free, kernel {kernel}");
+        out.push(variant(name, Preset::Default, &["graph.hold_camera=false", &set]));
     }
     for scale in ["3.5", "10.0"] {
         let set = format!("graph.kernel_scale={scale}");
-        out.push(variant(format!("default, Cauchy at {scale} σ"), Preset::Default, &[&set]));
+        let name = format!("camera free, Cauchy at {scale} σ");
+        out.push(variant(name, Preset::Default, &["graph.hold_camera=false", &set]));
     }
     out
 }

@@ -6,7 +6,8 @@
 //! | camera–vehicle | each frame's box with its covariance, Cauchy | the same pose, λ high up to 45 m, low beyond |
 //! | vehicle–vehicle | steady motion and no side slip | difference of road-plane places, λ high beyond 45 m |
 //!
-//! By default a vehicle that stands is one node, a landmark seen from many cameras.
+//! By default a vehicle that stands is one node, a landmark seen from many cameras, and the cameras are held: the lengths of
+//! their way are those of the camera's height, exactly. The paper lets vehicles move them (`hold_camera`).
 
 pub(crate) mod edges;
 mod motion_factors;
@@ -41,6 +42,9 @@ pub enum GraphKernel {
 pub struct GraphOptions {
     /// False leaves the estimates of the front end as they are.
     pub enabled: bool,
+    /// Vehicles are placed against the camera's way as odometry and road give it. False lets them move the camera, as in the
+    /// paper: boxes of one vehicle err alike, and sizes of its class say less of lengths than the camera's height.
+    pub hold_camera: bool,
     /// Camera–camera edges.
     pub camera_camera: bool,
     /// Camera–vehicle edges.
@@ -59,8 +63,7 @@ pub struct GraphOptions {
     pub near_limit_m: f64,
     /// Robust kernel of camera–vehicle edges.
     pub kernel: GraphKernel,
-    /// Its scale \[standard deviations\]: boxes err with heavy tails, and at one standard deviation the camera is no longer
-    /// dragged along by those that are wrong.
+    /// Its scale \[standard deviations\]: boxes err with heavy tails.
     pub kernel_scale: f64,
     /// Variance of a camera–vehicle edge is multiplied by this: boxes of neighbouring frames err alike.
     pub correlated_frames: f64,
@@ -72,6 +75,7 @@ impl Default for GraphOptions {
     fn default() -> Self {
         Self {
             enabled: true,
+            hold_camera: true,
             camera_camera: true,
             camera_vehicle: true,
             vehicle_vehicle: true,
@@ -131,10 +135,10 @@ impl Multibody {
             Self { graph: Graph::new(), nodes: Vec::new(), cameras: Vec::new(), vehicles: Vec::new() };
         for (frame, e) in ego.frames.iter().enumerate() {
             let id = out.node(Node::Camera { frame }, e.world_from_camera.isometry());
+            if frame == 0 || options.hold_camera {
+                out.graph.fix(id)?;
+            }
             out.cameras.push(id);
-        }
-        if let Some(first) = out.cameras.first() {
-            out.graph.fix(*first)?;
         }
         let mut all = edges::of_cameras(&out.cameras, ego, options)?;
         for vehicle in vehicles {

@@ -242,7 +242,8 @@ impl<'a> Online<'a> {
     /// Moves a window to where its first frame is in the world.
     fn place(&self, ego: &mut EgoTrajectory, first: usize) {
         let Some(begin) = ego.frames.first().map(|f| f.world_from_camera) else { return };
-        let known = self.graph.camera(first).unwrap_or(self.anchor);
+        let free = !self.config.graph.hold_camera;
+        let known = self.graph.camera(first).filter(|_| free).unwrap_or(self.anchor);
         let world_from_window: Pose<World, World> = (known * begin.inverse()).cast();
         for frame in &mut ego.frames {
             let placed: Pose<World, Camera> = world_from_window * frame.world_from_camera;

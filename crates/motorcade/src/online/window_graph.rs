@@ -69,7 +69,7 @@ impl WindowGraph {
             self.graph.remove_factor(edge);
         }
         self.retire_changed(first, vehicles, options)?;
-        self.add_cameras(ego)?;
+        self.place_cameras(ego, options)?;
         let cameras: Vec<VariableId> = self.cameras.iter().copied().collect();
         let mut all = edges::of_cameras(&cameras, ego, options)?;
         let mut nodes = Vec::with_capacity(vehicles.len());
@@ -94,13 +94,21 @@ impl WindowGraph {
         Ok(())
     }
 
-    fn add_cameras(&mut self, ego: &EgoTrajectory) -> Result<(), GraphError> {
-        for frame in ego.frames.iter().skip(self.cameras.len()) {
-            let id = self.graph.add_variable(*frame.world_from_camera.isometry());
-            if self.cameras.is_empty() {
-                self.graph.fix(id)?;
+    /// Adds the newest camera; cameras that are held are put where the window has them.
+    fn place_cameras(&mut self, ego: &EgoTrajectory, options: &GraphOptions) -> Result<(), GraphError> {
+        for (k, frame) in ego.frames.iter().enumerate() {
+            let pose = *frame.world_from_camera.isometry();
+            match self.cameras.get(k) {
+                Some(id) if options.hold_camera => self.graph.values_mut().set(*id, pose)?,
+                Some(_) => {}
+                None => {
+                    let id = self.graph.add_variable(pose);
+                    if self.cameras.is_empty() || options.hold_camera {
+                        self.graph.fix(id)?;
+                    }
+                    self.cameras.push_back(id);
+                }
             }
-            self.cameras.push_back(id);
         }
         Ok(())
     }
