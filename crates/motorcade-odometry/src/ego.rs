@@ -81,18 +81,12 @@ impl EgoTrajectory {
             noise.push(fill(odometry, &steps, measurements, segment, height_m, &mut states));
         }
         let mut ego = Self { frames: Vec::with_capacity(n), height_m, noise };
-        let mut last_step = Pose::<Camera, Camera>::identity();
+        let scales = scales(&states, height_m);
+        let metric = metric_steps(&steps, &scales);
         let mut uncertainty = Uncertainty::default();
         for k in 0..n {
-            let frame = ego.next_frame(
-                odometry,
-                k,
-                steps[k].as_ref(),
-                states[k].as_ref(),
-                measurements,
-                &mut last_step,
-            );
-            let covariance = uncertainty.advance(&frame, &last_step);
+            let frame = ego.next_frame(odometry, k, &metric[k], scales[k], states[k].as_ref(), measurements);
+            let covariance = uncertainty.advance(&frame, &metric[k]);
             ego.frames.push(EgoFrame { covariance, ..frame });
         }
         ego
@@ -110,31 +104,20 @@ impl EgoTrajectory {
         &self,
         odometry: &UpToScale,
         k: usize,
-        step: Option<&Pose<Camera, Camera>>,
+        metric_step: &Pose<Camera, Camera>,
+        scale: f64,
         state: Option<&SmoothedState>,
         measurements: &[RoadMeasurement],
-        last_step: &mut Pose<Camera, Camera>,
     ) -> EgoFrame {
         let record = &odometry.frames[k];
-        let before = self.frames.last();
-        let scale = match (state, before) {
-            (Some(s), _) => s.value.x.exp(),
-            (None, Some(b)) => b.scale,
-            (None, None) => self.height_m / 2.0,
-        };
         // Where nobody saw the road, lengths may be off by a factor of two.
         const UNKNOWN: f64 = 0.5;
         let scale_sigma = state.map_or(UNKNOWN, |s| s.covariance[(0, 0)].max(0.0).sqrt());
-        // Without a step of its own the frame goes on as the one before it did.
-        let metric_step = step.map_or(*last_step, |s| s.scaled(scale));
-        if before.is_some() {
-            *last_step = metric_step;
-        }
         let world_from_camera =
-            before.map_or(Pose::identity(), |b| b.world_from_camera * metric_step.cast::<Camera, Camera>());
+            self.frames.last().map_or(Pose::identity(), |b| b.world_from_camera * *metric_step);
         // In the step alone the scale errs as if measurements were independent; how long its error lasts is told apart.
         let alone = scale_sigma / state.map_or(1.0, |s| s.overlap.sqrt());
-        let step_covariance = step_covariance(&metric_step, record.covariance, scale, alone, record.status);
+        let step_covariance = step_covariance(metric_step, record.covariance, scale, alone, record.status);
         let (pitch, roll) = state.map_or((0.0, 0.0), |s| (s.value.y, s.value.z));
         let mut road_tilt_covariance = Matrix3::zeros();
         match state {
@@ -160,6 +143,42 @@ impl EgoTrajectory {
             inliers: record.inliers,
         }
     }
+}
+
+/// Metres per unit of the odometry in each frame; where the road tells nothing, as in the frame before.
+fn scales(states: &[Option<SmoothedState>], height_m: f64) -> Vec<f64> {
+    let mut scale = height_m / 2.0;
+    let one = |state: &Option<SmoothedState>| {
+        scale = state.as_ref().map_or(scale, |s| s.value.x.exp());
+        scale
+    };
+    states.iter().map(one).collect()
+}
+
+/// `camera_before_from_camera` of each frame in metres. Across a break, where frames have no step of their own, the motion
+/// passes evenly from that before it to that after it.
+fn metric_steps(steps: &[Option<Pose<Camera, Camera>>], scales: &[f64]) -> Vec<Pose<Camera, Camera>> {
+    let own: Vec<Option<Vector6<f64>>> =
+        steps.iter().zip(scales).map(|(s, scale)| s.map(|s| s.scaled(*scale).log())).collect();
+    let (mut out, mut before): (Vec<Pose<Camera, Camera>>, Option<Vector6<f64>>) = (Vec::new(), None);
+    while out.len() < own.len() {
+        let k = out.len();
+        if let (Some(twist), Some(step)) = (own[k], steps[k]) {
+            before = Some(twist);
+            out.push(step.scaled(scales[k]));
+            continue;
+        }
+        let end = (k..own.len()).find(|e| own[*e].is_some()).unwrap_or(own.len());
+        let after = own.get(end).copied().flatten();
+        let (a, b) = (before.or(after), after.or(before));
+        for i in k..end {
+            let fraction = (i - k + 1) as f64 / (end - k + 1) as f64;
+            let twist = a.zip(b).map_or_else(Vector6::zeros, |(a, b)| a.lerp(&b, fraction));
+            // Nothing leads to the first frame of all.
+            out.push(if i == 0 { Pose::identity() } else { Pose::exp(&twist) });
+        }
+    }
+    out
 }
 
 /// `camera_before_from_camera` of each frame in its segment's unit; bridged frames share out the motion between their

@@ -1,0 +1,89 @@
+//! A break in the odometry: the map before and the map after have units of their own, and the road makes metres of both.
+
+#![allow(clippy::unwrap_used, reason = "a test")]
+
+use motorcade_geometry::{Camera, Pose, World};
+use motorcade_odometry::{EgoTrajectory, FrameRecord, FrameStatus, RoadMeasurement, UpToScale};
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+
+const HEIGHT_M: f64 = 1.6;
+/// Frames of the break.
+const BREAK: std::ops::Range<usize> = 60..85;
+/// Units of the two maps \[m\].
+const UNITS_M: [f64; 2] = [2.4, 0.7];
+
+/// Speeds up from 7.5 m/s to 10 m/s during the break, in a gentle bend.
+fn truth(frames: usize) -> Vec<Pose<World, Camera>> {
+    let mut poses = vec![Pose::identity()];
+    for k in 1..frames {
+        let done = (k as f64 - BREAK.start as f64) / BREAK.len() as f64;
+        let speed = 7.5 + 2.5 * done.clamp(0.0, 1.0);
+        let step = Pose::<Camera, Camera>::exp(&Vector6::new(0.0, 0.005, 0.0, 0.0, 0.0, 0.1 * speed));
+        poses.push(poses[k - 1] * step);
+    }
+    poses
+}
+
+fn odometry(truth: &[Pose<World, Camera>]) -> UpToScale {
+    let (mut frames, mut keyframes) = (Vec::new(), vec![Vec::new(), Vec::new()]);
+    for (k, pose) in truth.iter().enumerate() {
+        let segment = usize::from(k >= BREAK.end);
+        // Both maps begin at their own first frame.
+        let first = if segment == 0 { truth[0] } else { truth[BREAK.end] };
+        let own: Pose<World, Camera> = (first.inverse() * *pose).cast();
+        let lost = BREAK.contains(&k);
+        if !lost {
+            keyframes[segment].push(own.scaled(1.0 / UNITS_M[segment]).inverse());
+        }
+        frames.push(FrameRecord {
+            status: if lost { FrameStatus::Bridged } else { FrameStatus::Tracked },
+            segment,
+            keyframe: keyframes[segment].len() - 1,
+            camera_from_keyframe: Pose::identity(),
+            inliers: 100,
+            rms_px: 0.3,
+            covariance: Matrix6::identity() * 1e-8,
+        });
+    }
+    UpToScale { frames, keyframes }
+}
+
+fn measurements(odometry: &UpToScale) -> Vec<RoadMeasurement> {
+    let segment = |k: usize| odometry.frames[k].segment;
+    let one = |k: usize| {
+        let reference = k.checked_sub(2).filter(|r| segment(*r) == segment(k) && !BREAK.contains(r))?;
+        if BREAK.contains(&k) {
+            return None;
+        }
+        let pose = |k: usize| odometry.camera_from_world(k).unwrap();
+        Some(RoadMeasurement {
+            frame: k,
+            reference,
+            // The logarithm of one over the camera's height in the unit.
+            value: Vector3::new((UNITS_M[segment(k)] / HEIGHT_M).ln() + 0.01 * (k as f64).sin(), 0.0, 0.0),
+            baseline: (pose(reference) * pose(k).inverse()).translation().norm(),
+            covariance: Matrix3::identity() * 1e-5,
+            agreement: 0.9,
+            pixels: 4000,
+        })
+    };
+    (0..odometry.frames.len()).filter_map(one).collect()
+}
+
+#[test]
+fn a_break_costs_no_jump_of_scale() {
+    let truth = truth(150);
+    let odometry = odometry(&truth);
+    let ego = EgoTrajectory::new(&odometry, &measurements(&odometry), HEIGHT_M);
+    let own = |k: usize| ego.frames[k].world_from_camera.translation();
+    let right = |k: usize| truth[k].translation();
+    for k in 1..150 {
+        let ratio = (own(k) - own(k - 1)).norm() / (right(k) - right(k - 1)).norm();
+        // One per cent of noise in the road; the break itself by the speeds at its ends.
+        assert!((ratio - 1.0).abs() < 0.02, "frame {k}: {ratio}");
+    }
+    let off = (own(149) - right(149)).norm();
+    assert!(off < 1.5, "{off} m after 130 m");
+    let sigma = |k: usize| ego.frames[k].covariance[(5, 5)].sqrt();
+    assert!(sigma(90) > 2.0 * sigma(59), "a break is uncertain: {} m, {} m", sigma(59), sigma(90));
+}
