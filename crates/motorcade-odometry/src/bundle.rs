@@ -4,9 +4,9 @@
 //! points `X_i`. Fixed poses hold the gauge: seven degrees of freedom, so at least two poses must be fixed.
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World, robust::Kernel};
-use nalgebra::{DMatrix, DVector, Matrix3, Matrix3x6, Matrix6, Matrix6x3, Point2, Point3, Vector3, Vector6};
+use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Matrix6x3, Point2, Point3, Vector3, Vector6};
 
-use crate::pose_only::reprojection;
+use crate::pose_only::{add_outer, reprojection};
 
 /// One sighting of a point from a pose, by index.
 #[derive(Clone, Copy, Debug)]
@@ -215,13 +215,16 @@ impl BundleProblem {
                     continue;
                 };
                 let w = kernel.weight(r.norm_squared());
-                hpp += j_point.transpose() * j_point * w;
-                gp += j_point.transpose() * r * w;
+                add_outer(&mut hpp, &j_point, &j_point, w);
+                add_outer(&mut gp, &j_point, &r, w);
                 if let Some(slot) = slots[s.pose] {
-                    diagonal[slot] += j_pose.transpose() * j_pose * w;
-                    let mut g = gradient.fixed_rows_mut::<6>(6 * slot);
-                    g += j_pose.transpose() * r * w;
-                    cross.push((slot, j_pose.transpose() * j_point * w));
+                    let (mut by_both, mut g) = (Matrix6x3::zeros(), Vector6::zeros());
+                    add_outer(&mut diagonal[slot], &j_pose, &j_pose, w);
+                    add_outer(&mut by_both, &j_pose, &j_point, w);
+                    add_outer(&mut g, &j_pose, &r, w);
+                    let mut sum = gradient.fixed_rows_mut::<6>(6 * slot);
+                    sum += g;
+                    cross.push((slot, by_both));
                 }
             }
             for k in 0..3 {
@@ -246,13 +249,11 @@ impl BundleProblem {
                 let mut g = gradient.fixed_rows_mut::<6>(6 * slot_a);
                 g -= scaled * block.gradient;
                 for (slot_b, cross_b) in &block.cross[..=a] {
-                    let (row, column, product) = if slot_a >= slot_b {
-                        (slot_a, slot_b, scaled * cross_b.transpose())
+                    if slot_a >= slot_b {
+                        subtract_product(&mut reduced, [*slot_a, *slot_b], &scaled, cross_b);
                     } else {
-                        (slot_b, slot_a, (scaled * cross_b.transpose()).transpose())
-                    };
-                    let mut view = reduced.fixed_view_mut::<6, 6>(6 * row, 6 * column);
-                    view -= product;
+                        subtract_product(&mut reduced, [*slot_b, *slot_a], cross_b, &scaled);
+                    }
                 }
             }
         }
@@ -261,8 +262,7 @@ impl BundleProblem {
         let point_steps = blocks.iter().map(|block| {
             let mut rhs = -block.gradient;
             for (slot, cross) in &block.cross {
-                let transposed: Matrix3x6<f64> = cross.transpose();
-                rhs -= transposed * pose_steps.fixed_rows::<6>(6 * slot);
+                rhs -= cross.tr_mul(&pose_steps.fixed_rows::<6>(6 * slot));
             }
             block.inverse * rhs
         });
@@ -288,6 +288,17 @@ impl BundleProblem {
                     }
                 }
             }
+        }
+    }
+}
+
+/// `m -= a bᵀ` in the 6×6 block of two slots, written out: blocks this small lose more in calls than in arithmetic.
+fn subtract_product(m: &mut DMatrix<f64>, [row, column]: [usize; 2], a: &Matrix6x3<f64>, b: &Matrix6x3<f64>) {
+    let mut block = m.fixed_view_mut::<6, 6>(6 * row, 6 * column);
+    for c in 0..6 {
+        let (b0, b1, b2) = (b[(c, 0)], b[(c, 1)], b[(c, 2)]);
+        for r in 0..6 {
+            block[(r, c)] -= a[(r, 0)] * b0 + a[(r, 1)] * b1 + a[(r, 2)] * b2;
         }
     }
 }

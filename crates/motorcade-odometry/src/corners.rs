@@ -38,45 +38,35 @@ impl EigenvalueMap {
     fn new(plane: &Plane) -> Self {
         let (w, h) = (plane.width(), plane.height());
         let mut values = vec![0.0_f32; w * h];
-        // Column sums of the gradient products over the rows of the window, updated row by row.
-        let products = |y: usize, out: &mut [[f32; 3]]| {
-            if y == 0 || y + 1 >= h {
-                out.fill([0.0; 3]);
-                return;
-            }
-            let (up, mid, down) = (plane.row(y - 1), plane.row(y), plane.row(y + 1));
-            for x in 1..w - 1 {
-                let (gx, gy) = (0.5 * (mid[x + 1] - mid[x - 1]), 0.5 * (down[x] - up[x]));
-                out[x] = [gx * gx, gx * gy, gy * gy];
-            }
-        };
         let rows = 2 * HALF_WINDOW + 1;
-        let mut ring = vec![vec![[0.0_f32; 3]; w]; rows];
-        let mut sums = vec![[0.0_f32; 3]; w];
+        let mut ring: Vec<[Vec<f32>; 3]> = (0..rows).map(|_| [0; 3].map(|_| vec![0.0; w])).collect();
+        let mut sums: [Vec<f32>; 3] = [0; 3].map(|_| vec![0.0; w]);
+        let inner = w - 2 * HALF_WINDOW;
+        let mut totals: [Vec<f32>; 3] = [0; 3].map(|_| vec![0.0; inner]);
         for y in 0..h {
-            products(y, &mut ring[y % rows]);
+            gradient_products(plane, y, &mut ring[y % rows]);
             if y + 1 < rows {
                 continue;
             }
             // Summed anew each row: a running sum in f32 would drift.
-            for (x, sum) in sums.iter_mut().enumerate() {
-                *sum = [0.0; 3];
-                for row in &ring {
-                    for k in 0..3 {
-                        sum[k] += row[x][k];
-                    }
+            for (k, sum) in sums.iter_mut().enumerate() {
+                sum.copy_from_slice(&ring[0][k]);
+                for row in &ring[1..] {
+                    sum.iter_mut().zip(&row[k]).for_each(|(s, v)| *s += v);
                 }
             }
             let out = &mut values[(y - HALF_WINDOW) * w..(y - HALF_WINDOW + 1) * w];
-            for x in HALF_WINDOW..w - HALF_WINDOW {
-                let mut t = [0.0_f32; 3];
-                for s in &sums[x - HALF_WINDOW..=x + HALF_WINDOW] {
-                    for k in 0..3 {
-                        t[k] += s[k];
-                    }
+            for (sum, total) in sums.iter().zip(&mut totals) {
+                // Column by column of the window, so that neighbouring pixels are summed side by side.
+                total.copy_from_slice(&sum[..inner]);
+                for k in 1..rows {
+                    total.iter_mut().zip(&sum[k..]).for_each(|(t, v)| *t += v);
                 }
-                let (half_trace, half_diff) = (0.5 * (t[0] + t[2]), 0.5 * (t[0] - t[2]));
-                out[x] = (half_trace - (half_diff * half_diff + t[1] * t[1]).sqrt()) / (rows * rows) as f32;
+            }
+            for (x, out) in out[HALF_WINDOW..HALF_WINDOW + inner].iter_mut().enumerate() {
+                let (xx, xy, yy) = (totals[0][x], totals[1][x], totals[2][x]);
+                let (half_trace, half_diff) = (0.5 * (xx + yy), 0.5 * (xx - yy));
+                *out = (half_trace - (half_diff * half_diff + xy * xy).sqrt()) / (rows * rows) as f32;
             }
         }
         Self { width: w, values }
@@ -93,6 +83,21 @@ impl EigenvalueMap {
                 if (yy, xx) < (y, x) { other < v } else { other <= v }
             })
         })
+    }
+}
+
+/// Products xx, xy, yy of the gradient along a row; zero on the image's rim.
+fn gradient_products(plane: &Plane, y: usize, out: &mut [Vec<f32>; 3]) {
+    let (w, h) = (plane.width(), plane.height());
+    if y == 0 || y + 1 >= h {
+        out.iter_mut().for_each(|row| row.fill(0.0));
+        return;
+    }
+    let (up, mid, down) = (plane.row(y - 1), plane.row(y), plane.row(y + 1));
+    let [xx, xy, yy] = out;
+    for x in 1..w - 1 {
+        let (gx, gy) = (0.5 * (mid[x + 1] - mid[x - 1]), 0.5 * (down[x] - up[x]));
+        (xx[x], xy[x], yy[x]) = (gx * gx, gx * gy, gy * gy);
     }
 }
 

@@ -10,6 +10,8 @@ use crate::pyramid::{Plane, Pyramid};
 const SIDE: usize = 16;
 const AREA: usize = SIDE * SIDE;
 const HALF: f32 = (SIDE as f32 - 1.0) / 2.0;
+/// Side of a template with the rim its gradients need \[px\].
+const WIDE: usize = SIDE + 2;
 
 /// Limits of the tracker.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -61,12 +63,15 @@ struct Template {
 
 impl Template {
     fn new(plane: &Plane, centre: Point2<f32>, warp: &Matrix2<f32>, least_eigenvalue: f32) -> Option<Self> {
-        const WIDE: usize = SIDE + 2;
         let mut wide = [0.0_f32; WIDE * WIDE];
-        for r in 0..WIDE {
-            for c in 0..WIDE {
-                let offset = warp * Vector2::new(c as f32 - 1.0 - HALF, r as f32 - 1.0 - HALF);
-                wide[r * WIDE + c] = plane.sample(centre.x + offset.x, centre.y + offset.y)?;
+        if warp.m12 == 0.0 && warp.m21 == 0.0 {
+            sample_stretched(plane, centre, [warp.m11, warp.m22], &mut wide)?;
+        } else {
+            for r in 0..WIDE {
+                for c in 0..WIDE {
+                    let offset = warp * Vector2::new(c as f32 - 1.0 - HALF, r as f32 - 1.0 - HALF);
+                    wide[r * WIDE + c] = plane.sample(centre.x + offset.x, centre.y + offset.y)?;
+                }
             }
         }
         let mut out =
@@ -103,6 +108,34 @@ impl Template {
         out.inverse_hessian = [yy / determinant, -xy / determinant, xx / determinant];
         Some(out)
     }
+}
+
+/// Samples a template around `centre` with steps of `stretch` along x and y: columns share their place between pixels, rows
+/// too. `None` when it leaves the image.
+fn sample_stretched(
+    plane: &Plane,
+    centre: Point2<f32>,
+    stretch: [f32; 2],
+    out: &mut [f32; WIDE * WIDE],
+) -> Option<()> {
+    let along = |k: usize, middle: f32, stretch: f32, size: usize| {
+        let at = middle + stretch * (k as f32 - 1.0 - HALF);
+        (at >= 0.0 && (at as usize) + 1 < size).then(|| (at as usize, at - (at as usize) as f32))
+    };
+    let mut columns = [(0, 0.0); WIDE];
+    for (c, column) in columns.iter_mut().enumerate() {
+        *column = along(c, centre.x, stretch[0], plane.width())?;
+    }
+    for (r, line) in out.chunks_exact_mut(WIDE).enumerate() {
+        let (y, fy) = along(r, centre.y, stretch[1], plane.height())?;
+        let (upper, lower) = (plane.row(y), plane.row(y + 1));
+        for ((x, fx), value) in columns.iter().zip(line) {
+            let top = upper[*x] + fx * (upper[x + 1] - upper[*x]);
+            let bottom = lower[*x] + fx * (lower[x + 1] - lower[*x]);
+            *value = top + fy * (bottom - top);
+        }
+    }
+    Some(())
 }
 
 /// Samples the unit-step patch around `centre`; false when it leaves the image.

@@ -1,7 +1,7 @@
 //! Camera pose from known points: robust Gauss–Newton on the reprojection error.
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World, robust::Kernel};
-use nalgebra::{Matrix2x3, Matrix2x6, Matrix6, Point2, Point3, Vector2, Vector6};
+use nalgebra::{Matrix2x3, Matrix2x6, Matrix6, Point2, Point3, SMatrix, Vector2, Vector6};
 
 /// One point and where it was seen.
 #[derive(Clone, Copy, Debug)]
@@ -66,12 +66,31 @@ pub(crate) fn reprojection(
         -camera.fy * p.y * iz * iz,
     );
     // p = R exp(ω) X + t + R ν  ⇒  ∂p/∂X = R, ∂p/∂ω = −R X^, ∂p/∂ν = R
-    let by_point = d * camera_from_world.rotation_matrix();
-    let by_rotation = -by_point * motorcade_geometry::lie::so3::hat(&point_in_world.coords);
-    let mut by_pose = Matrix2x6::zeros();
-    by_pose.fixed_columns_mut::<3>(0).copy_from(&by_rotation);
-    by_pose.fixed_columns_mut::<3>(3).copy_from(&by_point);
-    Some((projected - pixel, by_pose, by_point))
+    let r = camera_from_world.rotation_matrix();
+    let row = |k: usize| r.row(0) * d[(k, 0)] + r.row(1) * d[(k, 1)] + r.row(2) * d[(k, 2)];
+    let (u, v) = (row(0), row(1));
+    // A row b times X^ is (b × X)ᵀ.
+    let x = point_in_world.coords.transpose();
+    let (u_turn, v_turn) = (x.cross(&u), x.cross(&v));
+    let by_pose = Matrix2x6::new(
+        u_turn.x, u_turn.y, u_turn.z, u.x, u.y, u.z, v_turn.x, v_turn.y, v_turn.z, v.x, v.y, v.z,
+    );
+    Some((projected - pixel, by_pose, Matrix2x3::from_rows(&[u, v])))
+}
+
+/// `h += w aᵀ b`, written out: matrices this small lose more in calls than in arithmetic.
+pub(crate) fn add_outer<const R: usize, const C: usize>(
+    h: &mut SMatrix<f64, R, C>,
+    a: &SMatrix<f64, 2, R>,
+    b: &SMatrix<f64, 2, C>,
+    w: f64,
+) {
+    for c in 0..C {
+        let (b0, b1) = (w * b[(0, c)], w * b[(1, c)]);
+        for r in 0..R {
+            h[(r, c)] += a[(0, r)] * b0 + a[(1, r)] * b1;
+        }
+    }
 }
 
 /// Refines a predicted pose. `None` with fewer than 6 observations or when the normal equations are singular.
@@ -94,8 +113,8 @@ pub fn refine_pose(
         for o in observations {
             if let Some((r, j, _)) = reprojection(camera, &pose, &o.point_in_world, &o.pixel) {
                 let w = kernel.weight(r.norm_squared());
-                h += j.transpose() * j * w;
-                g += j.transpose() * r * w;
+                add_outer(&mut h, &j, &j, w);
+                add_outer(&mut g, &j, &r, w);
             }
         }
         information = h;

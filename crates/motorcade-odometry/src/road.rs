@@ -124,24 +124,19 @@ impl RoadView<'_> {
         let height = 1.0 / self.guess.norm();
         let (far, half_width) = (options.far_heights * height, options.half_width_heights * height);
         let mut out = Vec::new();
+        let least = options.least_gradient * options.least_gradient;
         for y in 2..plane.height().saturating_sub(3) {
-            let left = self.camera.ray(&Point2::new(0.0, y as f64 * scale));
-            let right = self.camera.ray(&Point2::new(f64::from(self.camera.width), y as f64 * scale));
-            if self.guess.dot(&left).max(self.guess.dot(&right)) <= 1.0 / far {
-                continue;
-            }
-            for x in 2..plane.width().saturating_sub(3) {
-                let pixel = Point2::new(x as f64 * scale, y as f64 * scale);
-                let ray = self.camera.ray(&pixel);
-                let inverse_depth = self.guess.dot(&ray);
-                if inverse_depth * far < 1.0 || (ray.x / inverse_depth).abs() > half_width {
+            let v = y as f64 * scale;
+            let (up, row, down) = (plane.row(y - 1), plane.row(y), plane.row(y + 1));
+            for x in self.stretch(v, scale, plane.width(), far, half_width) {
+                let gx = 0.5 * (row[x + 1] - row[x - 1]);
+                let gy = 0.5 * (down[x] - up[x]);
+                if gx * gx + gy * gy < least {
                     continue;
                 }
-                let row = plane.row(y);
-                let gx = 0.5 * (row[x + 1] - row[x - 1]);
-                let gy = 0.5 * (plane.row(y + 1)[x] - plane.row(y - 1)[x]);
-                if gx * gx + gy * gy >= options.least_gradient * options.least_gradient && usable(&pixel) {
-                    out.push(Sample { ray, grey: f64::from(row[x]) });
+                let pixel = Point2::new(x as f64 * scale, v);
+                if usable(&pixel) {
+                    out.push(Sample { ray: self.camera.ray(&pixel), grey: f64::from(row[x]) });
                 }
             }
         }
@@ -154,6 +149,35 @@ impl RoadView<'_> {
             });
         }
         out
+    }
+
+    /// Columns of a row of pixels (level 0: `v`) that see the stretch: nearer than `far`, within `half_width` of the camera.
+    /// Depth and place are linear in the column over a common denominator, so the columns are one run.
+    fn stretch(&self, v: f64, scale: f64, width: usize, far: f64, half_width: f64) -> std::ops::Range<usize> {
+        let ray = self.camera.ray(&Point2::new(0.0, v));
+        let step = scale / self.camera.fx;
+        // Inverse depth a + b x must exceed 1/far; |X| ≤ half width is ±(c + d x) ≤ half width (a + b x).
+        let (a, b) = (self.guess.dot(&ray), self.guess.x * step);
+        let (c, d) = (ray.x, step);
+        let (mut low, mut high) = (2.0, width.saturating_sub(3) as f64);
+        for (offset, slope) in [
+            (a - 1.0 / far, b),
+            (half_width * a - c, half_width * b - d),
+            (half_width * a + c, half_width * b + d),
+        ] {
+            // offset + slope x ≥ 0
+            if slope.abs() < 1e-15 {
+                if offset < 0.0 {
+                    high = low;
+                }
+            } else if slope > 0.0 {
+                low = low.max(-offset / slope);
+            } else {
+                high = high.min((-offset / slope).floor() + 1.0);
+            }
+        }
+        let (low, high) = (low.ceil().max(0.0) as usize, high.max(0.0) as usize);
+        low..high.max(low)
     }
 
     /// Robust mean absolute grey difference of a plane, for the first coarse search; `None` when too little overlaps.
