@@ -53,10 +53,12 @@ impl PinholeCamera {
         Matrix3::new(ix, 0.0, -self.cx * ix, 0.0, iy, -self.cy * iy, 0.0, 0.0, 1.0)
     }
     /// The viewing ray through a pixel, with z = 1.
+    #[inline]
     pub fn ray(&self, pixel: &Point2<f64>) -> Vector3<f64> {
         Vector3::new((pixel.x - self.cx) / self.fx, (pixel.y - self.cy) / self.fy, 1.0)
     }
     /// Projects a point in the camera frame; `None` behind the camera.
+    #[inline]
     pub fn project(&self, point_in_camera: &Point3<f64>) -> Option<Point2<f64>> {
         // One millimetre: closer points have no meaningful image.
         (point_in_camera.z > 1e-3).then(|| {

@@ -15,6 +15,7 @@ pub enum Kernel {
 
 impl Kernel {
     /// The weight ρ'(s), 1 for a zero residual.
+    #[inline]
     pub fn weight(self, s: f64) -> f64 {
         match self {
             Kernel::None => 1.0,
@@ -33,6 +34,7 @@ impl Kernel {
         }
     }
     /// The cost ρ(s).
+    #[inline]
     pub fn cost(self, s: f64) -> f64 {
         match self {
             Kernel::None => s,

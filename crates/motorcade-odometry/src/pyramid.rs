@@ -45,6 +45,7 @@ impl Plane {
         Some(top + fy * (bottom - top))
     }
     /// Bilinear value and its central-difference gradient per pixel; `None` within two pixels of the border.
+    #[inline]
     pub fn sample_with_gradient(&self, x: f32, y: f32) -> Option<[f32; 3]> {
         if !(x >= 1.0 && y >= 1.0) {
             return None;

@@ -331,7 +331,13 @@ fn accumulate(
     let mut absolute = Vec::with_capacity(samples.len());
     for s in samples {
         let flat = state.m.dot(&s.ray);
-        let y = r * s.ray + t * (flat + state.bend / flat);
+        let x = &s.ray;
+        let lift = flat + state.bend / flat;
+        let y = Vector3::new(
+            r.m11 * x.x + r.m12 * x.y + r.m13 * x.z + t.x * lift,
+            r.m21 * x.x + r.m22 * x.y + r.m23 * x.z + t.y * lift,
+            r.m31 * x.x + r.m32 * x.y + r.m33 * x.z + t.z * lift,
+        );
         if y.z < 1e-6 || flat < 1e-9 {
             continue;
         }
