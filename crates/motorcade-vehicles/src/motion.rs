@@ -37,25 +37,17 @@ const HEAVE: f64 = 0.3;
 /// must include the places' times. `up` is the road normal in the world.
 pub fn smooth_motion(places: &[Place], times: &[f64], up: &Vector3<f64>) -> Vec<Moving> {
     let Some(first) = places.first() else { return Vec::new() };
-    let across = up * up.transpose();
-    let density = (Matrix3::identity() - across) * ACCELERATION.powi(2) + across * HEAVE.powi(2);
-    let mut x = Vector6::zeros();
-    x.fixed_rows_mut::<3>(0).copy_from(&first.position);
-    let mut p = Matrix6::zeros();
-    p.fixed_view_mut::<3, 3>(0, 0).copy_from(&(first.covariance * 4.0));
-    p.fixed_view_mut::<3, 3>(3, 3).copy_from(&(Matrix3::identity() * 225.0));
+    let mut filter = MotionFilter::new(&first.position, &(first.covariance * 4.0));
     let (mut filtered, mut time, mut next) =
         (Vec::with_capacity(times.len()), times.first().copied().unwrap_or(0.0), 0);
     for t in times {
-        let f = transition(t - time);
-        x = f * x;
-        p = f * p * f.transpose() + process_noise(t - time, &density);
-        let predicted = (x, p, f);
+        let f = filter.predict(t - time, up);
+        let predicted = (filter.x, filter.p, f);
         while let Some(place) = places.get(next).filter(|m| m.time_s <= t + 1e-9) {
-            update(&mut x, &mut p, place);
+            filter.update(&place.position, &place.covariance);
             next += 1;
         }
-        filtered.push((predicted, (x, p)));
+        filtered.push((predicted, (filter.x, filter.p)));
         time = *t;
     }
     let mut out: Vec<Moving> = Vec::with_capacity(times.len());
@@ -97,18 +89,51 @@ fn process_noise(dt: f64, density: &Matrix3<f64>) -> Matrix6<f64> {
     q
 }
 
-fn update(x: &mut Vector6<f64>, p: &mut Matrix6<f64>, place: &Place) {
-    let innovation = place.position - x.fixed_rows::<3>(0);
-    let predicted: Matrix3<f64> = p.fixed_view::<3, 3>(0, 0).into_owned();
-    let Some(inverse) = (predicted + place.covariance).try_inverse() else { return };
-    // Beyond the 95 % quantile of χ²₃ a measurement loses weight.
-    let d2 = innovation.dot(&(inverse * innovation));
-    let weight = (7.8 / d2.max(1e-12)).min(1.0);
-    let Some(inverse) = (predicted + place.covariance / weight).try_inverse() else { return };
-    let gain = p.fixed_columns::<3>(0) * inverse;
-    *x += gain * innovation;
-    *p -= gain * p.fixed_rows::<3>(0);
-    *p = (*p + p.transpose()) * 0.5;
+/// Position and velocity in the world, filtered forward.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MotionFilter {
+    /// Position \[m\], velocity \[m/s\].
+    pub(crate) x: Vector6<f64>,
+    /// Covariance of both (6×6).
+    pub(crate) p: Matrix6<f64>,
+}
+
+impl MotionFilter {
+    /// At a place, of unknown velocity.
+    pub(crate) fn new(position: &Vector3<f64>, covariance: &Matrix3<f64>) -> Self {
+        let (mut x, mut p) = (Vector6::zeros(), Matrix6::zeros());
+        x.fixed_rows_mut::<3>(0).copy_from(position);
+        p.fixed_view_mut::<3, 3>(0, 0).copy_from(covariance);
+        // 15 m/s: traffic.
+        p.fixed_view_mut::<3, 3>(3, 3).copy_from(&(Matrix3::identity() * 225.0));
+        Self { x, p }
+    }
+
+    /// Goes on by `dt` \[s\] over a road whose normal in the world is `up`; returns the transition (6×6).
+    pub(crate) fn predict(&mut self, dt: f64, up: &Vector3<f64>) -> Matrix6<f64> {
+        let across = up * up.transpose();
+        let density = (Matrix3::identity() - across) * ACCELERATION.powi(2) + across * HEAVE.powi(2);
+        let f = transition(dt);
+        self.x = f * self.x;
+        self.p = f * self.p * f.transpose() + process_noise(dt, &density);
+        f
+    }
+
+    /// Takes a measured place.
+    pub(crate) fn update(&mut self, position: &Vector3<f64>, covariance: &Matrix3<f64>) {
+        let Self { x, p } = self;
+        let innovation = position - x.fixed_rows::<3>(0);
+        let predicted: Matrix3<f64> = p.fixed_view::<3, 3>(0, 0).into_owned();
+        let Some(inverse) = (predicted + covariance).try_inverse() else { return };
+        // Beyond the 95 % quantile of χ²₃ a measurement loses weight.
+        let d2 = innovation.dot(&(inverse * innovation));
+        let weight = (7.8 / d2.max(1e-12)).min(1.0);
+        let Some(inverse) = (predicted + covariance / weight).try_inverse() else { return };
+        let gain = p.fixed_columns::<3>(0) * inverse;
+        *x += gain * innovation;
+        *p -= gain * p.fixed_rows::<3>(0);
+        *p = (*p + p.transpose()) * 0.5;
+    }
 }
 
 /// Information-weighted mean of the places of a standing vehicle, and its covariance. Frames of one track share their

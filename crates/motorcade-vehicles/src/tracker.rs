@@ -5,9 +5,10 @@
 
 use motorcade_geometry::PinholeCamera;
 use motorcade_perception::{BoundingBox, Detection, VehicleClass};
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Matrix3, Point3, Vector3};
 
 use crate::ground::GroundFrame;
+use crate::motion::MotionFilter;
 use crate::single_view::{SeenBox, locate};
 use crate::size::size_prior;
 
@@ -73,8 +74,8 @@ struct Live {
     /// Place in the camera of the frame it was last seen in \[m\]: what is known of that frame's place in the world may
     /// change later.
     in_camera: Point3<f64>,
-    /// Velocity in the world \[m/s\].
-    velocity: Vector3<f64>,
+    /// Place and velocity in the world as of that frame.
+    motion: MotionFilter,
     /// The frame it was last seen in, and what was known of it then.
     seen: (usize, GroundFrame),
 }
@@ -121,6 +122,8 @@ impl Tracker {
     ) -> Vec<Track> {
         for live in &mut self.live {
             live.seen.1 = ground_of(live.seen.0).unwrap_or(live.seen.1);
+            let place = live.seen.1.world_from_camera.transform_point(&live.in_camera);
+            live.motion.x.fixed_rows_mut::<3>(0).copy_from(&place.coords);
         }
         let (camera, options) = (&self.camera, &self.options);
         let boxes: Vec<&Detection> = seen.iter().filter(|d| d.score >= options.least_score).collect();
@@ -220,34 +223,46 @@ fn match_boxes(
     pairs
 }
 
-fn place(camera: &PinholeCamera, ground: &GroundFrame, seen: &SeenBox) -> Option<Point3<f64>> {
+/// Where a box stands in the world, and its covariance (3×3).
+fn place(
+    camera: &PinholeCamera,
+    ground: &GroundFrame,
+    seen: &SeenBox,
+) -> Option<(Vector3<f64>, Matrix3<f64>)> {
     // Box-level place: the heading of the road will do.
     let found = locate(camera, ground, seen, 0.0, &size_prior(seen.class))?;
-    Some(found.position_in_camera)
+    let r = ground.world_from_camera.rotation_matrix();
+    let position = ground.world_from_camera.transform_point(&found.position_in_camera);
+    Some((position.coords, r * found.covariance * r.transpose()))
 }
 
 impl Live {
     fn begin(id: usize, camera: &PinholeCamera, ground: &GroundFrame, first: TrackBox) -> Option<Self> {
-        let in_camera = place(camera, ground, &first.seen)?;
+        let (position, covariance) = place(camera, ground, &first.seen)?;
+        let motion = MotionFilter::new(&position, &covariance);
+        let in_camera = ground.world_from_camera.inverse().transform_point(&Point3::from(position));
         let seen = (first.frame, *ground);
         let track = Track { id, class: first.seen.class, boxes: vec![first] };
-        Some(Self { track, in_camera, velocity: Vector3::zeros(), seen })
+        Some(Self { track, in_camera, motion, seen })
     }
 
     fn last(&self) -> Option<&TrackBox> {
         self.track.boxes.last()
     }
 
-    /// Where it has moved to by the time of a frame, in the world.
-    fn moved(&self, now: &GroundFrame) -> Point3<f64> {
-        let then = &self.seen.1;
-        then.world_from_camera.transform_point(&self.in_camera) + self.velocity * (now.time_s - then.time_s)
+    /// Its motion as expected at the time of a frame.
+    fn moved(&self, now: &GroundFrame) -> MotionFilter {
+        let up = now.world_from_camera.transform_vector(&now.up);
+        let mut motion = self.motion;
+        motion.predict((now.time_s - self.seen.1.time_s).max(1e-3), &up);
+        motion
     }
 
     /// Where the next box is expected: the last one, moved and scaled as its place on the road moves in the image.
     fn expected(&self, camera: &PinholeCamera, ground: &GroundFrame) -> Option<BoundingBox> {
         let last = self.last()?;
-        let now = ground.world_from_camera.inverse().transform_point(&self.moved(ground));
+        let moved = Point3::from(self.moved(ground).x.fixed_rows::<3>(0).into_owned());
+        let now = ground.world_from_camera.inverse().transform_point(&moved);
         let (a, b) = (camera.project(&self.in_camera)?, camera.project(&now)?);
         let scale = (self.in_camera.z / now.z).clamp(0.5, 2.0);
         let (x, y) = last.seen.bbox.centre();
@@ -258,23 +273,18 @@ impl Live {
     }
 
     fn extend(&mut self, camera: &PinholeCamera, ground: &GroundFrame, next: TrackBox) {
-        let dt = (ground.time_s - self.seen.1.time_s).max(1e-3);
         self.track.boxes.push(next);
-        let mut position = self.moved(ground);
-        if let Some(measured) = place(camera, ground, &next.seen) {
-            // Alpha–beta filter: gains of a vehicle seen ten times a second with a few per cent of depth noise.
-            const ALPHA: f64 = 0.5;
-            const BETA: f64 = 0.15;
-            let innovation = ground.world_from_camera.transform_point(&measured) - position;
-            position += innovation * ALPHA;
-            self.velocity += innovation * (BETA / dt);
-            // 60 m/s: nothing on a road is faster, and one wrong box must not throw the track away.
-            let speed = self.velocity.norm();
-            if speed > 60.0 {
-                self.velocity *= 60.0 / speed;
-            }
+        let mut motion = self.moved(ground);
+        if let Some((position, covariance)) = place(camera, ground, &next.seen) {
+            motion.update(&position, &covariance);
         }
+        // 60 m/s: nothing on a road is faster.
+        let speed = motion.x.fixed_rows::<3>(3).norm();
+        if speed > 60.0 {
+            motion.x.fixed_rows_mut::<3>(3).scale_mut(60.0 / speed);
+        }
+        let position = Point3::from(motion.x.fixed_rows::<3>(0).into_owned());
         self.in_camera = ground.world_from_camera.inverse().transform_point(&position);
-        self.seen = (next.frame, *ground);
+        (self.motion, self.seen) = (motion, (next.frame, *ground));
     }
 }
