@@ -24,7 +24,8 @@ pub struct RoadOptions {
     /// Half width of that stretch where a road mask keeps verges out \[camera heights\]: 1.7 heights are 2.8 m, the own
     /// lane, which is one plane far more often than the whole carriageway with its crown and kerbs.
     pub half_width_heights: f64,
-    /// Half width where no mask is given \[camera heights\]: 1 height is 1.65 m, what surely is road for a car on it.
+    /// Half width where no mask is given \[camera heights\]: 0.7 heights are 1.15 m, what the car itself will drive over;
+    /// kerbs and verges beyond pass for a road that is tipped, and too low.
     pub unmasked_half_width_heights: f64,
     /// Least motion between the two frames \[camera heights\].
     pub baseline_heights: f64,
@@ -57,7 +58,7 @@ impl Default for RoadOptions {
         Self {
             far_heights: 15.0,
             half_width_heights: 1.7,
-            unmasked_half_width_heights: 1.0,
+            unmasked_half_width_heights: 0.7,
             baseline_heights: 1.2,
             oldest_frames: 15,
             rotation_sigma_rad: 0.02_f64.to_radians(),
