@@ -1,0 +1,117 @@
+//! Identities of simulated vehicles: one each, through jumps, gaps and doubled boxes.
+
+#![allow(clippy::unwrap_used, reason = "a test")]
+
+use motorcade_geometry::{PinholeCamera, Pose};
+use motorcade_perception::{BoundingBox, Detection, VehicleClass};
+use motorcade_vehicles::{
+    GroundFrame, Track, TrackerOptions, image_box, size_prior, standing_pose, track_vehicles,
+};
+use nalgebra::{UnitQuaternion, Vector3};
+
+const CAMERA: PinholeCamera =
+    PinholeCamera { fx: 720.0, fy: 720.0, cx: 600.0, cy: 180.0, width: 1242, height: 375 };
+
+/// The camera drives straight on at 10 m/s, that many metres above the road.
+fn grounds(frames: usize, height_m: f64) -> Vec<GroundFrame> {
+    let one = |k: usize| GroundFrame {
+        world_from_camera: Pose::from_parts(UnitQuaternion::identity(), Vector3::new(0.0, 0.0, k as f64)),
+        up: -Vector3::y(),
+        height_m,
+        pitch_sigma_rad: 0.002,
+        time_s: 0.1 * k as f64,
+    };
+    (0..frames).map(one).collect()
+}
+
+/// The box of a car that many metres ahead and to the left of the camera.
+fn car(ahead_m: f64, left_m: f64) -> Option<Detection> {
+    car_below(1.65, ahead_m, left_m)
+}
+
+/// The same for a camera at another height.
+fn car_below(height_m: f64, ahead_m: f64, left_m: f64) -> Option<Detection> {
+    let ground = &grounds(1, height_m)[0];
+    let pose = standing_pose(&ground.point(ahead_m, left_m, 0.0), &ground.ahead(), &ground.up);
+    let bbox = image_box(&CAMERA, &pose, VehicleClass::Car, &size_prior(VehicleClass::Car).mean)?;
+    let bbox = bbox.clipped(CAMERA.width, CAMERA.height);
+    let seen = bbox.width() > 5.0;
+    seen.then_some(Detection { bbox, score: 0.8, class: VehicleClass::Car, external_id: None })
+}
+
+fn link(frames: usize, seen: impl Fn(usize) -> Vec<Detection>) -> Vec<Track> {
+    link_below(1.65, frames, seen)
+}
+
+fn link_below(height_m: f64, frames: usize, seen: impl Fn(usize) -> Vec<Detection>) -> Vec<Track> {
+    let detections: Vec<Vec<Detection>> = (0..frames).map(seen).collect();
+    track_vehicles(&CAMERA, &grounds(frames, height_m), &detections, &TrackerOptions::default())
+}
+
+#[test]
+fn each_vehicle_has_one_identity() {
+    // Ahead at the camera's speed, oncoming at 15 m/s, parked.
+    let tracks = link(60, |k| {
+        let t = 0.1 * k as f64;
+        let all = [car(20.0, 0.0), car(70.0 - 25.0 * t, 3.5), car(55.0 - 10.0 * t, -4.0)];
+        all.into_iter().flatten().collect()
+    });
+    assert_eq!(tracks.len(), 3);
+    assert_eq!(tracks[0].boxes.len(), 60);
+}
+
+#[test]
+fn a_box_that_jumps_does_not_carry_the_track_away() {
+    // Half of the car is taken for the whole, as behind a lorry: it seems to be twice as far away for a frame.
+    let tracks = link(40, |k| {
+        let mut seen = car(21.0, 0.5).unwrap();
+        if k == 20 {
+            let (x, y) = seen.bbox.centre();
+            let (w, h) = (0.35 * seen.bbox.width(), 0.35 * seen.bbox.height());
+            seen.bbox = BoundingBox { x1: x - w, y1: y - h, x2: x + w, y2: y + h };
+        }
+        vec![seen]
+    });
+    assert_eq!(tracks.len(), 1);
+    assert_eq!(tracks[0].boxes.len(), 40);
+}
+
+#[test]
+fn a_vehicle_is_known_again_after_a_gap() {
+    // Oncoming, hidden for 1.2 s.
+    let tracks = link(50, |k| {
+        let hidden = (15..27).contains(&k);
+        car(90.0 - 1.6 * k as f64, 3.5).into_iter().filter(|_| !hidden).collect()
+    });
+    assert_eq!(tracks.len(), 1);
+    assert_eq!(tracks[0].boxes.last().unwrap().frame, 49);
+}
+
+#[test]
+fn a_second_box_on_a_vehicle_is_no_second_vehicle() {
+    let tracks = link(20, |_| {
+        let one = car(15.0, 0.0).unwrap();
+        let (b, class) = (one.bbox, VehicleClass::Van);
+        let looser = BoundingBox { x1: b.x1 - 4.0, y1: b.y1 - 6.0, x2: b.x2 + 5.0, y2: b.y2 + 2.0 };
+        vec![one, Detection { bbox: looser, class, score: 0.6, external_id: None }]
+    });
+    assert_eq!(tracks.len(), 1);
+}
+
+#[test]
+fn sixty_vehicles_in_a_frame_and_one_frame_of_a_vehicle() {
+    // A car park of six rows seen from a bridge; a car that is there in one frame only is no track.
+    const BRIDGE_M: f64 = 8.0;
+    const ROWS_M: [f64; 6] = [46.0, 60.0, 79.0, 104.0, 137.0, 180.0];
+    let tracks = link_below(BRIDGE_M, 12, |k| {
+        let at = |i: usize| (ROWS_M[i / 10] - k as f64, 15.75 - 3.5 * (i % 10) as f64);
+        let row = |i: usize| car_below(BRIDGE_M, at(i).0, at(i).1);
+        let mut all: Vec<Detection> = (0..60).filter_map(row).collect();
+        if k == 6 {
+            all.extend(car_below(BRIDGE_M, 120.0, 0.0));
+        }
+        all
+    });
+    assert_eq!(tracks.len(), 60);
+    assert!(tracks.iter().all(|t| t.boxes.len() == 12));
+}
