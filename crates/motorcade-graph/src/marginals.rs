@@ -33,7 +33,7 @@ impl Marginals {
             return Err(GraphError::NotFinite);
         }
         let mut factor = Cholesky::default();
-        factor.factorise(&problem.matrix, 0.0, false).map_err(|_| GraphError::Singular)?;
+        factor.factorise(&problem.matrix, 0.0, false, None).map_err(|_| GraphError::Singular)?;
         let inverse = SelectedInverse::new(&problem.matrix.symbolic, &factor);
         // Built in the order of ids, hence sorted.
         let blocks = problem.variables.iter().enumerate().map(|(b, &id)| (id, b as u32)).collect();

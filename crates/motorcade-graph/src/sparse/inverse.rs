@@ -125,13 +125,16 @@ fn lift(symbolic: &Symbolic, factor: &Cholesky, position: u32, top: u32) -> DMat
         let node = &symbolic.nodes[s as usize];
         let n = node.shape.pivots;
         let mut above = DMatrix::zeros(size(&symbolic.nodes[node.parent as usize]), dof);
-        let (places, mut out) = (places_in_parent(symbolic, node), vec![0.0; node.shape.below]);
+        let (places, mut padded) = (places_in_parent(symbolic, node), vec![0.0; node.shape.ld()]);
+        let start = node.shape.below_start();
         for k in 0..dof {
-            let mut column = x.column_mut(k);
-            let (pivots, below) = column.as_mut_slice().split_at_mut(n);
-            simd::solve_forward(factor.panel(node), node.shape, pivots, &mut out);
-            for ((&place, x), y) in places.iter().zip(below).zip(&out) {
-                above[(place, k)] = *x - y;
+            let column = x.column(k);
+            let (pivots, below) = column.as_slice().split_at(n);
+            padded[..n].copy_from_slice(pivots);
+            padded[start..start + node.shape.below].copy_from_slice(below);
+            simd::solve_forward(factor.panel(node), node.shape, &mut padded);
+            for (&place, y) in places.iter().zip(&padded[start..]) {
+                above[(place, k)] = *y;
             }
         }
         (x, s) = (above, node.parent);
@@ -233,7 +236,7 @@ mod tests {
             dense.view_mut((from, at), (cols, rows)).copy_from(&block.transpose());
         }
         let mut factor = Cholesky::default();
-        factor.factorise(&matrix, 0.0, false).unwrap();
+        factor.factorise(&matrix, 0.0, false, None).unwrap();
         let selected = SelectedInverse::new(&matrix.symbolic, &factor);
         let inverse = dense.try_inverse().unwrap();
         let mut off_pattern = 0;

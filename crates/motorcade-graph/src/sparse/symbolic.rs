@@ -224,6 +224,12 @@ impl Symbolic {
         runs
     }
 
+    /// Scalars of the columns of a supernode, elimination order.
+    pub(crate) fn pivots(&self, node: &Node) -> std::ops::Range<usize> {
+        let start = self.offsets[node.first as usize];
+        start..start + node.shape.pivots
+    }
+
     /// First scalar in the factor, and leading dimension, of the block (row, column), row ≥ column, positions both.
     /// `None` off the pattern of L.
     pub(crate) fn block_in_factor(&self, row: u32, column: u32) -> Option<(usize, usize)> {
