@@ -61,7 +61,7 @@ struct Run<'a> {
     /// What the last undamped step promised; none after a damped or a poor one.
     settled: Option<f64>,
     radius: f64,
-    /// True where the last steps went about as promised, so that the next is likely to be taken.
+    /// True after an undamped step that went about as promised: the next is likely to be taken.
     trusting: bool,
     /// Where the matrix was filled.
     filled: Filled,
@@ -271,7 +271,7 @@ impl Run<'_> {
         std::mem::swap(&mut self.values, &mut self.trial);
         self.cost = cost;
         self.filled = if self.filled == Filled::Trial { Filled::Current } else { Filled::Elsewhere };
-        self.trusting = gain > 0.5;
+        self.trusting = gain > 0.5 && self.lambda == 0.0;
     }
 
     /// Back to the normal equations of the current values after a step that is not taken.
