@@ -33,7 +33,7 @@ impl Marginals {
             return Err(GraphError::NotFinite);
         }
         let mut factor = Cholesky::default();
-        factor.factorise(&problem.matrix, 0.0, false).map_err(|_| GraphError::Singular)?;
+        factor.factorise(&problem.matrix, 0.0, false, None).map_err(|_| GraphError::Singular)?;
         let inverse = SelectedInverse::new(&problem.matrix.symbolic, &factor);
         // Built in the order of ids, hence sorted.
         let blocks = problem.variables.iter().enumerate().map(|(b, &id)| (id, b as u32)).collect();
@@ -47,26 +47,13 @@ impl Marginals {
         self.cross(variable, variable)
     }
 
-    /// Covariance between two variables (dof of `a` × dof of `b`). Pairs outside the pattern of the factor cost one
-    /// solve for each tangent direction of `b`.
+    /// Covariance between two variables (dof of `a` × dof of `b`). Pairs outside the pattern of the factor cost a
+    /// forward substitution along their paths to the first front above both.
     pub fn cross(&self, a: VariableId, b: VariableId) -> Result<DMatrix<f64>, GraphError> {
         let (Some(i), Some(j)) = (self.block(a), self.block(b)) else {
             return Ok(DMatrix::zeros(self.dof(a)?, self.dof(b)?));
         };
-        if let Some(block) = self.inverse.block(&self.problem.matrix.symbolic, i, j) {
-            return Ok(block);
-        }
-        let (rows, columns) = (self.problem.matrix.range(i), self.problem.matrix.range(j));
-        let mut out = DMatrix::zeros(rows.len(), columns.len());
-        let mut factor = self.factor.clone();
-        let mut x = vec![0.0; self.problem.matrix.symbolic.len()];
-        for (k, column) in columns.enumerate() {
-            x.fill(0.0);
-            x[column] = 1.0;
-            factor.solve(&self.problem.matrix.symbolic, &mut x);
-            out.column_mut(k).copy_from_slice(&x[rows.clone()]);
-        }
-        Ok(out)
+        Ok(self.inverse.block(&self.problem.matrix.symbolic, &self.factor, i, j))
     }
 
     /// Joint covariance of several variables, in the order given.

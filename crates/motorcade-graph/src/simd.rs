@@ -149,12 +149,12 @@ dispatch!(
 dispatch!(
     /// See [`panel::forward`].
     solve_forward = panel::forward<false, true>,
-    (panel: &[f64], shape: panel::Shape, x: &mut [f64], below: &mut [f64])
+    (panel: &[f64], shape: panel::Shape, front: &mut [f64])
 );
 dispatch!(
     /// See [`panel::backward`].
     solve_backward = panel::backward<false, true>,
-    (panel: &[f64], shape: panel::Shape, x: &mut [f64], below: &[f64])
+    (panel: &[f64], shape: panel::Shape, front: &mut [f64])
 );
 dispatch!(
     /// See [`pose_error::normal_equations`].

@@ -43,8 +43,9 @@ pub struct OptimiseArguments {
     /// Robust kernel of all edges and its scale: huber, cauchy, geman-mcclure, dcs or gnc, such as cauchy:1.0.
     #[arg(long, value_name = "KERNEL:SCALE")]
     pub robust: Option<RobustKernel>,
-    /// Where to start: file, spanning-tree, chordal, or auto, which tries a few steps from each and goes on from the best.
-    #[arg(long, default_value = "file")]
+    /// Where to start: file, spanning-tree, chordal, or auto: the file, unless a step from there is refused; then a few steps
+    /// from each are tried and the best start is taken.
+    #[arg(long, default_value = "auto")]
     pub init: Start,
     /// Most iterations.
     #[arg(long, default_value_t = 100)]

@@ -70,7 +70,7 @@ pub struct OptimiseReport {
     pub hint: Option<&'static str>,
     /// CPU seconds of the optimisation alone, ordering included, reading, starting values and writing excluded.
     pub optimise_s: f64,
-    /// CPU seconds of the starting values, trials included.
+    /// CPU seconds of the starting values, trials included, and of a solve from the file that was given up.
     pub init_s: f64,
     /// Linearisations (with graduated non-convexity those of the last round).
     pub iterations: usize,
@@ -98,16 +98,29 @@ pub fn optimise(request: &OptimiseRequest) -> Result<OptimiseReport, GraphError>
     let anchors = graph.anchor_components()?;
     let file_cost = graph.cost()?;
     let clock = ProcessTime::now();
-    let init = starts::begin(graph, request.init, &request.options, &request.control)?;
-    let init_s = clock.elapsed().as_secs_f64();
-    let clock = ProcessTime::now();
-    let report = match &request.robust {
-        Some(RobustKernel::Gnc(kernel)) => {
-            graduate(graph, kernel, &request.options, &GraduateOptions::default())?
-        }
-        _ => Solver::new(request.options.clone())?.with_control(request.control.clone()).optimise(graph)?,
+    let smooth = match (request.init, &request.robust) {
+        (_, Some(RobustKernel::Gnc(_))) => None,
+        (Start::Auto, _) => starts::smoothly(graph, &request.options, &request.control)?,
+        _ => None,
     };
-    let optimise_s = clock.elapsed().as_secs_f64();
+    let (init, init_s, optimise_s, report) = match smooth {
+        Some(report) => (Start::File, 0.0, clock.elapsed().as_secs_f64(), report),
+        None => {
+            let init = starts::begin(graph, request.init, &request.options, &request.control)?;
+            let init_s = clock.elapsed().as_secs_f64();
+            let clock = ProcessTime::now();
+            let report = match &request.robust {
+                Some(RobustKernel::Gnc(kernel)) => {
+                    graduate(graph, kernel, &request.options, &GraduateOptions::default())?
+                }
+                _ => {
+                    let solver = Solver::new(request.options.clone())?;
+                    solver.with_control(request.control.clone()).optimise(graph)?
+                }
+            };
+            (init, init_s, clock.elapsed().as_secs_f64(), report)
+        }
+    };
     let anchors: Vec<u64> = document
         .vertices
         .iter()
@@ -146,12 +159,9 @@ pub fn optimise(request: &OptimiseRequest) -> Result<OptimiseReport, GraphError>
     })
 }
 
-/// Iterations after which a start counts as poor. From a good one pose graphs need fewer than ten.
-const MANY_ITERATIONS: usize = 30;
-
 /// A solve that crept along ends, as a rule, in a local minimum.
 fn hint(init: Start, report: &Report) -> Option<&'static str> {
-    let crept = report.iterations.len() >= MANY_ITERATIONS;
+    let crept = report.iterations.len() >= starts::MANY_ITERATIONS;
     let failed = matches!(report.termination, Termination::Iterations | Termination::Stalled);
     match init {
         _ if !crept && (!failed || report.iterations.is_empty()) => None,

@@ -1,12 +1,14 @@
 //! Where `graph optimise` starts.
 
 use std::str::FromStr;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 
 use serde::Serialize;
 
 use crate::GraphError;
 use crate::graph::Graph;
-use crate::solver::{Control, Options, Solver};
+use crate::solver::{Control, Iteration, Options, Report, Solver, Termination};
 use crate::start;
 use crate::values::Values;
 
@@ -14,7 +16,8 @@ use crate::values::Values;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Start {
-    /// At the one of the three below from which a few iterations lead to the least cost.
+    /// At the file's vertices while every step goes down at once; where one is refused, at the one of the three below
+    /// from which a few iterations lead to the least cost.
     #[default]
     Auto,
     /// At the file's vertices.
@@ -41,6 +44,9 @@ impl FromStr for Start {
     }
 }
 
+/// Iterations after which a start counts as poor. From a good one pose graphs need fewer than ten.
+pub(super) const MANY_ITERATIONS: usize = 30;
+
 /// Iterations after which starts are compared.
 const TRIAL: usize = 5;
 
@@ -61,6 +67,38 @@ pub(super) fn begin(
         Start::Chordal => start::chordal(graph)?,
     }
     Ok(wanted)
+}
+
+/// Solves from where `graph` stands as long as all goes well: every step is taken at its first trial and lowers the cost.
+/// At the first that does not the solve is given up, the values are put back and nothing is returned.
+pub(super) fn smoothly(
+    graph: &mut Graph,
+    options: &Options,
+    control: &Control,
+) -> Result<Option<Report>, GraphError> {
+    let file = graph.values().clone();
+    let (stop, stumbled) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
+    let (stopped, seen, asked) = (Arc::clone(&stop), Arc::clone(&stumbled), control.clone());
+    let before = Mutex::new(f64::INFINITY);
+    let watch = move |row: &Iteration| {
+        let last = before.lock().map_or(f64::INFINITY, |mut x| std::mem::replace(&mut *x, row.cost));
+        if row.trials > 1 || row.cost > last || row.iteration >= MANY_ITERATIONS {
+            seen.store(true, Ordering::Relaxed);
+        }
+        stopped.store(seen.load(Ordering::Relaxed) || asked.cancelled(), Ordering::Relaxed);
+        if let Some(progress) = &asked.progress {
+            progress(row);
+        }
+    };
+    let control = Control { cancel: Some(stop), progress: Some(Arc::new(watch)) };
+    if let Ok(report) = Solver::new(options.clone())?.with_control(control).optimise(graph)
+        && !stumbled.load(Ordering::Relaxed)
+        && report.termination != Termination::Stalled
+    {
+        return Ok(Some(report));
+    }
+    *graph.values_mut() = file;
+    Ok(None)
 }
 
 /// Tries every start for a few iterations and goes back to the best one.

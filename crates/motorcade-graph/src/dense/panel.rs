@@ -288,67 +288,148 @@ pub(crate) fn schur<const FMA: bool>(panel: &[f64], shape: Shape, out: &mut [f64
     }
 }
 
-/// Columns of the triangular solves handled in one pass over the rows.
-const GROUP: usize = 4;
+/// N columns of a panel from `j0` on, as the triangular solves need them.
+struct Columns<'a, const N: usize> {
+    columns: [&'a [f64]; N],
+    /// Reciprocals of the diagonal.
+    inverse: [f64; N],
+}
 
-/// Forward substitution: solves `L11 y = x` in place and writes `L21 y` to `below`.
+impl<'a, const N: usize> Columns<'a, N> {
+    #[inline(always)]
+    fn new(panel: &'a [f64], ld: usize, j0: usize) -> Option<Self> {
+        let mut columns: [&[f64]; N] = [&[]; N];
+        for (p, column) in columns.iter_mut().enumerate() {
+            *column = panel.get((j0 + p) * ld..(j0 + p + 1) * ld)?;
+        }
+        let inverse = std::array::from_fn(|p| 1.0 / columns[p][j0 + p]);
+        Some(Self { columns, inverse })
+    }
+
+    /// R rows of all columns from row `i` on.
+    #[inline(always)]
+    fn rows<const R: usize>(&self, i: usize) -> Option<[[f64; R]; N]> {
+        let mut rows = [[0.0; R]; N];
+        for p in 0..N {
+            rows[p] = *self.columns[p].get(i..)?.first_chunk()?;
+        }
+        Some(rows)
+    }
+}
+
+/// `v −= Σ_p x_p l_p` over R rows from row `i` on.
 #[inline(always)]
-pub(crate) fn forward<const FMA: bool>(panel: &[f64], shape: Shape, x: &mut [f64], below: &mut [f64]) {
-    let (ld, start) = (shape.ld(), shape.below_start());
-    below.fill(0.0);
-    for j in 0..shape.pivots {
-        let column = &panel[j * ld..(j + 1) * ld];
-        let (head, tail) = x.split_at_mut(j + 1);
-        head[j] /= column[j];
-        for (v, l) in tail.iter_mut().zip(&column[j + 1..]) {
-            *v = fma::<FMA>(-l, head[j], *v);
+fn subtract<const R: usize, const N: usize, const FMA: bool>(
+    columns: &Columns<'_, N>,
+    x: &[f64; N],
+    i: usize,
+    front: &mut [f64],
+) -> Option<()> {
+    let (rows, v) = (columns.rows::<R>(i)?, front.get_mut(i..)?.first_chunk_mut::<R>()?);
+    for p in 0..N {
+        for k in 0..R {
+            v[k] = fma::<FMA>(-rows[p][k], x[p], v[k]);
         }
     }
-    let mut j = 0;
-    while j + GROUP <= shape.pivots {
-        let column = |k: usize| &panel[(j + k) * ld + start..(j + k + 1) * ld][..below.len()];
-        let (a, b, c, d) = (column(0), column(1), column(2), column(3));
-        for (i, v) in below.iter_mut().enumerate() {
-            let first = fma::<FMA>(a[i], x[j], b[i] * x[j + 1]);
-            *v += first + fma::<FMA>(c[i], x[j + 2], d[i] * x[j + 3]);
+    Some(())
+}
+
+/// `sum_p += l_p v` over R rows from row `i` on, kept apart by row.
+#[inline(always)]
+fn add_products<const R: usize, const N: usize, const FMA: bool>(
+    columns: &Columns<'_, N>,
+    i: usize,
+    front: &[f64],
+    sums: &mut [[f64; R]; N],
+) -> Option<()> {
+    let (rows, v) = (columns.rows::<R>(i)?, front.get(i..)?.first_chunk::<R>()?);
+    for p in 0..N {
+        for k in 0..R {
+            sums[p][k] = fma::<FMA>(rows[p][k], v[k], sums[p][k]);
         }
-        j += GROUP;
+    }
+    Some(())
+}
+
+#[inline(always)]
+fn forward_strip<const N: usize, const FMA: bool>(
+    panel: &[f64],
+    ld: usize,
+    j0: usize,
+    front: &mut [f64],
+) -> Option<()> {
+    let strip = Columns::<N>::new(panel, ld, j0)?;
+    let x = front.get_mut(j0..)?.first_chunk_mut::<N>()?;
+    for c in 0..N {
+        for p in 0..c {
+            x[c] = fma::<FMA>(-strip.columns[p][j0 + c], x[p], x[c]);
+        }
+        x[c] *= strip.inverse[c];
+    }
+    let x = *x;
+    for_rows!(j0 + N, ld, |i, R| subtract::<R, N, FMA>(&strip, &x, i, front)?);
+    Some(())
+}
+
+#[inline(always)]
+fn backward_strip<const N: usize, const FMA: bool>(
+    panel: &[f64],
+    ld: usize,
+    j0: usize,
+    front: &mut [f64],
+) -> Option<()> {
+    let strip = Columns::<N>::new(panel, ld, j0)?;
+    let (mut i, mut sums) = (j0 + N, [0.0; N]);
+    while i % super::LANES != 0 && i < ld {
+        let row = strip.rows::<1>(i)?;
+        for p in 0..N {
+            sums[p] = fma::<FMA>(row[p][0], front[i], sums[p]);
+        }
+        i += 1;
+    }
+    let mut wide = [[0.0; super::LANES]; N];
+    while i < ld {
+        add_products::<{ super::LANES }, N, FMA>(&strip, i, front, &mut wide)?;
+        i += super::LANES;
+    }
+    let x = front.get_mut(j0..)?.first_chunk_mut::<N>()?;
+    for c in (0..N).rev() {
+        let [s, t, u, v] = wide[c];
+        let mut y = x[c] - (sums[c] + ((s + u) + (t + v)));
+        for p in c + 1..N {
+            y = fma::<FMA>(-strip.columns[c][j0 + p], x[p], y);
+        }
+        x[c] = y * strip.inverse[c];
+    }
+    Some(())
+}
+
+/// Forward substitution over a front, rows as in the panel: solves `L11 y = x` in place at the pivots and subtracts
+/// `L21 y` from the rows below.
+#[inline(always)]
+pub(crate) fn forward<const FMA: bool>(panel: &[f64], shape: Shape, front: &mut [f64]) {
+    let (ld, mut j) = (shape.ld(), 0);
+    while j + STRIP <= shape.pivots {
+        let _complete = forward_strip::<STRIP, FMA>(panel, ld, j, front);
+        j += STRIP;
     }
     while j < shape.pivots {
-        for (v, l) in below.iter_mut().zip(&panel[j * ld + start..(j + 1) * ld]) {
-            *v = fma::<FMA>(*l, x[j], *v);
-        }
+        let _complete = forward_strip::<1, FMA>(panel, ld, j, front);
         j += 1;
     }
 }
 
-/// Dot product in eight running sums: a fixed order that vectorises.
+/// Backward substitution over a front, rows as in the panel: solves `L11ᵀ y = x − L21ᵀ below` in place at the pivots.
 #[inline(always)]
-fn dot<const FMA: bool>(a: &[f64], b: &[f64]) -> f64 {
-    let n = a.len().min(b.len());
-    let (a, b) = (a[..n].chunks_exact(8), b[..n].chunks_exact(8));
-    let mut sums = [0.0; 8];
-    let mut tail = 0.0;
-    for (x, y) in a.remainder().iter().zip(b.remainder()) {
-        tail = fma::<FMA>(*x, *y, tail);
+pub(crate) fn backward<const FMA: bool>(panel: &[f64], shape: Shape, front: &mut [f64]) {
+    let (ld, mut j) = (shape.ld(), shape.pivots);
+    while j % STRIP != 0 {
+        j -= 1;
+        let _complete = backward_strip::<1, FMA>(panel, ld, j, front);
     }
-    for (x, y) in a.zip(b) {
-        for k in 0..8 {
-            sums[k] = fma::<FMA>(x[k], y[k], sums[k]);
-        }
-    }
-    let [s0, s1, s2, s3, s4, s5, s6, s7] = sums;
-    ((s0 + s4) + (s1 + s5)) + ((s2 + s6) + (s3 + s7)) + tail
-}
-
-/// Backward substitution: solves `L11ᵀ y = x − L21ᵀ below` in place.
-#[inline(always)]
-pub(crate) fn backward<const FMA: bool>(panel: &[f64], shape: Shape, x: &mut [f64], below: &[f64]) {
-    let (ld, start) = (shape.ld(), shape.below_start());
-    for j in (0..shape.pivots).rev() {
-        let column = &panel[j * ld..(j + 1) * ld];
-        let inside = dot::<FMA>(&x[j + 1..shape.pivots], &column[j + 1..]);
-        x[j] = (x[j] - dot::<FMA>(below, &column[start..]) - inside) / column[j];
+    while j > 0 {
+        j -= STRIP;
+        let _complete = backward_strip::<STRIP, FMA>(panel, ld, j, front);
     }
 }
 

@@ -20,6 +20,9 @@ const MAX_TRIALS: usize = 30;
 /// all the same: the model is then better known than the cost.
 const ROUNDING: f64 = 1e-12;
 
+/// Factors below which threads cost more than they gain; the result is the same either way.
+const WORTH_THREADS: usize = 4096;
+
 /// Gain of a step after which the linearisation counts as good enough to keep its factor.
 const AS_PROMISED: std::ops::RangeInclusive<f64> = 0.75..=1.33;
 
@@ -58,8 +61,25 @@ struct Run<'a> {
     /// What the last undamped step promised; none after a damped or a poor one.
     settled: Option<f64>,
     radius: f64,
+    /// True after an undamped step that went about as promised: the next is likely to be taken.
+    trusting: bool,
+    /// Where the matrix was filled.
+    filled: Filled,
+    /// Linearisation at work, from 1.
+    number: usize,
     timings: Timings,
     start: Instant,
+}
+
+/// Where the normal equations are those of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Filled {
+    /// Neither point, or not known.
+    Elsewhere,
+    /// The current values.
+    Current,
+    /// The trial point.
+    Trial,
 }
 
 /// What one linearisation led to.
@@ -88,7 +108,7 @@ impl Solver {
 
     /// Optimises `graph` in place. When a limit is hit or the solve is cancelled the best values so far are kept.
     pub fn optimise(&mut self, graph: &mut Graph) -> Result<Report, GraphError> {
-        if self.options.threads == 1 {
+        if self.options.threads == 1 || graph.boxed_factors().len() < WORTH_THREADS {
             return self.run(graph, false);
         }
         let pool = rayon::ThreadPoolBuilder::new().num_threads(self.options.threads).build();
@@ -140,6 +160,9 @@ impl Solver {
             quiet: 0,
             settled: None,
             radius: f64::INFINITY,
+            trusting: true,
+            filled: Filled::Elsewhere,
+            number: 0,
             timings: Timings { analyse_s: start.elapsed().as_secs_f64(), ..Timings::default() },
             start,
         };
@@ -194,14 +217,9 @@ impl Run<'_> {
     }
 
     fn iterate(&mut self, number: usize, initial_cost: &mut Option<f64>) -> Result<Outcome, GraphError> {
-        let start = Instant::now();
-        let linearised = self.problem.linearise(self.graph, &self.values, self.parallel)?;
-        self.timings.linearise_s += start.elapsed().as_secs_f64();
-        if !linearised.is_finite() || self.problem.matrix.rhs.iter().any(|x| !x.is_finite()) {
-            return Err(GraphError::NotFinite);
-        }
-        self.cost = linearised;
-        initial_cost.get_or_insert(linearised);
+        self.number = number;
+        self.fill()?;
+        initial_cost.get_or_insert(self.cost);
         let mut outcome = match self.options.method {
             Method::GaussNewton => self.gauss_newton(),
             Method::LevenbergMarquardt => match self.chord()? {
@@ -215,18 +233,51 @@ impl Run<'_> {
         Ok(outcome)
     }
 
-    /// Cost at `x ⊞ delta`; infinite where it is not a number.
-    fn try_step(&mut self) -> Result<f64, GraphError> {
+    /// Linearises at the current values unless a step that was taken has done so.
+    fn fill(&mut self) -> Result<(), GraphError> {
+        if self.filled != Filled::Current {
+            let start = Instant::now();
+            self.cost = self.problem.linearise(self.graph, &self.values, self.parallel)?;
+            self.timings.linearise_s += start.elapsed().as_secs_f64();
+            self.filled = Filled::Current;
+        }
+        if !self.cost.is_finite() || self.problem.matrix.rhs.iter().any(|x| !x.is_finite()) {
+            return Err(GraphError::NotFinite);
+        }
+        Ok(())
+    }
+
+    /// Cost at `x ⊞ delta`; infinite where it is not a number. Where the step is likely to be taken and not the last
+    /// one, the linearisation there, which needs the same residuals, is made at once.
+    fn try_step(&mut self, predicted: f64) -> Result<f64, GraphError> {
         let start = Instant::now();
         self.problem.retract(&self.values, &self.linear.delta, &mut self.trial)?;
-        let trial = cost(self.graph, &self.trial, self.parallel)?;
-        self.timings.evaluate_s += start.elapsed().as_secs_f64();
+        let last = self.number >= self.options.max_iterations
+            || predicted <= self.options.relative_decrease * self.cost;
+        let trial = if self.trusting && !last {
+            self.filled = Filled::Trial;
+            let trial = self.problem.linearise(self.graph, &self.trial, self.parallel)?;
+            self.timings.linearise_s += start.elapsed().as_secs_f64();
+            trial
+        } else {
+            let trial = cost(self.graph, &self.trial, self.parallel)?;
+            self.timings.evaluate_s += start.elapsed().as_secs_f64();
+            trial
+        };
         Ok(if trial.is_finite() { trial } else { f64::INFINITY })
     }
 
-    fn accept(&mut self, cost: f64) {
+    fn accept(&mut self, cost: f64, gain: f64) {
         std::mem::swap(&mut self.values, &mut self.trial);
         self.cost = cost;
+        self.filled = if self.filled == Filled::Trial { Filled::Current } else { Filled::Elsewhere };
+        self.trusting = gain > 0.5 && self.lambda == 0.0;
+    }
+
+    /// Back to the normal equations of the current values after a step that is not taken.
+    fn refuse(&mut self) -> Result<(), GraphError> {
+        self.trusting = false;
+        self.fill()
     }
 
     /// The stopping rule after a step was taken. `predicted` is what the model promised.
@@ -258,14 +309,14 @@ impl Run<'_> {
         }
         let before = self.cost;
         let predicted = damped_decrease(&self.problem.matrix.rhs, &self.linear.delta, 0.0);
-        let trial = self.try_step()?;
+        let trial = self.try_step(predicted)?;
         if trial.is_infinite() {
             return Ok(Outcome {
                 row: self.row(predicted, before, trial, 1),
                 stop: Some(Termination::Stalled),
             });
         }
-        self.accept(trial);
+        self.accept(trial, (before - trial) / predicted);
         let row = self.row(predicted, before, trial, 1);
         Ok(Outcome { stop: self.stop(before, predicted, row.step), row })
     }
@@ -285,13 +336,16 @@ impl Run<'_> {
         if !(contraction < 1.0 && steps <= 2.0 + self.problem.factorisation_in_steps()) {
             return Ok(None);
         }
-        let trial = self.try_step()?;
+        // Cheap steps, but refused more often: no linearisation on trust.
+        let trusting = std::mem::take(&mut self.trusting);
+        let trial = self.try_step(predicted)?;
+        self.trusting = trusting;
         let gain = (before - trial) / predicted;
         let rounding = predicted <= small && trial <= before * (1.0 + ROUNDING);
         if !rounding && !AS_PROMISED.contains(&gain) {
             return Ok(None);
         }
-        self.accept(trial);
+        self.accept(trial, gain);
         self.settled = Some(predicted);
         let row = Iteration { factorised: false, ..self.row(predicted, before, trial, 1) };
         Ok(Some(Outcome { stop: self.stop(before, predicted, row.step), row }))
@@ -305,11 +359,11 @@ impl Run<'_> {
         for trials in 1..=MAX_TRIALS {
             if self.linear.step(self.problem, self.lambda, self.parallel, &mut self.timings) {
                 predicted = damped_decrease(&self.problem.matrix.rhs, &self.linear.delta, self.lambda);
-                let trial = self.try_step()?;
+                let trial = self.try_step(predicted)?;
                 let gain = (before - trial) / predicted;
                 let negligible = predicted <= self.options.relative_decrease * before;
                 if gain > 1e-4 || (negligible && trial <= before * (1.0 + ROUNDING)) {
-                    self.accept(trial);
+                    self.accept(trial, gain);
                     self.settled = (self.lambda == 0.0 && AS_PROMISED.contains(&gain)).then_some(predicted);
                     let row = self.row(predicted, before, trial, trials);
                     return Ok(Outcome { stop: self.relax(before, predicted, gain, row.step, floor), row });
@@ -318,6 +372,7 @@ impl Run<'_> {
                     let row = self.row(predicted, before, trial, trials);
                     return Ok(Outcome { row, stop: Some(Termination::Converged) });
                 }
+                self.refuse()?;
             }
             // A failed Gauss–Newton step falls back to the damping that worked last.
             let least = if self.lambda == 0.0 { self.worked.max(1e-3 * floor) } else { floor * 1e-3 };
@@ -379,12 +434,12 @@ impl Run<'_> {
             let matrix = &self.problem.matrix;
             predicted = 2.0 * dot(&matrix.rhs, &delta) - matrix.quadratic_form(&delta);
             self.linear.delta = delta;
-            let trial = self.try_step()?;
+            let trial = self.try_step(predicted)?;
             let gain = (before - trial) / predicted;
             let norm = dot(&self.linear.delta, &self.linear.delta).sqrt();
             let negligible = predicted <= self.options.relative_decrease * before;
             if gain > 1e-4 || (negligible && trial <= before * (1.0 + ROUNDING)) {
-                self.accept(trial);
+                self.accept(trial, gain);
                 self.lambda = self.radius.min(newton_norm);
                 let row = self.row(predicted, before, trial, trials);
                 if gain > 0.75 {
@@ -398,6 +453,7 @@ impl Run<'_> {
                 let row = self.row(predicted, before, trial, trials);
                 return Ok(Outcome { row, stop: Some(Termination::Converged) });
             }
+            self.refuse()?;
             self.radius = 0.25 * norm.min(self.radius);
         }
         let row = self.row(predicted, before, before, MAX_TRIALS);

@@ -33,6 +33,8 @@ pub(crate) struct Problem {
     /// Slots of all block pairs (k ≥ l) of each factor, one after the other; unused for fixed variables.
     slots: Vec<Slot>,
     slot_starts: Vec<u32>,
+    /// Cost, weight and share of the factors linearised in parallel.
+    batch: Vec<(f64, f64, Normal)>,
     /// True where the pattern is the one of the problem before.
     pub reused: bool,
 }
@@ -89,7 +91,7 @@ impl Problem {
                 }
             }
         }
-        Ok(Self { variables, matrix, places, starts, slots, slot_starts, reused: false })
+        Ok(Self { variables, matrix, places, starts, slots, slot_starts, batch: Vec::new(), reused: false })
     }
 
     fn places(&self, f: usize) -> &[Place] {
@@ -121,8 +123,8 @@ impl Problem {
             }
             return Ok(total.value());
         }
-        let mut batch: Vec<(f64, f64, Normal)> =
-            vec![(0.0, 0.0, Normal::default()); BATCH.min(factors.len())];
+        let mut batch = std::mem::take(&mut self.batch);
+        batch.resize_with(BATCH.min(factors.len()), Default::default);
         for (b, chunk) in factors.chunks(BATCH).enumerate() {
             let first = b * BATCH;
             let this = &*self;
@@ -139,6 +141,7 @@ impl Problem {
                 self.scatter(first + k, *weight, normal);
             }
         }
+        self.batch = batch;
         Ok(total.value())
     }
 

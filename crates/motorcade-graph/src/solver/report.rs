@@ -50,9 +50,9 @@ pub struct Timings {
     pub analyse_s: f64,
     /// Residuals, Jacobians, normal equations.
     pub linearise_s: f64,
-    /// Numeric factorisation.
+    /// Numeric factorisation, with the forward substitution done on the way.
     pub factorise_s: f64,
-    /// Triangular solves.
+    /// Other triangular solves.
     pub solve_s: f64,
     /// Retraction and cost at trial points.
     pub evaluate_s: f64,

@@ -25,13 +25,15 @@ impl Linear {
         timings: &mut Timings,
     ) -> bool {
         let start = Instant::now();
-        let done = self.factor.factorise(&problem.matrix, lambda, parallel);
+        self.delta.clear();
+        self.delta.extend_from_slice(&problem.matrix.rhs);
+        let done = self.factor.factorise(&problem.matrix, lambda, parallel, Some(&mut self.delta));
         timings.factorise_s += start.elapsed().as_secs_f64();
         self.undamped = done.is_ok() && lambda == 0.0;
         if done.is_err() {
             return false;
         }
-        self.again(problem, timings)
+        self.backward(problem, timings)
     }
 
     /// The same with the factor of an earlier step.
@@ -39,7 +41,14 @@ impl Linear {
         let start = Instant::now();
         self.delta.clear();
         self.delta.extend_from_slice(&problem.matrix.rhs);
-        self.factor.solve(&problem.matrix.symbolic, &mut self.delta);
+        self.factor.solve_forward(&problem.matrix.symbolic, &mut self.delta);
+        timings.solve_s += start.elapsed().as_secs_f64();
+        self.backward(problem, timings)
+    }
+
+    fn backward(&mut self, problem: &Problem, timings: &mut Timings) -> bool {
+        let start = Instant::now();
+        self.factor.solve_backward(&problem.matrix.symbolic, &mut self.delta);
         timings.solve_s += start.elapsed().as_secs_f64();
         self.delta.iter().all(|x| x.is_finite())
     }

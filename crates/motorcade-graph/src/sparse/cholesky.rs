@@ -37,12 +37,13 @@ struct Plan {
 pub(crate) struct NotPositiveDefinite;
 
 impl Cholesky {
-    /// Factorises `matrix + lambda I`.
+    /// Factorises `matrix + lambda I` and solves `L y = x` in place on the way, while the columns are in the cache.
     pub(crate) fn factorise(
         &mut self,
         matrix: &BlockMatrix,
         lambda: f64,
         parallel: bool,
+        mut x: Option<&mut [f64]>,
     ) -> Result<(), NotPositiveDefinite> {
         let symbolic = &matrix.symbolic;
         if self.values.len() != symbolic.factor_len {
@@ -57,12 +58,20 @@ impl Cholesky {
             even.top = 0;
             odd.top = 0;
             let mut work = Work { matrix, lambda, base: 0, values: &mut self.values, stacks: [even, odd] };
-            for s in 0..symbolic.nodes.len() {
+            for (s, node) in symbolic.nodes.iter().enumerate() {
                 merge(&mut self.pivots, work.eliminate(s, &mut [])?);
+                if let Some(x) = &mut x {
+                    let panel = &work.values[node.panel..node.panel + node.shape.len()];
+                    forward(symbolic, node, panel, x, &mut self.scratch);
+                }
             }
             return Ok(());
         }
-        self.factorise_parallel(matrix, lambda)
+        self.factorise_parallel(matrix, lambda)?;
+        if let Some(x) = x {
+            self.solve_forward(symbolic, x);
+        }
+        Ok(())
     }
 
     fn factorise_parallel(&mut self, matrix: &BlockMatrix, lambda: f64) -> Result<(), NotPositiveDefinite> {
@@ -137,39 +146,53 @@ impl Cholesky {
 
     /// Solves `L Lᵀ x = b` in place, elimination order.
     pub(crate) fn solve(&mut self, symbolic: &Symbolic, x: &mut [f64]) {
-        for node in &symbolic.nodes {
-            self.forward(symbolic, node, x);
-        }
+        self.solve_forward(symbolic, x);
+        self.solve_backward(symbolic, x);
+    }
+
+    /// Solves `Lᵀ x = y` in place, elimination order.
+    pub(crate) fn solve_backward(&mut self, symbolic: &Symbolic, x: &mut [f64]) {
         for node in symbolic.nodes.iter().rev() {
-            self.backward(symbolic, node, x);
-        }
-    }
-
-    fn forward(&mut self, symbolic: &Symbolic, node: &Node, x: &mut [f64]) {
-        let shape = node.shape;
-        let start = symbolic.offsets[node.first as usize];
-        let panel = &self.values[node.panel..node.panel + shape.len()];
-        self.scratch.resize(shape.below, 0.0);
-        simd::solve_forward(panel, shape, &mut x[start..start + shape.pivots], &mut self.scratch);
-        let mut k = 0;
-        for &row in &node.rows {
-            for i in symbolic.offsets[row as usize]..symbolic.offsets[row as usize + 1] {
-                x[i] -= self.scratch[k];
-                k += 1;
+            let shape = node.shape;
+            let pivots = symbolic.pivots(node);
+            self.scratch.clear();
+            self.scratch.extend_from_slice(&x[pivots.clone()]);
+            self.scratch.resize(shape.below_start(), 0.0);
+            for &row in &node.rows {
+                let range = symbolic.offsets[row as usize]..symbolic.offsets[row as usize + 1];
+                self.scratch.extend_from_slice(&x[range]);
             }
+            self.scratch.resize(shape.ld(), 0.0);
+            let panel = &self.values[node.panel..node.panel + shape.len()];
+            simd::solve_backward(panel, shape, &mut self.scratch);
+            x[pivots].copy_from_slice(&self.scratch[..shape.pivots]);
         }
     }
 
-    fn backward(&mut self, symbolic: &Symbolic, node: &Node, x: &mut [f64]) {
-        let shape = node.shape;
-        let start = symbolic.offsets[node.first as usize];
-        let panel = &self.values[node.panel..node.panel + shape.len()];
-        self.scratch.clear();
-        for &row in &node.rows {
-            let range = symbolic.offsets[row as usize]..symbolic.offsets[row as usize + 1];
-            self.scratch.extend_from_slice(&x[range]);
+    /// Solves `L y = x` in place, elimination order.
+    pub(crate) fn solve_forward(&mut self, symbolic: &Symbolic, x: &mut [f64]) {
+        for node in &symbolic.nodes {
+            let panel = &self.values[node.panel..node.panel + node.shape.len()];
+            forward(symbolic, node, panel, x, &mut self.scratch);
         }
-        simd::solve_backward(panel, shape, &mut x[start..start + shape.pivots], &self.scratch);
+    }
+}
+
+/// One supernode's part of `L y = x`.
+fn forward(symbolic: &Symbolic, node: &Node, panel: &[f64], x: &mut [f64], front: &mut Vec<f64>) {
+    let pivots = symbolic.pivots(node);
+    front.clear();
+    front.extend_from_slice(&x[pivots.clone()]);
+    front.resize(node.shape.ld(), 0.0);
+    simd::solve_forward(panel, node.shape, front);
+    x[pivots].copy_from_slice(&front[..node.shape.pivots]);
+    let mut below = &front[node.shape.below_start()..];
+    for &row in &node.rows {
+        let target = &mut x[symbolic.offsets[row as usize]..symbolic.offsets[row as usize + 1]];
+        for (x, y) in target.iter_mut().zip(below) {
+            *x += y;
+        }
+        below = &below[target.len()..];
     }
 }
 

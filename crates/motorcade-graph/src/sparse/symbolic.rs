@@ -224,6 +224,42 @@ impl Symbolic {
         runs
     }
 
+    /// Scalars of the columns of a supernode, elimination order.
+    pub(crate) fn pivots(&self, node: &Node) -> std::ops::Range<usize> {
+        let start = self.offsets[node.first as usize];
+        start..start + node.shape.pivots
+    }
+
+    /// First scalar in the factor, and leading dimension, of the block (row, column), row ≥ column, positions both.
+    /// `None` off the pattern of L.
+    pub(crate) fn block_in_factor(&self, row: u32, column: u32) -> Option<(usize, usize)> {
+        let node = &self.nodes[self.node_of[column as usize] as usize];
+        let first = self.offsets[node.first as usize];
+        let start = if row < node.first + node.columns {
+            self.offsets[row as usize] - first
+        } else {
+            let at = node.rows.binary_search(&row).ok()?;
+            let above: usize = node.rows[..at].iter().map(|&r| self.dims[r as usize]).sum();
+            node.shape.below_start() + above
+        };
+        let ld = node.shape.ld();
+        Some((node.panel + (self.offsets[column as usize] - first) * ld + start, ld))
+    }
+
+    /// The lowest supernode whose subtree holds both; `None` for different trees.
+    pub(crate) fn lowest_above(&self, s: u32, t: u32) -> Option<u32> {
+        let (low, high) = (s.min(t), s.max(t));
+        let mut top = high;
+        // Subtrees are ranges.
+        while self.nodes[top as usize].first_descendant > low {
+            top = self.nodes[top as usize].parent;
+            if top == ROOT {
+                return None;
+            }
+        }
+        Some(top)
+    }
+
     /// Scalars in all.
     pub(crate) fn len(&self) -> usize {
         self.offsets.last().copied().unwrap_or(0)

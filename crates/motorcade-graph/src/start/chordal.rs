@@ -68,7 +68,7 @@ impl System {
     }
 
     fn factorise(&mut self) -> Result<(), GraphError> {
-        self.factor.factorise(&self.matrix, 0.0, false).map_err(|_| GraphError::Singular)
+        self.factor.factorise(&self.matrix, 0.0, false, None).map_err(|_| GraphError::Singular)
     }
 
     fn solve(&mut self, right: &mut [f64]) -> Vec<Vector3<f64>> {
