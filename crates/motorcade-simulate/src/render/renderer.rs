@@ -9,8 +9,10 @@ use super::air::Air;
 use super::mesh::{Building, Chunk, Mesh};
 use super::picture::{Picture, VehicleView};
 use super::raster::{Band, Drawn, NOTHING, facing, project};
+use super::repairs::Repairs;
 use super::resolve::{Resolved, Seen, Surface, resolve};
-use super::shade::{Colour, Scene, ShadowCaster, Textures};
+use super::shade::{Colour, Scene, Textures};
+use super::shadow::{ShadowCaster, Shadows};
 use super::{sensor, vehicle_mesh};
 use crate::drive::Drive;
 use crate::form::Form;
@@ -32,6 +34,7 @@ pub struct Renderer<'a> {
     vehicles: Vec<Mesh>,
     forms: Vec<Form>,
     textures: Textures,
+    repairs: Repairs,
 }
 
 impl<'a> Renderer<'a> {
@@ -45,6 +48,7 @@ impl<'a> Renderer<'a> {
             vehicles: drive.vehicles.iter().map(vehicle_mesh::mesh).collect(),
             forms: drive.vehicles.iter().map(crate::vehicle::SimulatedVehicle::form).collect(),
             textures: Textures::new(hash::mix(drive.seed ^ 0x7e87)),
+            repairs: Repairs::of(&drive.road, drive.seed),
         }
     }
 
@@ -104,9 +108,10 @@ impl<'a> Renderer<'a> {
             drive: self.drive,
             buildings: &self.buildings,
             textures: &self.textures,
+            repairs: &self.repairs,
             forms: &self.forms,
             air: Air::of(&self.drive.render),
-            casters: self.drive.vehicles.iter().filter_map(caster).collect(),
+            shadows: Shadows::new(&self.drive.vehicles.iter().filter_map(caster).collect::<Vec<_>>()),
             sun: Vector3::new(0.45, -0.55, 0.70).normalize(),
         }
     }
@@ -121,16 +126,14 @@ impl<'a> Renderer<'a> {
         let camera = self.drive.render.camera;
         let (width, height) = (camera.width as usize, camera.height as usize);
         let (surfaces, drawn, mut views) = self.draw(&camera, frame, pose);
-        let bands: Vec<usize> = (0..height).step_by(BAND_ROWS).collect();
-        let resolved: Vec<Resolved> = bands
+        let resolved: Vec<Resolved> = by_band(&drawn, height)
             .into_par_iter()
-            .map(|row| {
-                let mut band = Band::new(width, row, BAND_ROWS.min(height - row));
-                let rows = (row as i32, (row + BAND_ROWS).min(height) as i32);
-                for (i, triangle) in drawn.iter().enumerate() {
-                    if triangle.rows.0 < rows.1 && triangle.rows.1 > rows.0 {
-                        band.draw(i as u32, triangle);
-                    }
+            .enumerate()
+            .map(|(i, here)| {
+                let row = i * BAND_ROWS;
+                let mut band = Band::new(0..width, row, BAND_ROWS.min(height - row));
+                for index in here {
+                    band.draw(index, &drawn[index as usize]);
                 }
                 resolve(scene, &camera, pose, &surfaces, &drawn, &band)
             })
@@ -209,10 +212,24 @@ impl<'a> Renderer<'a> {
                 });
             }
             views[i].projected_px = projected(camera, mesh, &camera_from_vehicle);
-            views[i].own_samples = own_samples(camera, &drawn[first..]);
+            views[i].own_samples = own_samples(&drawn[first..]);
         }
         (surfaces, drawn, views)
     }
+}
+
+/// Which triangles reach into each band, in their order.
+fn by_band(drawn: &[Drawn], height: usize) -> Vec<Vec<u32>> {
+    let mut bands = vec![Vec::new(); height.div_ceil(BAND_ROWS)];
+    for (i, triangle) in drawn.iter().enumerate() {
+        let (first, end) = triangle.rows;
+        let first = (first.max(0) as usize / BAND_ROWS).min(bands.len());
+        let end = (end.max(0) as usize).div_ceil(BAND_ROWS).clamp(first, bands.len());
+        for band in &mut bands[first..end] {
+            band.push(i as u32);
+        }
+    }
+    bands
 }
 
 /// Box of all mesh corners; `None` when one is behind the camera.
@@ -231,12 +248,16 @@ pub(crate) fn projected(
 }
 
 /// Quarter pixels a vehicle covers when nothing else is there.
-fn own_samples(camera: &PinholeCamera, drawn: &[Drawn]) -> u64 {
-    let rows = drawn.iter().fold((i32::MAX, 0), |r, d| (r.0.min(d.rows.0), r.1.max(d.rows.1)));
-    if rows.0 >= rows.1 {
+fn own_samples(drawn: &[Drawn]) -> u64 {
+    let extent = |of: &dyn Fn(&Drawn) -> (i32, i32)| {
+        drawn.iter().map(of).fold((i32::MAX, 0), |all, one| (all.0.min(one.0), all.1.max(one.1)))
+    };
+    let (rows, columns) = (extent(&|d| d.rows), extent(&|d| d.columns));
+    if rows.0 >= rows.1 || columns.0 >= columns.1 {
         return 0;
     }
-    let mut band = Band::new(camera.width as usize, rows.0 as usize, (rows.1 - rows.0) as usize);
+    let columns = columns.0 as usize..columns.1 as usize;
+    let mut band = Band::new(columns, rows.0 as usize, (rows.1 - rows.0) as usize);
     drawn.iter().for_each(|d| band.draw(0, d));
     band.drawn.iter().filter(|d| **d != NOTHING).count() as u64
 }
