@@ -122,7 +122,9 @@ pub(super) fn resolve(
                 // Most pixels show one surface of the still world.
                 let (colour, road) = look(x as f64, y as f64, ids[0]);
                 out.light.push(colour);
-                out.depth_m.push(1.0 / nearest);
+                // In the middle of the pixel, where the nearest sample lies to one side.
+                let middle = |d: &Drawn| value(&d.inverse_depth, x as f64, y as f64) as f32;
+                out.depth_m.push(1.0 / drawn.get(ids[0] as usize).map_or(0.0, middle).max(0.0));
                 out.instance.push(0);
                 out.road.push((255.0 * road + 0.5) as u8);
                 continue;
