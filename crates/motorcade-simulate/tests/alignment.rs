@@ -55,3 +55,20 @@ fn a_half_size_picture_is_the_full_one_halved() {
     let found = shift(&matches(&half, &halved, still));
     assert!(found.norm() <= MOST_PX, "everything still: {found}");
 }
+
+#[test]
+fn blur_moves_nothing() {
+    let sharp = drive("straight", 6, 1242);
+    let sharp = View::of(&sharp, &Renderer::new(&sharp), 4);
+    for samples in [3, 4] {
+        let mut blurred = drive("straight", 6, 1242);
+        blurred.render.sensor.blur_samples = samples;
+        blurred.render.sensor.shutter_s = 0.012;
+        let blurred = View::of(&blurred, &Renderer::new(&blurred), 4);
+        assert_eq!(sharp.picture.depth_m, blurred.picture.depth_m);
+        let near = |x: usize, y: usize| sharp.is_road(x, y) && (6.0..16.0).contains(&sharp.depth_m(x, y));
+        let found = shift(&matches(&sharp, &blurred, near));
+        // Half the shutter's time would be 0.7 px on average.
+        assert!(found.norm() <= MOST_PX, "{samples} samples: {found}");
+    }
+}

@@ -56,45 +56,34 @@ impl<'a> Renderer<'a> {
     pub fn render(&self, frame: usize) -> Option<Picture> {
         let pose = *self.drive.site_from_camera.get(frame)?;
         let options = &self.drive.render;
-        let scene = self.scene(frame);
-        let mut picture = self.expose_once(&scene, frame, &pose);
+        let now = Moment { frame, later: 0.0 };
+        let (mut light, mut picture) = self.expose_once(&self.scene(now), now, &pose);
         let samples = options.sensor.blur_samples;
         if samples > 1 {
-            // The first exposure is at the frame's own time; the others follow through the shutter time.
-            for k in 1..samples {
-                let later = k as f64 / samples as f64 * options.sensor.shutter_s * options.fps;
-                let moved = self.pose_after(frame, later);
-                let more = self.expose_once(&scene, frame, &moved).0;
-                picture
-                    .0
-                    .par_iter_mut()
-                    .zip(more)
-                    .for_each(|(a, b)| *a = std::array::from_fn(|i| a[i] + b[i]));
+            // The frame's own time is the middle of the shutter's: blur moves nothing. An even number has no exposure
+            // there; the one above then tells depth and instances alone.
+            if samples.is_multiple_of(2) {
+                light.par_iter_mut().for_each(|c| *c = [0.0; 3]);
+            }
+            for k in (0..samples).filter(|k| 2 * k + 1 != samples) {
+                let share = (k as f64 + 0.5) / samples as f64 - 0.5;
+                let then = Moment { frame, later: share * options.sensor.shutter_s * options.fps };
+                let moved = at_moment(then, |i| self.drive.site_from_camera.get(i).copied()).unwrap_or(pose);
+                let more = self.expose_once(&self.scene(then), then, &moved).0;
+                light.par_iter_mut().zip(more).for_each(|(a, b)| {
+                    *a = [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+                });
             }
             let share = 1.0 / samples as f32;
-            picture.0.par_iter_mut().for_each(|c| *c = c.map(|v| v * share));
+            light.par_iter_mut().for_each(|c| *c = [c[0] * share, c[1] * share, c[2] * share]);
         }
-        let (light, mut picture) = picture;
         picture.rgb = sensor::expose(&light, options, self.drive.seed, frame);
         Some(picture)
     }
 
-    /// The camera a fraction of a frame later.
-    fn pose_after(&self, frame: usize, fraction: f64) -> Pose<Site, Camera> {
-        let poses = &self.drive.site_from_camera;
-        let here = poses[frame];
-        match (poses.get(frame + 1), frame.checked_sub(1).and_then(|i| poses.get(i))) {
-            (Some(next), _) => here.interpolate(next, fraction),
-            (None, Some(previous)) => {
-                here * (previous.inverse() * here).interpolate(&Pose::identity(), 1.0 - fraction)
-            }
-            (None, None) => here,
-        }
-    }
-
-    fn scene(&self, frame: usize) -> Scene<'_> {
+    fn scene(&self, moment: Moment) -> Scene<'_> {
         let caster = |v: &crate::vehicle::SimulatedVehicle| {
-            let pose = (*v.poses.get(frame)?)?;
+            let pose = at_moment(moment, |i| v.poses.get(i).copied().flatten())?;
             let forward = pose.transform_vector(&Vector3::x());
             Some(ShadowCaster {
                 centre: [pose.translation().x, pose.translation().y],
@@ -120,12 +109,12 @@ impl<'a> Renderer<'a> {
     fn expose_once(
         &self,
         scene: &Scene<'_>,
-        frame: usize,
+        moment: Moment,
         pose: &Pose<Site, Camera>,
     ) -> (Vec<Colour>, Picture) {
         let camera = self.drive.render.camera;
         let (width, height) = (camera.width as usize, camera.height as usize);
-        let (surfaces, drawn, mut views) = self.draw(&camera, frame, pose);
+        let (surfaces, drawn, mut views) = self.draw(&camera, moment, pose);
         let resolved: Vec<Resolved> = by_band(&drawn, height)
             .into_par_iter()
             .enumerate()
@@ -174,7 +163,7 @@ impl<'a> Renderer<'a> {
     fn draw(
         &self,
         camera: &PinholeCamera,
-        frame: usize,
+        moment: Moment,
         pose: &Pose<Site, Camera>,
     ) -> (Vec<Surface>, Vec<Drawn>, Vec<VehicleView>) {
         let (mut surfaces, mut drawn) = (Vec::new(), Vec::new());
@@ -193,7 +182,8 @@ impl<'a> Renderer<'a> {
         }
         let mut views = vec![VehicleView::default(); self.vehicles.len()];
         for (i, (mesh, vehicle)) in self.vehicles.iter().zip(&self.drive.vehicles).enumerate() {
-            let Some(site_from_vehicle) = vehicle.poses.get(frame).copied().flatten() else { continue };
+            let pose_at = |i: usize| vehicle.poses.get(i).copied().flatten();
+            let Some(site_from_vehicle) = at_moment(moment, pose_at) else { continue };
             let camera_from_vehicle = camera_from_site * site_from_vehicle;
             let reach = 0.5 * vehicle.size.to_vector().norm() + 0.5 * vehicle.size.height_m;
             if !in_sight(camera, &Point3::from(camera_from_vehicle.translation()), reach) {
@@ -216,6 +206,29 @@ impl<'a> Renderer<'a> {
         }
         (surfaces, drawn, views)
     }
+}
+
+/// A time: a frame's, and how many frames later (less than one, either way).
+#[derive(Clone, Copy)]
+struct Moment {
+    frame: usize,
+    later: f64,
+}
+
+/// Where something is at a moment, between or just beyond the frames that tell; `None` where its frame does not.
+fn at_moment<From>(
+    moment: Moment,
+    pose_at: impl Fn(usize) -> Option<Pose<Site, From>>,
+) -> Option<Pose<Site, From>> {
+    let Moment { frame, later } = moment;
+    let here = pose_at(frame)?;
+    let (next, previous) = (pose_at(frame + 1), frame.checked_sub(1).and_then(&pose_at));
+    Some(match (next, previous) {
+        // Straight on, also a little way back.
+        (Some(next), _) => here.interpolate(&next, later),
+        (None, Some(previous)) => here.interpolate(&previous, -later),
+        (None, None) => here,
+    })
 }
 
 /// Which triangles reach into each band, in their order.
