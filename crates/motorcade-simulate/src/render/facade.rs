@@ -6,17 +6,13 @@ use super::tile::floor;
 use crate::hash;
 
 pub(super) fn wall(textures: &Textures, b: &Building, f: &Fragment) -> Colour {
-    let (u, v) = (f.attributes[0] as f32, f.attributes[1] as f32);
+    let [u, v, _] = f.place();
     let print = f.footprint(0, 1);
     let [fu, fv] = print.extent();
+    let probe = print.probe();
     let shift = (b.seed % 97) as f32;
-    let fine = textures.noise.sample(u + shift, v, &print, 4.7);
-    let coarse = textures.noise.sample(
-        v + shift,
-        u,
-        &super::tile::Footprint { dx: [print.dx[1], print.dx[0]], dy: [print.dy[1], print.dy[0]] },
-        31.0,
-    );
+    let fine = textures.noise.sample(u + shift, v, &probe, 4.7);
+    let coarse = textures.noise.sample(v + shift, u, &probe.swapped(), 31.0);
     let mut tone = 1.0 + 0.12 * fine + 0.14 * coarse;
     if b.brick {
         let row = floor(v / 0.25);
@@ -44,6 +40,31 @@ pub(super) fn wall(textures: &Textures, b: &Building, f: &Fragment) -> Colour {
         * cover_periodic(up, lv - 0.12, lv + wv + 0.09, pv, fv)
         * rows;
     let pane = cover_periodic(u, lu, lu + wu, pu, fu) * cover_periodic(up, lv, lv + wv, pv, fv) * rows;
+    if frame > 0.0 || pane > 0.0 {
+        colour = window(b, colour, f, (frame, pane));
+    }
+    // A door or shop front on the ground floor of every third axis.
+    let low = cover(v, -9.0, 2.15, fv);
+    if low > 0.0 {
+        let door = cover_periodic(u, 1.0, 2.1, 3.0 * pu, fu) * low;
+        let doors = [
+            [0.30, 0.20, 0.13],
+            [0.16, 0.24, 0.20],
+            [0.35, 0.34, 0.33],
+            [0.20, 0.24, 0.32],
+            [0.42, 0.16, 0.13],
+        ];
+        colour = mixed(colour, scaled(doors[(b.seed % 5) as usize], 1.0 + 0.2 * fine), door);
+    }
+    colour
+}
+
+/// Glass and frame over the colour of the wall; `shares` are those of the pixel within the frame and within the pane.
+fn window(b: &Building, colour: Colour, f: &Fragment, (frame, pane): (f32, f32)) -> Colour {
+    let [u, v, _] = f.place();
+    let [fu, fv] = f.footprint(0, 1).extent();
+    let [pu, pv] = b.pitch_m;
+    let up = v - 1.6;
     let bar = cover_periodic(u, 0.5 * pu - 0.04, 0.5 * pu + 0.04, pu, fu);
     let (i, j) = (floor(u / pu) as i64, floor(up / pv) as i64);
     let near = (1.0 - 0.7 * (fu / pu).max(fv / pv)).clamp(0.0, 1.0);
@@ -51,21 +72,15 @@ pub(super) fn wall(textures: &Textures, b: &Building, f: &Fragment) -> Colour {
     let inner = (up / pv).fract();
     let glass = mixed([0.13, 0.15, 0.18], [0.52, 0.57, 0.62], lot * (0.35 + 0.65 * inner));
     let trim = if b.seed.is_multiple_of(3) { [0.30, 0.24, 0.20] } else { [0.82, 0.82, 0.80] };
-    colour = mixed(colour, trim, (frame - pane).max(0.0));
-    colour = mixed(colour, mixed(glass, trim, bar * 0.9), pane);
-    // A door or shop front on the ground floor of every third axis.
-    let door = cover_periodic(u, 1.0, 2.1, 3.0 * pu, fu) * cover(v, -9.0, 2.15, fv);
-    let doors =
-        [[0.30, 0.20, 0.13], [0.16, 0.24, 0.20], [0.35, 0.34, 0.33], [0.20, 0.24, 0.32], [0.42, 0.16, 0.13]];
-    let paint = doors[(b.seed % 5) as usize];
-    mixed(colour, scaled(paint, 1.0 + 0.2 * fine), door)
+    let framed = mixed(colour, trim, (frame - pane).max(0.0));
+    mixed(framed, mixed(glass, trim, bar * 0.9), pane)
 }
 
 pub(super) fn roof(textures: &Textures, b: &Building, f: &Fragment) -> Colour {
-    let (u, v) = (f.attributes[0] as f32, f.attributes[1] as f32);
+    let [u, v, _] = f.place();
     let print = f.footprint(0, 1);
     let [fu, fv] = print.extent();
-    let fine = textures.noise.sample(u, v, &print, 6.1);
+    let fine = textures.noise.sample(u, v, &print.probe(), 6.1);
     let rows = cover_periodic(v, 0.0, 0.08, 0.34, fv).max(0.6 * cover_periodic(u, 0.0, 0.05, 0.3, fu));
     scaled(b.roof, 1.0 + 0.25 * fine - 0.35 * rows)
 }

@@ -1,7 +1,7 @@
 //! The ground: carriageway with markings, patches, cracks and manholes, kerb stones, pavement, verge.
 
 use super::shade::{Colour, Fragment, Scene, cover, cover_periodic, mixed, scaled};
-use super::tile::{Footprint, floor};
+use super::tile::{Probe, floor};
 use crate::hash;
 use crate::motion::CROSSING_HALF_WIDTH_M;
 
@@ -14,17 +14,14 @@ const KERB_STONE_M: f32 = 0.16;
 /// Colour and share of carriageway at (s, d).
 pub(super) fn colour(scene: &Scene<'_>, f: &Fragment) -> (Colour, f32) {
     let road = &scene.drive.road;
-    let [s, d, h] = f.attributes.map(|a| a as f32);
+    let [s, d, h] = f.place();
     let print = f.footprint(0, 1);
     let [fs, fd] = print.extent();
+    let probe = print.probe();
     let noise = &scene.textures.noise;
     // Two periods that never meet again hide the repetition.
-    let fine = noise.sample(s, d, &print, 5.3);
-    let turned = Footprint {
-        dx: [0.8 * print.dx[0] + 0.6 * print.dx[1], 0.8 * print.dx[1] - 0.6 * print.dx[0]],
-        dy: [0.8 * print.dy[0] + 0.6 * print.dy[1], 0.8 * print.dy[1] - 0.6 * print.dy[0]],
-    };
-    let coarse = noise.sample(0.8 * s + 0.6 * d, 0.8 * d - 0.6 * s, &turned, 43.0);
+    let fine = noise.sample(s, d, &probe, 5.3);
+    let coarse = noise.sample(0.8 * s + 0.6 * d, 0.8 * d - 0.6 * s, &probe.turned(0.8, 0.6), 43.0);
 
     let half = road.half_width_m as f32;
     let on_crossing: f32 = road
@@ -41,7 +38,7 @@ pub(super) fn colour(scene: &Scene<'_>, f: &Fragment) -> (Colour, f32) {
 
     let mut colour = [0.0; 3];
     if street > 0.0 {
-        let spot = Spot { s, d, print: &print, fine, coarse, on_crossing };
+        let spot = Spot { s, d, extent: [fs, fd], probe: &probe, fine, coarse, on_crossing };
         colour = scaled(asphalt(scene, &spot), street);
     }
     if street < 1.0 {
@@ -51,70 +48,72 @@ pub(super) fn colour(scene: &Scene<'_>, f: &Fragment) -> (Colour, f32) {
         let kerb = if h < KERB_M as f32 * 0.95 { 1.0 } else { cover(across, 0.0, stones, fd) };
         let pavement = cover(across, stones, edge, fd) * (1.0 - kerb);
         let verge = (1.0 - kerb - pavement).max(0.0);
-        let joint = cover_periodic(s, 0.0, 0.02, 1.0, fs);
-        let kerb_colour = scaled([0.60, 0.60, 0.58], 1.0 + 0.16 * fine + 0.12 * coarse - 0.4 * joint);
-        let joints = cover_periodic(s, 0.0, 0.015, 0.6, fs).max(cover_periodic(d, 0.0, 0.015, 0.6, fd));
-        let slab = (hash::unit(7, floor(s / 0.6) as i64, floor(d / 0.6) as i64) - 0.5)
-            * (1.0 - fs.max(fd) / 0.6).clamp(0.0, 1.0);
-        let pavement_colour =
-            scaled([0.52, 0.50, 0.47], 1.0 + 0.16 * fine + 0.15 * coarse + 0.25 * slab - 0.35 * joints);
-        let verge_colour =
-            mixed([0.30, 0.37, 0.17], [0.42, 0.38, 0.26], (0.5 + 0.9 * coarse).clamp(0.0, 1.0));
-        let verge_colour = scaled(verge_colour, 1.0 + 0.4 * fine + 0.25 * coarse);
-        let off: Colour = std::array::from_fn(|i| {
-            kerb * kerb_colour[i] + pavement * pavement_colour[i] + verge * verge_colour[i]
-        });
-        for i in 0..3 {
-            colour[i] += (1.0 - street) * off[i];
+        let mut off = [0.0; 3];
+        if kerb > 0.0 {
+            let joint = cover_periodic(s, 0.0, 0.02, 1.0, fs);
+            let tone = 1.0 + 0.16 * fine + 0.12 * coarse - 0.4 * joint;
+            off = added(off, [0.60, 0.60, 0.58], kerb * tone);
         }
+        if pavement > 0.0 {
+            let joints = cover_periodic(s, 0.0, 0.015, 0.6, fs).max(cover_periodic(d, 0.0, 0.015, 0.6, fd));
+            let near = (1.0 - fs.max(fd) / 0.6).clamp(0.0, 1.0);
+            let slab = (hash::unit(7, floor(s / 0.6) as i64, floor(d / 0.6) as i64) - 0.5) * near;
+            let tone = 1.0 + 0.16 * fine + 0.15 * coarse + 0.25 * slab - 0.35 * joints;
+            off = added(off, [0.52, 0.50, 0.47], pavement * tone);
+        }
+        if verge > 0.0 {
+            let grass = mixed([0.30, 0.37, 0.17], [0.42, 0.38, 0.26], (0.5 + 0.9 * coarse).clamp(0.0, 1.0));
+            off = added(off, grass, verge * (1.0 + 0.4 * fine + 0.25 * coarse));
+        }
+        colour = added(colour, off, 1.0 - street);
     }
     (colour, street)
 }
 
+/// `share` of b on top of a.
+fn added(a: Colour, b: Colour, share: f32) -> Colour {
+    [a[0] + b[0] * share, a[1] + b[1] * share, a[2] + b[2] * share]
+}
 /// A pixel's place on the carriageway and what is known of it already.
 struct Spot<'a> {
     s: f32,
     d: f32,
-    print: &'a Footprint,
+    /// Of the pixel along and across \[m\].
+    extent: [f32; 2],
+    probe: &'a Probe,
     fine: f32,
     coarse: f32,
     on_crossing: f32,
 }
 
 fn asphalt(scene: &Scene<'_>, spot: &Spot<'_>) -> Colour {
-    let &Spot { s, d, print, fine, coarse, on_crossing } = spot;
-    let [fs, fd] = print.extent();
+    let &Spot { s, d, extent: [fs, fd], probe, fine, coarse, on_crossing } = spot;
     let half = scene.drive.road.half_width_m as f32;
     // Cracks are thinner than any far pixel: they fade out before they cost anything.
     let near = (1.2 - 4.0 * fs.min(fd).max(0.25 * fs.max(fd))).clamp(0.0, 1.0);
-    let cracks = if near > 0.0 { near * scene.textures.cracks.sample(s, d, print, 17.0) } else { 0.0 };
+    let cracks = if near > 0.0 { near * scene.textures.cracks.sample(s, d, probe, 17.0) } else { 0.0 };
     let mut grey = 0.36 + 0.075 * fine + 0.05 * coarse + 0.12 * cracks;
     // Wheel tracks are a little darker.
     let lane = (d.abs() - 1.75).abs();
     grey -= 0.025 * (1.0 - ((lane - 0.75) / 0.35).powi(2)).max(0.0);
-    // Mended places: one in most stretches of eight metres of each lane.
-    let cell = floor(s / 8.0);
-    for lane in [-1_i64, 1] {
-        let lot = |k: i64| hash::unit(scene.drive.seed ^ 0xa5fa, cell as i64 * 2 + lane.max(0), k);
-        if lot(0) < 0.7 {
-            let from = cell * 8.0 + 0.3 + 2.5 * lot(1);
-            let to = from + 0.7 + 4.0 * lot(2) * lot(2);
-            let middle = lane as f32 * (0.5 + (half - 1.6) * lot(3));
-            let wide = 0.35 + 0.7 * lot(4);
-            let inside = cover(s, from, to, fs) * cover(d, middle - wide, middle + wide, fd);
-            let rim = cover(s, from - 0.05, to + 0.05, fs)
-                * cover(d, middle - wide - 0.05, middle + wide + 0.05, fd);
-            grey += (0.14 * lot(5) - 0.11) * inside - 0.12 * (rim - inside);
+    for patch in scene.repairs.patches_at(s) {
+        let (middle, wide) = (patch.middle_m, patch.half_width_m);
+        let inside = cover(s, patch.from_m, patch.to_m, fs) * cover(d, middle - wide, middle + wide, fd);
+        let rim = cover(s, patch.from_m - 0.05, patch.to_m + 0.05, fs)
+            * cover(d, middle - wide - 0.05, middle + wide + 0.05, fd);
+        grey += patch.tone * inside - 0.12 * (rim - inside);
+    }
+    if let Some([ms, md]) = scene.repairs.manhole_at(s) {
+        let squared = (s - ms).powi(2) + (d - md).powi(2);
+        let soft = fs.min(2.0).max(fd);
+        // Beyond its rim there is nothing of it.
+        if squared < (0.33 + soft).powi(2) {
+            let radius = squared.sqrt();
+            grey -= 0.16
+                * cover(radius, -0.33, 0.33, soft)
+                * (1.0 - 0.35 * cover(radius, 0.14, 0.24, fs.max(fd)));
         }
     }
-    // A manhole cover now and then.
-    let cell = floor(s / 21.0);
-    let lot = |k: i64| hash::unit(scene.drive.seed ^ 0x3a9, cell as i64, k);
-    let (mx, my) = (cell * 21.0 + 3.0 + 15.0 * lot(0), (lot(1) - 0.5) * (half * 1.2));
-    let radius = ((s - mx).powi(2) + (d - my).powi(2)).sqrt();
-    grey -= 0.16
-        * cover(radius, -0.33, 0.33, fs.min(2.0).max(fd))
-        * (1.0 - 0.35 * cover(radius, 0.14, 0.24, fs.max(fd)));
     let mut colour = [grey, grey, grey * 1.02];
 
     // Paint, worn by the noise.

@@ -14,7 +14,8 @@ pub struct SensorOptions {
     pub exposure_drift: f64,
     /// Shutter time \[s\]; seen only with more than one blur sample.
     pub shutter_s: f64,
-    /// Pictures averaged over the shutter time; 1 for no motion blur. Time grows with it.
+    /// Pictures averaged over the shutter time, whose middle is the time of the frame; 1 for no motion blur. Time grows
+    /// with it, for even numbers by one picture more.
     pub blur_samples: usize,
 }
 

@@ -1,5 +1,7 @@
 //! Triangles to quarter pixels.
 
+use std::ops::Range;
+
 use motorcade_geometry::PinholeCamera;
 use nalgebra::{Point3, Vector3};
 
@@ -18,6 +20,8 @@ pub(super) type Linear = [f64; 3];
 pub(super) struct Drawn {
     /// Its rows, in pixels; the last one not included.
     pub rows: (i32, i32),
+    /// Its columns, likewise.
+    pub columns: (i32, i32),
     /// Inside where all three are ≥ 0.
     edges: [Linear; 3],
     /// Inverse depth.
@@ -28,6 +32,7 @@ pub(super) struct Drawn {
     pub surface: u32,
 }
 
+#[inline]
 pub(super) fn value(f: &Linear, x: f64, y: f64) -> f64 {
     f[0] * x + f[1] * y + f[2]
 }
@@ -107,6 +112,7 @@ fn setup(camera: &PinholeCamera, corners: &[Corner; 3], surface: u32) -> Option<
     let inverse = corners.map(|c| 1.0 / c.point.z);
     Some(Drawn {
         rows: ((min_y - 0.5).floor().max(0.0) as i32, (max_y + 1.5).ceil().min(height) as i32),
+        columns: ((min_x - 0.5).floor().max(0.0) as i32, (max_x + 1.5).ceil().min(width) as i32),
         edges,
         inverse_depth: through(inverse),
         attributes: std::array::from_fn(|k| {
@@ -117,8 +123,8 @@ fn setup(camera: &PinholeCamera, corners: &[Corner; 3], surface: u32) -> Option<
 }
 
 impl Drawn {
-    /// The quarter-pixel columns covered in the quarter-pixel row at image height `y`: first, last + 1.
-    pub(super) fn span(&self, y: f64, columns: i32) -> (i32, i32) {
+    /// Which of the quarter-pixel columns from `first` to `end` are covered in the quarter-pixel row at image height `y`.
+    pub(super) fn span(&self, y: f64, (first, end): (i32, i32)) -> (i32, i32) {
         let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
         for [a, b, c] in &self.edges {
             let rest = b * y + c;
@@ -131,14 +137,17 @@ impl Drawn {
             }
         }
         // Column k has its centre at k / 2 - 1/4.
-        let first = (2.0 * low + 0.5).ceil().max(0.0);
-        let end = (2.0 * high + 0.5).floor() + 1.0;
-        (first.min(f64::from(columns)) as i32, end.clamp(0.0, f64::from(columns)) as i32)
+        let (first, end) = (f64::from(first), f64::from(end));
+        let from = (2.0 * low + 0.5).ceil().clamp(first, end);
+        let to = ((2.0 * high + 0.5).floor() + 1.0).clamp(first, end);
+        (from as i32, to as i32)
     }
 }
 
 /// Quarter pixels of some rows of the image.
 pub(super) struct Band {
+    /// First quarter-pixel column.
+    first_column: usize,
     /// Quarter-pixel columns.
     pub columns: usize,
     /// First image row.
@@ -149,9 +158,16 @@ pub(super) struct Band {
 }
 
 impl Band {
-    pub(super) fn new(width: usize, row: usize, rows: usize) -> Self {
-        let samples = 4 * width * rows;
-        Self { columns: 2 * width, row, inverse_depth: vec![0.0; samples], drawn: vec![NOTHING; samples] }
+    /// Of these columns of the image and so many rows from `row` on.
+    pub(super) fn new(columns: Range<usize>, row: usize, rows: usize) -> Self {
+        let samples = 4 * columns.len() * rows;
+        Self {
+            first_column: 2 * columns.start,
+            columns: 2 * columns.len(),
+            row,
+            inverse_depth: vec![0.0; samples],
+            drawn: vec![NOTHING; samples],
+        }
     }
 
     /// Keeps what is nearest.
@@ -161,20 +177,26 @@ impl Band {
         let last = (2 * (triangle.rows.1 - self.row as i32)).clamp(0, rows as i32) as usize;
         for r in first..last {
             let y = self.row as f64 + 0.5 * r as f64 - 0.25;
-            let (from, to) = triangle.span(y, self.columns as i32);
+            let sides = (self.first_column as i32, (self.first_column + self.columns) as i32);
+            let (from, to) = triangle.span(y, sides);
             if from >= to {
                 continue;
             }
             let step = 0.5 * triangle.inverse_depth[0];
             let start = value(&triangle.inverse_depth, 0.5 * f64::from(from) - 0.25, y);
-            let line = r * self.columns;
-            for (i, column) in (from as usize..to as usize).enumerate() {
-                let inverse = (start + step * i as f64) as f32;
-                let at = line + column;
-                if inverse > self.inverse_depth[at] {
-                    self.inverse_depth[at] = inverse;
-                    self.drawn[at] = index;
-                }
+            let place = |column: i32| r * self.columns + column as usize - self.first_column;
+            let span = place(from)..place(to);
+            let (Some(depths), Some(shown)) =
+                (self.inverse_depth.get_mut(span.clone()), self.drawn.get_mut(span))
+            else {
+                continue;
+            };
+            // Both are always written: without a branch several samples go at a time.
+            for (i, (depth, drawn)) in depths.iter_mut().zip(shown).enumerate() {
+                let inverse = (start + step * f64::from(i as u32 as i32)) as f32;
+                let nearer = inverse > *depth;
+                *depth = if nearer { inverse } else { *depth };
+                *drawn = if nearer { index } else { *drawn };
             }
         }
     }

@@ -9,8 +9,10 @@ use super::air::Air;
 use super::mesh::{Building, Chunk, Mesh};
 use super::picture::{Picture, VehicleView};
 use super::raster::{Band, Drawn, NOTHING, facing, project};
+use super::repairs::Repairs;
 use super::resolve::{Resolved, Seen, Surface, resolve};
-use super::shade::{Colour, Scene, ShadowCaster, Textures};
+use super::shade::{Colour, Scene, Textures};
+use super::shadow::{ShadowCaster, Shadows};
 use super::{sensor, vehicle_mesh};
 use crate::drive::Drive;
 use crate::form::Form;
@@ -32,6 +34,7 @@ pub struct Renderer<'a> {
     vehicles: Vec<Mesh>,
     forms: Vec<Form>,
     textures: Textures,
+    repairs: Repairs,
 }
 
 impl<'a> Renderer<'a> {
@@ -45,6 +48,7 @@ impl<'a> Renderer<'a> {
             vehicles: drive.vehicles.iter().map(vehicle_mesh::mesh).collect(),
             forms: drive.vehicles.iter().map(crate::vehicle::SimulatedVehicle::form).collect(),
             textures: Textures::new(hash::mix(drive.seed ^ 0x7e87)),
+            repairs: Repairs::of(&drive.road, drive.seed),
         }
     }
 
@@ -52,45 +56,34 @@ impl<'a> Renderer<'a> {
     pub fn render(&self, frame: usize) -> Option<Picture> {
         let pose = *self.drive.site_from_camera.get(frame)?;
         let options = &self.drive.render;
-        let scene = self.scene(frame);
-        let mut picture = self.expose_once(&scene, frame, &pose);
+        let now = Moment { frame, later: 0.0 };
+        let (mut light, mut picture) = self.expose_once(&self.scene(now), now, &pose);
         let samples = options.sensor.blur_samples;
         if samples > 1 {
-            // The first exposure is at the frame's own time; the others follow through the shutter time.
-            for k in 1..samples {
-                let later = k as f64 / samples as f64 * options.sensor.shutter_s * options.fps;
-                let moved = self.pose_after(frame, later);
-                let more = self.expose_once(&scene, frame, &moved).0;
-                picture
-                    .0
-                    .par_iter_mut()
-                    .zip(more)
-                    .for_each(|(a, b)| *a = std::array::from_fn(|i| a[i] + b[i]));
+            // The frame's own time is the middle of the shutter's: blur moves nothing. An even number has no exposure
+            // there; the one above then tells depth and instances alone.
+            if samples.is_multiple_of(2) {
+                light.par_iter_mut().for_each(|c| *c = [0.0; 3]);
+            }
+            for k in (0..samples).filter(|k| 2 * k + 1 != samples) {
+                let share = (k as f64 + 0.5) / samples as f64 - 0.5;
+                let then = Moment { frame, later: share * options.sensor.shutter_s * options.fps };
+                let moved = at_moment(then, |i| self.drive.site_from_camera.get(i).copied()).unwrap_or(pose);
+                let more = self.expose_once(&self.scene(then), then, &moved).0;
+                light.par_iter_mut().zip(more).for_each(|(a, b)| {
+                    *a = [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+                });
             }
             let share = 1.0 / samples as f32;
-            picture.0.par_iter_mut().for_each(|c| *c = c.map(|v| v * share));
+            light.par_iter_mut().for_each(|c| *c = [c[0] * share, c[1] * share, c[2] * share]);
         }
-        let (light, mut picture) = picture;
         picture.rgb = sensor::expose(&light, options, self.drive.seed, frame);
         Some(picture)
     }
 
-    /// The camera a fraction of a frame later.
-    fn pose_after(&self, frame: usize, fraction: f64) -> Pose<Site, Camera> {
-        let poses = &self.drive.site_from_camera;
-        let here = poses[frame];
-        match (poses.get(frame + 1), frame.checked_sub(1).and_then(|i| poses.get(i))) {
-            (Some(next), _) => here.interpolate(next, fraction),
-            (None, Some(previous)) => {
-                here * (previous.inverse() * here).interpolate(&Pose::identity(), 1.0 - fraction)
-            }
-            (None, None) => here,
-        }
-    }
-
-    fn scene(&self, frame: usize) -> Scene<'_> {
+    fn scene(&self, moment: Moment) -> Scene<'_> {
         let caster = |v: &crate::vehicle::SimulatedVehicle| {
-            let pose = (*v.poses.get(frame)?)?;
+            let pose = at_moment(moment, |i| v.poses.get(i).copied().flatten())?;
             let forward = pose.transform_vector(&Vector3::x());
             Some(ShadowCaster {
                 centre: [pose.translation().x, pose.translation().y],
@@ -104,9 +97,10 @@ impl<'a> Renderer<'a> {
             drive: self.drive,
             buildings: &self.buildings,
             textures: &self.textures,
+            repairs: &self.repairs,
             forms: &self.forms,
             air: Air::of(&self.drive.render),
-            casters: self.drive.vehicles.iter().filter_map(caster).collect(),
+            shadows: Shadows::new(&self.drive.vehicles.iter().filter_map(caster).collect::<Vec<_>>()),
             sun: Vector3::new(0.45, -0.55, 0.70).normalize(),
         }
     }
@@ -115,22 +109,20 @@ impl<'a> Renderer<'a> {
     fn expose_once(
         &self,
         scene: &Scene<'_>,
-        frame: usize,
+        moment: Moment,
         pose: &Pose<Site, Camera>,
     ) -> (Vec<Colour>, Picture) {
         let camera = self.drive.render.camera;
         let (width, height) = (camera.width as usize, camera.height as usize);
-        let (surfaces, drawn, mut views) = self.draw(&camera, frame, pose);
-        let bands: Vec<usize> = (0..height).step_by(BAND_ROWS).collect();
-        let resolved: Vec<Resolved> = bands
+        let (surfaces, drawn, mut views) = self.draw(&camera, moment, pose);
+        let resolved: Vec<Resolved> = by_band(&drawn, height)
             .into_par_iter()
-            .map(|row| {
-                let mut band = Band::new(width, row, BAND_ROWS.min(height - row));
-                let rows = (row as i32, (row + BAND_ROWS).min(height) as i32);
-                for (i, triangle) in drawn.iter().enumerate() {
-                    if triangle.rows.0 < rows.1 && triangle.rows.1 > rows.0 {
-                        band.draw(i as u32, triangle);
-                    }
+            .enumerate()
+            .map(|(i, here)| {
+                let row = i * BAND_ROWS;
+                let mut band = Band::new(0..width, row, BAND_ROWS.min(height - row));
+                for index in here {
+                    band.draw(index, &drawn[index as usize]);
                 }
                 resolve(scene, &camera, pose, &surfaces, &drawn, &band)
             })
@@ -171,7 +163,7 @@ impl<'a> Renderer<'a> {
     fn draw(
         &self,
         camera: &PinholeCamera,
-        frame: usize,
+        moment: Moment,
         pose: &Pose<Site, Camera>,
     ) -> (Vec<Surface>, Vec<Drawn>, Vec<VehicleView>) {
         let (mut surfaces, mut drawn) = (Vec::new(), Vec::new());
@@ -190,7 +182,8 @@ impl<'a> Renderer<'a> {
         }
         let mut views = vec![VehicleView::default(); self.vehicles.len()];
         for (i, (mesh, vehicle)) in self.vehicles.iter().zip(&self.drive.vehicles).enumerate() {
-            let Some(site_from_vehicle) = vehicle.poses.get(frame).copied().flatten() else { continue };
+            let pose_at = |i: usize| vehicle.poses.get(i).copied().flatten();
+            let Some(site_from_vehicle) = at_moment(moment, pose_at) else { continue };
             let camera_from_vehicle = camera_from_site * site_from_vehicle;
             let reach = 0.5 * vehicle.size.to_vector().norm() + 0.5 * vehicle.size.height_m;
             if !in_sight(camera, &Point3::from(camera_from_vehicle.translation()), reach) {
@@ -209,10 +202,47 @@ impl<'a> Renderer<'a> {
                 });
             }
             views[i].projected_px = projected(camera, mesh, &camera_from_vehicle);
-            views[i].own_samples = own_samples(camera, &drawn[first..]);
+            views[i].own_samples = own_samples(&drawn[first..]);
         }
         (surfaces, drawn, views)
     }
+}
+
+/// A time: a frame's, and how many frames later (less than one, either way).
+#[derive(Clone, Copy)]
+struct Moment {
+    frame: usize,
+    later: f64,
+}
+
+/// Where something is at a moment, between or just beyond the frames that tell; `None` where its frame does not.
+fn at_moment<From>(
+    moment: Moment,
+    pose_at: impl Fn(usize) -> Option<Pose<Site, From>>,
+) -> Option<Pose<Site, From>> {
+    let Moment { frame, later } = moment;
+    let here = pose_at(frame)?;
+    let (next, previous) = (pose_at(frame + 1), frame.checked_sub(1).and_then(&pose_at));
+    Some(match (next, previous) {
+        // Straight on, also a little way back.
+        (Some(next), _) => here.interpolate(&next, later),
+        (None, Some(previous)) => here.interpolate(&previous, -later),
+        (None, None) => here,
+    })
+}
+
+/// Which triangles reach into each band, in their order.
+fn by_band(drawn: &[Drawn], height: usize) -> Vec<Vec<u32>> {
+    let mut bands = vec![Vec::new(); height.div_ceil(BAND_ROWS)];
+    for (i, triangle) in drawn.iter().enumerate() {
+        let (first, end) = triangle.rows;
+        let first = (first.max(0) as usize / BAND_ROWS).min(bands.len());
+        let end = (end.max(0) as usize).div_ceil(BAND_ROWS).clamp(first, bands.len());
+        for band in &mut bands[first..end] {
+            band.push(i as u32);
+        }
+    }
+    bands
 }
 
 /// Box of all mesh corners; `None` when one is behind the camera.
@@ -231,12 +261,16 @@ pub(crate) fn projected(
 }
 
 /// Quarter pixels a vehicle covers when nothing else is there.
-fn own_samples(camera: &PinholeCamera, drawn: &[Drawn]) -> u64 {
-    let rows = drawn.iter().fold((i32::MAX, 0), |r, d| (r.0.min(d.rows.0), r.1.max(d.rows.1)));
-    if rows.0 >= rows.1 {
+fn own_samples(drawn: &[Drawn]) -> u64 {
+    let extent = |of: &dyn Fn(&Drawn) -> (i32, i32)| {
+        drawn.iter().map(of).fold((i32::MAX, 0), |all, one| (all.0.min(one.0), all.1.max(one.1)))
+    };
+    let (rows, columns) = (extent(&|d| d.rows), extent(&|d| d.columns));
+    if rows.0 >= rows.1 || columns.0 >= columns.1 {
         return 0;
     }
-    let mut band = Band::new(camera.width as usize, rows.0 as usize, (rows.1 - rows.0) as usize);
+    let columns = columns.0 as usize..columns.1 as usize;
+    let mut band = Band::new(columns, rows.0 as usize, (rows.1 - rows.0) as usize);
     drawn.iter().for_each(|d| band.draw(0, d));
     band.drawn.iter().filter(|d| **d != NOTHING).count() as u64
 }

@@ -50,6 +50,31 @@ impl Seen {
     }
 }
 
+/// Rays of the pixels in the site, one metre deep: linear in the pixel.
+struct Rays {
+    eye: Point3<f64>,
+    /// Of the pixel (0, 0), and its change to the next pixel right and down.
+    first: Vector3<f64>,
+    right: Vector3<f64>,
+    down: Vector3<f64>,
+}
+
+impl Rays {
+    fn of(camera: &PinholeCamera, pose: &Pose<Site, Camera>) -> Self {
+        let at = |x: f64, y: f64| pose.transform_vector(&camera.ray(&Point2::new(x, y)));
+        let first = at(0.0, 0.0);
+        Self {
+            eye: pose.translation().into(),
+            first,
+            right: at(1.0, 0.0) - first,
+            down: at(0.0, 1.0) - first,
+        }
+    }
+    fn at(&self, x: f64, y: f64) -> Vector3<f64> {
+        self.first + self.right * x + self.down * y
+    }
+}
+
 /// Shades the pixels of a band.
 pub(super) fn resolve(
     scene: &Scene<'_>,
@@ -68,17 +93,18 @@ pub(super) fn resolve(
         road: Vec::with_capacity(width * rows),
         seen: Vec::new(),
     };
+    let rays = Rays::of(camera, pose);
     // Colour and share of carriageway of what is drawn at a place.
     let look = |px: f64, py: f64, id: u32| -> (Colour, f32) {
-        let ray_in_camera = camera.ray(&Point2::new(px, py));
+        let ray = rays.at(px, py);
         match drawn.get(id as usize) {
             None => {
-                let direction = pose.transform_vector(&ray_in_camera.normalize());
+                let direction = ray.normalize();
                 (sky::colour(scene.textures, &scene.air, &direction, 1.0 / camera.fx), 0.0)
             }
             Some(triangle) => {
                 let surface = &surfaces[triangle.surface as usize];
-                let shaded = shade(scene, &fragment(pose, surface, triangle, &ray_in_camera, px, py));
+                let shaded = shade(scene, &fragment(&rays.eye, surface, triangle, &ray, (px, py)));
                 (shaded.colour, shaded.road)
             }
         }
@@ -86,16 +112,19 @@ pub(super) fn resolve(
     for r in 0..rows {
         let y = band.row + r;
         for x in 0..width {
-            let at = |k: usize| (2 * r + k / 2) * band.columns + 2 * x + k % 2;
-            let ids: [u32; 4] = std::array::from_fn(|k| band.drawn[at(k)]);
-            let nearest = (0..4).map(|k| band.inverse_depth[at(k)]).fold(0.0, f32::max);
+            let (upper, lower) = (2 * r * band.columns + 2 * x, (2 * r + 1) * band.columns + 2 * x);
+            let ids = [band.drawn[upper], band.drawn[upper + 1], band.drawn[lower], band.drawn[lower + 1]];
+            let depths = &band.inverse_depth;
+            let nearest = depths[upper].max(depths[upper + 1]).max(depths[lower]).max(depths[lower + 1]);
             if ids == [ids[0]; 4]
                 && drawn.get(ids[0] as usize).is_none_or(|d| surfaces[d.surface as usize].owner == 0)
             {
                 // Most pixels show one surface of the still world.
                 let (colour, road) = look(x as f64, y as f64, ids[0]);
                 out.light.push(colour);
-                out.depth_m.push(1.0 / nearest);
+                // In the middle of the pixel, where the nearest sample lies to one side.
+                let middle = |d: &Drawn| value(&d.inverse_depth, x as f64, y as f64) as f32;
+                out.depth_m.push(1.0 / drawn.get(ids[0] as usize).map_or(0.0, middle).max(0.0));
                 out.instance.push(0);
                 out.road.push((255.0 * road + 0.5) as u8);
                 continue;
@@ -122,7 +151,8 @@ pub(super) fn resolve(
                 let share = 0.25 * count as f32;
                 let (colour, on_road) = look(px, py, ids[k]);
                 road += share * on_road;
-                light = std::array::from_fn(|i| light[i] + share * colour[i]);
+                let [r, g, b] = colour;
+                light = [light[0] + share * r, light[1] + share * g, light[2] + share * b];
             }
             for (k, owner) in owners.iter().enumerate().filter(|o| *o.1 > 0) {
                 let vehicle = usize::from(*owner) - 1;
@@ -159,28 +189,31 @@ fn same_surface(surfaces: &[Surface], drawn: &[Drawn], a: u32, b: u32) -> bool {
 }
 
 fn fragment(
-    pose: &Pose<Site, Camera>,
+    eye: &Point3<f64>,
     surface: &Surface,
     triangle: &Drawn,
     ray: &Vector3<f64>,
-    x: f64,
-    y: f64,
+    (x, y): (f64, f64),
 ) -> Fragment {
-    let depth_m = 1.0 / value(&triangle.inverse_depth, x, y).max(1e-4);
-    let attributes = triangle.attributes.map(|a| value(&a, x, y) * depth_m);
+    let inverse = &triangle.inverse_depth;
+    let depth_m = 1.0 / value(inverse, x, y).max(1e-4);
+    let [a, b, c] = &triangle.attributes;
+    let at = [value(a, x, y) * depth_m, value(b, x, y) * depth_m, value(c, x, y) * depth_m];
     // d(a / w) = (da - (a / w) dw) / w
-    let slope = |axis: usize| -> [f64; 3] {
-        std::array::from_fn(|k| {
-            (triangle.attributes[k][axis] - attributes[k] * triangle.inverse_depth[axis]) * depth_m
-        })
+    let slope = |k: usize| {
+        [
+            (a[k] - at[0] * inverse[k]) * depth_m,
+            (b[k] - at[1] * inverse[k]) * depth_m,
+            (c[k] - at[2] * inverse[k]) * depth_m,
+        ]
     };
     Fragment {
         material: surface.material,
-        attributes,
+        attributes: at,
         dx: slope(0),
         dy: slope(1),
         normal: surface.normal,
-        point_in_site: pose.transform_point(&Point3::from(ray * depth_m)),
+        point_in_site: eye + ray * depth_m,
         depth_m,
         owner: surface.owner,
     }

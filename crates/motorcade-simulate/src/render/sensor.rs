@@ -1,6 +1,6 @@
 //! From light to grey levels.
 
-use image::{Rgb, RgbImage};
+use image::RgbImage;
 use rayon::prelude::*;
 
 use super::options::RenderOptions;
@@ -34,8 +34,9 @@ pub(super) fn expose(light: &[Colour], options: &RenderOptions, seed: u64, frame
             // Most of a pixel's noise is shared by its colours, as after demosaicking.
             let shared = if noise > 0.0 { noise * hash::normal(key ^ place) } else { 0.0 };
             // The cast cuts off at 0 and 255; adding a half before rounds.
-            let Rgb(levels) = Rgb(colour.map(|c| (gain * c + shared + 0.5) as u8));
-            to.copy_from_slice(&levels);
+            for (to, c) in to.iter_mut().zip(colour) {
+                *to = (gain * c + shared + 0.5) as u8;
+            }
         }
     });
     image

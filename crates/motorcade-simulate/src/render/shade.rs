@@ -4,6 +4,8 @@ use nalgebra::{Point3, Vector3};
 
 use super::air::Air;
 use super::mesh::{Building, Material};
+use super::repairs::Repairs;
+use super::shadow::Shadows;
 use super::tile::{Footprint, Tile, floor};
 use super::{facade, ground, vehicle_paint};
 use crate::drive::Drive;
@@ -36,25 +38,16 @@ impl Textures {
     }
 }
 
-/// Where a vehicle stands, for the shadow below it.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct ShadowCaster {
-    pub centre: [f64; 2],
-    pub forward: [f64; 2],
-    pub half_length_m: f64,
-    pub half_width_m: f64,
-    pub height_m: f64,
-}
-
 /// Everything colours depend on at one frame.
 pub(super) struct Scene<'a> {
     pub drive: &'a Drive,
     pub buildings: &'a [Building],
     pub textures: &'a Textures,
+    pub repairs: &'a Repairs,
     /// One a vehicle.
     pub forms: &'a [Form],
     pub air: Air,
-    pub casters: Vec<ShadowCaster>,
+    pub shadows: Shadows,
     /// Towards the sun, in the site.
     pub sun: Vector3<f64>,
 }
@@ -75,10 +68,15 @@ pub(super) struct Fragment {
 }
 
 impl Fragment {
+    /// The attributes, rounded.
+    pub(super) fn place(&self) -> [f32; 3] {
+        let [a, b, c] = self.attributes;
+        [a as f32, b as f32, c as f32]
+    }
     /// Footprint in two of the attributes.
     pub(super) fn footprint(&self, i: usize, j: usize) -> Footprint {
-        let pair = |d: &[f64; 3]| [d[i] as f32, d[j] as f32];
-        Footprint { dx: pair(&self.dx), dy: pair(&self.dy) }
+        let (dx, dy) = (&self.dx, &self.dy);
+        Footprint { dx: [dx[i] as f32, dx[j] as f32], dy: [dy[i] as f32, dy[j] as f32] }
     }
 }
 
@@ -104,17 +102,16 @@ pub(super) fn shade(scene: &Scene<'_>, f: &Fragment) -> Shaded {
             scene.buildings.get(i as usize).map_or(scene.air.haze, |b| facade::roof(scene.textures, b, f))
         }
         Material::Post(colour) => {
-            let print = f.footprint(0, 1);
+            let print = f.footprint(0, 1).probe();
             let grain =
                 scene.textures.noise.sample(f.attributes[0] as f32, f.attributes[1] as f32, &print, 2.3);
             scaled(colour, 1.0 + 0.25 * grain)
         }
         Material::Leaves(colour) => {
-            let print = f.footprint(0, 1);
+            let print = f.footprint(0, 1).probe();
             let (u, v) = (f.attributes[0] as f32, f.attributes[1] as f32);
             let grain = scene.textures.noise.sample(u, v, &print, 5.1);
-            let clumps =
-                scene.textures.noise.sample(v + 0.3, u, &Footprint { dx: print.dy, dy: print.dx }, 23.0);
+            let clumps = scene.textures.noise.sample(v + 0.3, u, &print.swapped(), 23.0);
             scaled(colour, f.attributes[2] as f32 * (1.0 + 0.55 * grain + 0.3 * clumps))
         }
         Material::Skin(part) => {
@@ -124,11 +121,11 @@ pub(super) fn shade(scene: &Scene<'_>, f: &Fragment) -> Shaded {
         }
     };
     let air = &scene.air;
-    let clear = 1.0 - air.overcast;
     let sun = f.normal.dot(&scene.sun).max(0.0) as f32;
     // The sky lights from above, the street throws a little back.
     let sky = 0.5 + 0.5 * f.normal.z as f32;
-    let shadow = if f.owner == 0 { shadow(scene, &f.point_in_site) } else { 1.0 };
+    let clear = 1.0 - air.overcast;
+    let shadow = if f.owner == 0 { scene.shadows.light_at(&f.point_in_site, &scene.sun, clear) } else { 1.0 };
     let light =
         (0.42 + 0.28 * sky) * (0.35 + 0.65 * shadow) + (0.45 * clear * sun + 0.18 * (1.0 - clear)) * shadow;
     let mut colour = scaled(base, light * air.brightness);
@@ -146,7 +143,7 @@ pub(super) fn shade(scene: &Scene<'_>, f: &Fragment) -> Shaded {
 /// Wet ground: darker, and at grazing angles a mirror of the sky, more so where water stands.
 fn wet(scene: &Scene<'_>, f: &Fragment, colour: Colour, road: f32) -> Colour {
     let (s, d) = (f.attributes[0] as f32, f.attributes[1] as f32);
-    let pools = scene.textures.clouds.sample(s, d, &f.footprint(0, 1), 61.0);
+    let pools = scene.textures.clouds.sample(s, d, &f.footprint(0, 1).probe(), 61.0);
     let dark = scaled(colour, 1.0 - scene.air.wet * (0.38 + 0.12 * pools));
     // Schlick's approximation for water; rough asphalt spoils most of the mirror.
     let to_eye = (1.0 / f.depth_m.max(1.0)) as f32 * 1.65;
@@ -155,45 +152,20 @@ fn wet(scene: &Scene<'_>, f: &Fragment, colour: Colour, road: f32) -> Colour {
     mixed(dark, scaled(scene.air.haze, 1.05), share * (0.4 + 0.6 * road))
 }
 
-/// 1 in the open, less under and beside vehicles.
-fn shadow(scene: &Scene<'_>, point: &Point3<f64>) -> f32 {
-    let mut light = 1.0_f64;
-    for caster in &scene.casters {
-        let (dx, dy) = (point.x - caster.centre[0], point.y - caster.centre[1]);
-        let reach = caster.half_length_m + caster.height_m + 1.0;
-        if dx.abs() > reach || dy.abs() > reach {
-            continue;
-        }
-        let outside = |dx: f64, dy: f64| {
-            let along = (dx * caster.forward[0] + dy * caster.forward[1]).abs() - caster.half_length_m;
-            let across = (dy * caster.forward[0] - dx * caster.forward[1]).abs() - caster.half_width_m;
-            let (a, b) = (along.max(0.0), across.max(0.0));
-            (a * a + b * b).sqrt() + along.max(across).min(0.0)
-        };
-        // Dark below the body, fading within half a metre of its edge.
-        let below = ((0.45 - outside(dx, dy)) / 0.60).clamp(0.0, 1.0);
-        light *= 1.0 - 0.92 * below * below * (3.0 - 2.0 * below);
-        let clear = 1.0 - f64::from(scene.air.overcast);
-        let throw = 0.5 * caster.height_m / scene.sun.z.max(0.2);
-        let cast =
-            ((0.10 - outside(dx + throw * scene.sun.x, dy + throw * scene.sun.y)) / 0.25).clamp(0.0, 1.0);
-        light = light.min(1.0 - 0.55 * clear * cast);
-    }
-    light as f32
-}
-
 #[inline]
 pub(super) fn scaled(colour: Colour, factor: f32) -> Colour {
-    colour.map(|c| c * factor)
+    let [r, g, b] = colour;
+    [r * factor, g * factor, b * factor]
 }
 
 /// `share` of b in a.
 #[inline]
 pub(super) fn mixed(a: Colour, b: Colour, share: f32) -> Colour {
-    std::array::from_fn(|i| a[i] + (b[i] - a[i]) * share)
+    [a[0] + (b[0] - a[0]) * share, a[1] + (b[1] - a[1]) * share, a[2] + (b[2] - a[2]) * share]
 }
 
 /// Share of [low, high] in an interval of the given width about x.
+#[inline]
 pub(super) fn cover(x: f32, low: f32, high: f32, width: f32) -> f32 {
     let width = width.max(1e-4);
     let (a, b) = ((x - 0.5 * width).max(low), (x + 0.5 * width).min(high));
@@ -201,14 +173,16 @@ pub(super) fn cover(x: f32, low: f32, high: f32, width: f32) -> f32 {
 }
 
 /// The same for [low, high] repeated every `period`, all within one period; exact for any width.
+#[inline]
 pub(super) fn cover_periodic(x: f32, low: f32, high: f32, period: f32, width: f32) -> f32 {
     let width = width.max(1e-4);
+    let rate = 1.0 / period;
     // Integral from 0 of the indicator of the stripes.
     let integral = |x: f32| {
-        let whole = floor(x / period);
+        let whole = floor(x * rate);
         whole * (high - low) + (x - whole * period - low).clamp(0.0, high - low)
     };
-    let x = x - period * floor(x / period);
+    let x = x - period * floor(x * rate);
     ((integral(x + 0.5 * width) - integral(x - 0.5 * width)) / width).clamp(0.0, 1.0)
 }
 

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::air::Air;
 use super::shade::{Colour, Textures, mixed, scaled};
-use super::tile::Footprint;
+use super::tile::Probe;
 
 /// Colour in a direction (unit vector, site); `pixel_rad` is the angle of a pixel.
 pub(super) fn colour(textures: &Textures, air: &Air, direction: &Vector3<f64>, pixel_rad: f64) -> Colour {
@@ -13,7 +13,7 @@ pub(super) fn colour(textures: &Textures, air: &Air, direction: &Vector3<f64>, p
     // Hills all around, a few degrees high, closed over the full turn; higher up there is nothing of them.
     let low = z < 0.028 + angle;
     let round = if low { y.atan2(x) / std::f32::consts::TAU } else { 0.0 };
-    let print = |scale: f32| Footprint { dx: [angle * scale, 0.0], dy: [0.0, angle * scale] };
+    let print = |scale: f32| Probe::square(angle * scale);
     let mut hill = 0.0;
     if low {
         let ridge = textures.clouds.sample(round * 64.0, 7.3, &print(10.0), 64.0);
@@ -28,12 +28,7 @@ pub(super) fn colour(textures: &Textures, air: &Air, direction: &Vector3<f64>, p
         // Clouds on a plane a kilometre up.
         let reach = 1.0 / up;
         let along = angle * reach * reach;
-        let cloud = textures.clouds.sample(
-            x * reach,
-            y * reach,
-            &Footprint { dx: [along, 0.0], dy: [0.0, along] },
-            4.3,
-        );
+        let cloud = textures.clouds.sample(x * reach, y * reach, &Probe::square(along), 4.3);
         let fade = ((z - 0.02) / 0.10).clamp(0.0, 1.0);
         let share = (0.25 + 0.4 * air.overcast + 1.1 * cloud).clamp(0.0, 1.0) * fade;
         sky = mixed(sky, air.cloud, share * 0.85);

@@ -4,15 +4,22 @@ use rayon::prelude::*;
 
 use crate::hash;
 
+/// Binary logarithm of the texels along a side.
+const BITS: u32 = 9;
 /// Texels along a side.
-const SIZE: usize = 512;
+const SIZE: usize = 1 << BITS;
 /// Most samples along the long axis of a footprint.
 const TAPS: f32 = 5.0;
+/// Steps of a byte for a change by 1; the byte 128 stands for 0.
+const STEPS: f32 = 127.0;
 
 /// One period of noise, values about 0 within ±1, every coarser level the mean of the finer.
 #[derive(Clone, Debug)]
 pub(crate) struct Tile {
-    levels: Vec<Vec<f32>>,
+    /// A texel with its right, lower and lower right neighbour, a byte each from the lowest on: one load a sample.
+    /// Blocks of 4×4 fill a line of the cache, so that walking either way mostly stays in it. Sides from `SIZE` down to
+    /// 4, then the mean alone, as 4 by 4 once more.
+    levels: Vec<Vec<u32>>,
 }
 
 /// The two edges of a pixel's footprint in texture coordinates \[m\].
@@ -22,13 +29,50 @@ pub(crate) struct Footprint {
     pub dy: [f32; 2],
 }
 
+/// What matters of a footprint for sampling: worked out once, whatever is sampled.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Probe {
+    /// The longer edge \[m\].
+    axis: [f32; 2],
+    /// Its length and the width across it \[m\].
+    long: f32,
+    short: f32,
+}
+
 impl Footprint {
-    pub(crate) fn scaled(self, factor: f32) -> Self {
-        Self { dx: self.dx.map(|v| v * factor), dy: self.dy.map(|v| v * factor) }
-    }
     /// Extent along the first and second coordinate.
     pub(crate) fn extent(&self) -> [f32; 2] {
         [self.dx[0].abs() + self.dy[0].abs(), self.dx[1].abs() + self.dy[1].abs()]
+    }
+
+    pub(crate) fn probe(&self) -> Probe {
+        let squared = |d: [f32; 2]| d[0] * d[0] + d[1] * d[1];
+        let (x, y) = (squared(self.dx), squared(self.dy));
+        let (axis, long, short) = if x > y { (self.dx, x, y) } else { (self.dy, y, x) };
+        let long = long.sqrt().max(1e-9);
+        // A footprint is a parallelogram: its width across the long axis, not its other edge.
+        let area = (self.dx[0] * self.dy[1] - self.dx[1] * self.dy[0]).abs();
+        Probe { axis, long, short: short.sqrt().min(area / long) }
+    }
+}
+
+impl Probe {
+    /// A square of a width.
+    pub(crate) fn square(width: f32) -> Self {
+        Self { axis: [width, 0.0], long: width, short: width }
+    }
+    /// In coordinates stretched by a factor.
+    pub(crate) fn scaled(self, factor: f32) -> Self {
+        Self { axis: self.axis.map(|v| v * factor), long: self.long * factor, short: self.short * factor }
+    }
+    /// With the coordinates exchanged.
+    pub(crate) fn swapped(self) -> Self {
+        Self { axis: [self.axis[1], self.axis[0]], ..self }
+    }
+    /// In coordinates (c u + s v, c v - s u).
+    pub(crate) fn turned(self, c: f32, s: f32) -> Self {
+        let [u, v] = self.axis;
+        Self { axis: [c * u + s * v, c * v - s * u], ..self }
     }
 }
 
@@ -51,83 +95,121 @@ impl Tile {
                 })
                 .collect::<Vec<f32>>()
         };
-        let finest: Vec<f32> = (0..SIZE).into_par_iter().flat_map_iter(row).collect();
-        let mut levels = vec![finest];
+        let mut texels: Vec<f32> = (0..SIZE).into_par_iter().flat_map_iter(row).collect();
+        let mut levels = vec![packed(&texels, SIZE)];
         let mut side = SIZE;
-        while side > 1 {
+        while side > 4 {
             let half = side / 2;
-            let fine = &levels[levels.len() - 1];
-            let at = |x: usize, y: usize| fine[y * side + x];
+            let at = |x: usize, y: usize| texels[y * side + x];
             let mean = |i: usize| {
                 let (x, y) = (2 * (i % half), 2 * (i / half));
                 0.25 * (at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1))
             };
-            let coarse = (0..half * half).map(mean).collect();
-            levels.push(coarse);
-            side = half;
+            let coarse: Vec<f32> = (0..half * half).map(mean).collect();
+            levels.push(packed(&coarse, half));
+            (texels, side) = (coarse, half);
         }
+        let mean = texels.iter().sum::<f32>() / texels.len() as f32;
+        levels.push(packed(&[mean; 16], 4));
         Self { levels }
     }
 
     /// Mean over a footprint at (u, v) \[m\]; one period is `period_m` long.
-    pub(crate) fn sample(&self, u: f32, v: f32, footprint: &Footprint, period_m: f32) -> f32 {
-        let scale = SIZE as f32 / period_m;
-        let (dx, dy) = (footprint.dx.map(|e| e * scale), footprint.dy.map(|e| e * scale));
-        let length = |d: [f32; 2]| (d[0] * d[0] + d[1] * d[1]).sqrt();
-        let (long_x, long_y) = (length(dx), length(dy));
-        let (axis, long, short) = if long_x > long_y { (dx, long_x, long_y) } else { (dy, long_y, long_x) };
-        // A footprint is a parallelogram: its width across the long axis, not its other edge.
-        let area = (dx[0] * dy[1] - dx[1] * dy[0]).abs();
-        let short = short.min(area / long.max(1e-6)).max(1e-3);
-        let taps = -floor(-(long / short.max(1.0)).clamp(1.0, TAPS));
-        let level = log2((long / taps).max(short)).max(0.0);
-        let (u, v) = (u * scale, v * scale);
-        if taps < 2.0 {
-            return self.trilinear(u, v, level);
-        }
-        // Between two levels of the pyramid: each sample takes one of them, as many the upper as its share is.
-        let low = (level as usize).min(self.levels.len() - 1);
-        let high = (low + 1).min(self.levels.len() - 1);
-        let fraction = level - low as f32;
-        let mut sum = 0.0;
-        for i in 0..taps as usize {
-            let place = (i as f32 + 0.5) / taps;
-            let t = place - 0.5;
-            let chosen = if place < fraction { high } else { low };
-            sum += self.bilinear(u + t * axis[0], v + t * axis[1], chosen);
-        }
-        sum / taps
-    }
-
-    fn trilinear(&self, u: f32, v: f32, level: f32) -> f32 {
-        let last = self.levels.len() - 1;
-        let low = (level as usize).min(last);
-        let a = self.bilinear(u, v, low);
-        let f = level - low as f32;
-        if f <= 0.0 || low == last { a } else { a + (self.bilinear(u, v, low + 1) - a) * f }
-    }
-
     #[inline(always)]
-    fn bilinear(&self, u: f32, v: f32, level: usize) -> f32 {
-        let texels = self.levels[level].as_slice();
-        let side = SIZE >> level;
-        let shrink = 1.0 / (1u32 << level) as f32;
-        let (u, v) = (u * shrink - 0.5, v * shrink - 0.5);
-        let (x, y) = (floor(u), floor(v));
-        let (fx, fy) = (u - x, v - y);
-        let mask = side - 1;
-        let (x0, y0) = (x as i32 as usize & mask, y as i32 as usize & mask);
-        let (x1, y1) = ((x0 + 1) & mask, (y0 + 1) & mask);
-        // One check of the bounds a row.
-        let (Some(upper), Some(lower)) =
-            (texels.get(y0 * side..(y0 + 1) * side), texels.get(y1 * side..(y1 + 1) * side))
-        else {
-            return 0.0;
-        };
-        let top = upper[x0] + (upper[x1] - upper[x0]) * fx;
-        let bottom = lower[x0] + (lower[x1] - lower[x0]) * fx;
-        top + (bottom - top) * fy
+    pub(crate) fn sample(&self, u: f32, v: f32, probe: &Probe, period_m: f32) -> f32 {
+        // Periods are constants: their inverses are, too.
+        let frequency = 1.0 / period_m;
+        self.mean(u * frequency, v * frequency, probe, frequency)
     }
+
+    /// The same at (u, v) in periods.
+    fn mean(&self, u: f32, v: f32, probe: &Probe, frequency: f32) -> f32 {
+        /// One over the number of samples.
+        const SHARES: [f32; 6] = [1.0, 1.0, 1.0 / 2.0, 1.0 / 3.0, 1.0 / 4.0, 1.0 / 5.0];
+        let scale = SIZE as f32 * frequency;
+        let (long, short) = (probe.long * scale, (probe.short * scale).max(1e-3));
+        let wanted = (long / short.max(1.0)).clamp(1.0, TAPS);
+        let count = wanted as i32;
+        let count = if (count as f32) < wanted { count + 1 } else { count };
+        let share = SHARES[count as usize % 6];
+        let level = log2((long * share).max(short)).max(0.0);
+        let last = self.levels.len() - 1;
+        let low = (level as i32 as usize).min(last);
+        let high = (low + 1).min(last);
+        let fraction = level - low as f32;
+        let (u, v) = (phase(u), phase(v));
+        let sum = if count < 2 {
+            let a = self.walk(low, (u, v), (0, 0), 1) as f32;
+            // Nothing of the upper level where texels are wider than the footprint.
+            if fraction > 0.0 {
+                a + (self.walk(high, (u, v), (0, 0), 1) as f32 - a) * fraction.min(1.0)
+            } else {
+                a
+            }
+        } else {
+            // Between two levels of the pyramid: each sample takes one of them, as many the upper as its share is.
+            let upper = ((fraction * count as f32 + 0.5) as i32).clamp(0, count) as u32;
+            let count = count as u32;
+            let step = frequency * share;
+            let (du, dv) = (phase(probe.axis[0] * step), phase(probe.axis[1] * step));
+            let half = |step: u32| ((step as i32 / 2) as u32).wrapping_mul(count - 1);
+            let (u, v) = (u.wrapping_sub(half(du)), v.wrapping_sub(half(dv)));
+            let on = (u.wrapping_add(du.wrapping_mul(upper)), v.wrapping_add(dv.wrapping_mul(upper)));
+            let sum = self.walk(high, (u, v), (du, dv), upper) + self.walk(low, on, (du, dv), count - upper);
+            sum as f32 * share
+        };
+        sum * (1.0 / (65536.0 * STEPS)) - 128.0 / STEPS
+    }
+
+    /// Sum over `count` places a step apart, of bytes in units of 1/65536 between four texels; 32 bits of phase are a
+    /// period.
+    #[inline(always)]
+    fn walk(&self, level: usize, (u, v): (u32, u32), (du, dv): (u32, u32), count: u32) -> u32 {
+        let Some(texels) = self.levels.get(level) else { return 0 };
+        let bits = BITS.saturating_sub(level as u32).max(2);
+        // The middle of the first texel is half a texel from the edge.
+        let half = 1u32 << (31 - bits);
+        let (mut u, mut v) = (u.wrapping_sub(half), v.wrapping_sub(half));
+        let mut sum = 0;
+        for _ in 0..count {
+            let (x, y) = (u >> (32 - bits), v >> (32 - bits));
+            let (fx, fy) = ((u << bits) >> 24, (v << bits) >> 24);
+            let four = texels.get(place(x as usize, y as usize, bits)).copied().unwrap_or(0);
+            // Upper and lower pair side by side in the halves of a word.
+            let (left, right) = (four & 0x00ff_00ff, (four >> 8) & 0x00ff_00ff);
+            let pair = left * (256 - fx) + right * fx;
+            sum += (pair & 0xffff) * (256 - fy) + (pair >> 16) * fy;
+            (u, v) = (u.wrapping_add(du), v.wrapping_add(dv));
+        }
+        sum
+    }
+}
+
+/// Texels with their neighbours.
+fn packed(texels: &[f32], side: usize) -> Vec<u32> {
+    let byte = |x: usize, y: usize| {
+        let value = texels[(y % side) * side + x % side];
+        (128.5 + STEPS * value.clamp(-1.0, 1.0)) as u32
+    };
+    let mut out = vec![0; side * side];
+    for (y, x) in (0..side * side).map(|i| (i / side, i % side)) {
+        out[place(x, y, side.ilog2())] =
+            byte(x, y) | byte(x + 1, y) << 8 | byte(x, y + 1) << 16 | byte(x + 1, y + 1) << 24;
+    }
+    out
+}
+
+/// Index of a texel in blocks of 4×4; `bits` is the binary logarithm of the side.
+#[inline(always)]
+fn place(x: usize, y: usize, bits: u32) -> usize {
+    ((y >> 2) << (bits + 2)) | ((x >> 2) << 4) | ((y & 3) << 2) | (x & 3)
+}
+
+/// Share of a period, in 1/2³²; a whole one more is the same.
+#[inline(always)]
+fn phase(periods: f32) -> u32 {
+    // Added to 1.5 · 2⁵², the low bits of a number are those of its integer.
+    (f64::from(periods) * 4_294_967_296.0 + 6_755_399_441_055_744.0).to_bits() as u32
 }
 
 /// `f32::floor` is a function call on the baseline of x86-64; coordinates are far from the limits of an i32.
@@ -161,18 +243,40 @@ fn value_noise(seed: u64, x: usize, y: usize, cells: usize) -> f32 {
 mod tests {
     use super::*;
 
+    /// A texel in the middle of its four.
+    fn texel(tile: &Tile, x: usize, y: usize) -> f32 {
+        ((tile.levels[0][place(x, y, BITS)] & 255) as f32 - 128.0) / STEPS
+    }
+
     #[test]
     fn a_large_footprint_sees_the_mean_and_a_small_one_the_texel() {
         let tile = Tile::noise(3, |_| 1.0, |v| v);
-        let mean = tile.levels[0].iter().sum::<f32>() / (SIZE * SIZE) as f32;
-        let wide = Footprint { dx: [600.0, 0.0], dy: [0.0, 600.0] };
-        assert!((tile.sample(3.7, 1.1, &wide, 512.0) - mean).abs() < 1e-4);
-        let narrow = Footprint { dx: [0.1, 0.0], dy: [0.0, 0.1] };
-        assert!((tile.sample(7.5, 4.5, &narrow, 512.0) - tile.levels[0][4 * SIZE + 7]).abs() < 1e-5);
+        let mean =
+            (0..SIZE * SIZE).map(|i| texel(&tile, i % SIZE, i / SIZE)).sum::<f32>() / (SIZE * SIZE) as f32;
+        let wide = Footprint { dx: [600.0, 0.0], dy: [0.0, 600.0] }.probe();
+        // A byte is as fine as 1/127.
+        assert!((tile.sample(3.7, 1.1, &wide, 512.0) - mean).abs() < 5e-3);
+        let narrow = Footprint { dx: [0.1, 0.0], dy: [0.0, 0.1] }.probe();
+        assert!((tile.sample(7.5, 4.5, &narrow, 512.0) - texel(&tile, 7, 4)).abs() < 1e-5);
         // One period on is the same place.
-        assert!(
-            (tile.sample(7.5 - 512.0, 4.5 + 512.0, &narrow, 512.0) - tile.levels[0][4 * SIZE + 7]).abs()
-                < 1e-5
-        );
+        assert!((tile.sample(7.5 - 512.0, 4.5 + 512.0, &narrow, 512.0) - texel(&tile, 7, 4)).abs() < 1e-5);
+    }
+
+    #[test]
+    fn half_way_between_texels_is_their_mean_and_the_wrap_has_no_seam() {
+        let tile = Tile::noise(5, |_| 1.0, |v| v);
+        let narrow = Probe::square(0.1);
+        let at = |u: f32, v: f32| tile.sample(u, v, &narrow, 512.0);
+        assert!((at(8.0, 4.5) - 0.5 * (texel(&tile, 7, 4) + texel(&tile, 8, 4))).abs() < 1e-4);
+        assert!((at(0.0, 4.5) - 0.5 * (texel(&tile, 511, 4) + texel(&tile, 0, 4))).abs() < 1e-4);
+        assert!((at(0.5, 512.0) - 0.5 * (texel(&tile, 0, 511) + texel(&tile, 0, 0))).abs() < 1e-4);
+    }
+
+    #[test]
+    fn a_long_footprint_is_the_mean_along_it() {
+        let tile = Tile::noise(7, |_| 1.0, |v| v);
+        let long = Footprint { dx: [5.0, 0.0], dy: [0.0, 1.0] }.probe();
+        let mean = (0..5).map(|i| texel(&tile, 40 + i, 9)).sum::<f32>() / 5.0;
+        assert!((tile.sample(42.5, 9.5, &long, 512.0) - mean).abs() < 1e-4);
     }
 }

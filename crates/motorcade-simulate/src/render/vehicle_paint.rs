@@ -22,10 +22,11 @@ pub(super) fn colour(scene: &Scene<'_>, f: &Fragment, part: Part) -> Paint {
     else {
         return Paint { colour: TRIM, gloss: 0.0 };
     };
-    let p = f.attributes.map(|a| a as f32);
-    let width: [f32; 3] = std::array::from_fn(|k| (f.dx[k].abs() + f.dy[k].abs()) as f32);
+    let p = f.place();
+    let wide = |k: usize| (f.dx[k].abs() + f.dy[k].abs()) as f32;
+    let width = [wide(0), wide(1), wide(2)];
     let place = Place { p, width };
-    let print = f.footprint(0, 2).scaled(4.0);
+    let print = f.footprint(0, 2).probe().scaled(4.0);
     let grain = scene.textures.noise.sample(4.0 * p[0] + vehicle.id as f32, 4.0 * p[2] + p[1], &print, 6.0);
     match part {
         Part::Tyre => Paint { colour: scaled([0.06, 0.06, 0.06], 1.0 + 0.4 * grain), gloss: 0.0 },

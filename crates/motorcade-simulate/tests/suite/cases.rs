@@ -2,6 +2,9 @@
 
 use motorcade_simulate::Weather::{self, Clear, Overcast, Rain};
 
+/// Half of KITTI's: a quarter of the time. Vehicles count from 40 px on, so within 13 m.
+const WIDTH_PX: u32 = 621;
+
 /// Most that is allowed.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {
@@ -13,6 +16,8 @@ pub struct Bounds {
     pub vehicle_ate_m: Option<f64>,
     /// Least share of counting frames with an estimate \[%\].
     pub coverage_pct: Option<f64>,
+    /// Least share of camera poses whose NEES lies below 12.6 \[%\]; 95 when covariances are right.
+    pub nees_pct: f64,
 }
 
 /// One drive.
@@ -21,6 +26,8 @@ pub struct Case {
     pub name: &'static str,
     pub frames: usize,
     pub weather: Weather,
+    /// Of the pictures \[px\].
+    pub width_px: u32,
     pub bounds: Bounds,
     /// Why the bounds are missed today. The suite tells it instead of failing, and fails once they are kept: then the
     /// mark has to go.
@@ -28,56 +35,66 @@ pub struct Case {
 }
 
 impl Case {
+    /// At KITTI's width, where vehicles count up to 27 m away: for drives with none nearer.
+    const fn wide(self) -> Self {
+        Self { width_px: 1242, ..self }
+    }
     /// Marks a known failure.
     const fn open(self, why: &'static str) -> Self {
         Self { open: Some(why), ..self }
     }
 }
 
-/// Name, frames, weather; bounds: ego ATE \[m\], scale \[%\], vehicle ATE \[m\] and coverage \[%\], 0 for no vehicles.
-const fn case(name: &'static str, frames: usize, weather: Weather, bounds: [f64; 4]) -> Case {
-    let [ego_ate_m, scale_pct, vehicle_ate_m, coverage_pct] = bounds;
+/// Name, frames, weather; bounds: ego ATE \[m\], scale \[%\], vehicle ATE \[m\] and coverage \[%\], 0 for no vehicles,
+/// NEES \[%\].
+const fn case(name: &'static str, frames: usize, weather: Weather, bounds: [f64; 5]) -> Case {
+    let [ego_ate_m, scale_pct, vehicle_ate_m, coverage_pct, nees_pct] = bounds;
     let seen = coverage_pct > 0.0;
     let bounds = Bounds {
         ego_ate_m,
         scale_pct,
         vehicle_ate_m: if seen { Some(vehicle_ate_m) } else { None },
         coverage_pct: if seen { Some(coverage_pct) } else { None },
+        nees_pct,
     };
-    Case { name, frames, weather, bounds, open: None }
+    Case { name, frames, weather, width_px: WIDTH_PX, bounds, open: None }
 }
 
 /// Run with every test run.
 pub const SHORT: &[Case] = &[
-    case("straight", 40, Clear, [0.3, 2.5, 0.0, 0.0]),
-    case("pitched", 40, Overcast, [0.15, 1.5, 0.0, 0.0]),
-    case("oncoming", 40, Rain, [0.45, 3.5, 0.0, 0.0]),
+    case("straight", 40, Clear, [0.3, 2.5, 0.0, 0.0, 60.0]),
+    case("pitched", 40, Overcast, [0.15, 1.5, 0.0, 0.0, 60.0]),
+    case("parked", 40, Rain, [0.35, 2.5, 1.0, 88.0, 60.0]),
+    case("roundabout", 40, Clear, [0.3, 2.5, 0.8, 88.0, 60.0]),
 ];
 
 /// Every scenario.
 #[rustfmt::skip] // one drive a line
 pub const FULL: &[Case] = &[
-    case("demo", 110, Clear, [1.15, 4.0, 1.3, 88.0]),
-    case("straight", 90, Clear, [0.6, 2.5, 0.0, 0.0]),
-    case("bends", 110, Overcast, [0.7, 2.5, 0.0, 0.0]),
-    case("slope", 110, Clear, [2.55, 7.0, 2.9, 88.0]),
-    case("stop-and-go", 150, Clear, [1.0, 4.0, 1.5, 85.0]).open("the scale is lost between the stops"),
-    case("standing-start", 100, Clear, [0.3, 1.5, 0.8, 88.0]),
-    case("roundabout", 120, Clear, [0.3, 1.5, 0.8, 88.0]),
-    case("oncoming", 90, Rain, [0.8, 3.0, 0.0, 0.0]),
-    case("crossing", 100, Clear, [0.3, 1.5, 0.8, 88.0]),
-    case("overtaking", 100, Overcast, [0.4, 2.0, 0.8, 88.0]),
-    case("turning", 100, Clear, [0.3, 1.5, 1.0, 88.0]),
-    case("parked", 90, Rain, [0.6, 3.0, 2.7, 88.0]),
-    case("rough", 90, Clear, [0.65, 3.0, 0.0, 0.0]),
-    case("truck", 90, Clear, [1.05, 4.5, 1.5, 88.0]),
-    case("dense", 90, Clear, [1.0, 4.5, 1.1, 88.0]),
-    case("empty", 100, Clear, [0.3, 1.5, 0.0, 0.0]),
-    case("crowd", 60, Clear, [0.3, 1.5, 1.4, 88.0]),
-    case("pitched", 90, Clear, [0.3, 1.5, 0.0, 0.0]),
-    case("rolled", 90, Clear, [0.65, 2.5, 0.8, 88.0]),
-    case("low-camera", 90, Clear, [0.5, 2.0, 0.0, 0.0]),
-    case("high-camera", 90, Clear, [1.05, 4.5, 1.2, 88.0]),
-    case("false-boxes", 90, Overcast, [0.55, 2.5, 1.2, 88.0]),
-    case("jumping-boxes", 90, Clear, [0.65, 2.5, 1.5, 88.0]),
+    case("demo", 110, Clear, [1.20, 4.5, 1.5, 88.0, 15.0]),
+    case("straight", 60, Clear, [0.15, 1.0, 0.8, 88.0, 70.0]).wide(),
+    case("bends", 60, Overcast, [0.15, 1.0, 0.8, 88.0, 73.0]).wide(),
+    case("slope", 110, Clear, [2.35, 6.5, 2.6, 88.0, 47.0]),
+    case("stop-and-go", 150, Clear, [0.30, 1.5, 1.2, 88.0, 72.0]),
+    case("standing-start", 100, Clear, [0.30, 1.5, 0.8, 88.0, 74.0]),
+    case("roundabout", 120, Clear, [0.30, 1.5, 0.8, 88.0, 74.0]),
+    case("oncoming", 60, Overcast, [0.15, 1.0, 1.0, 88.0, 70.0]).wide(),
+    case("oncoming", 60, Rain, [0.30, 2.0, 1.5, 88.0, 60.0]).wide().open("the scale is lost in rain and oncoming traffic"),
+    case("crossing", 100, Clear, [0.30, 1.5, 0.8, 88.0, 74.0]),
+    case("overtaking", 100, Overcast, [0.35, 1.5, 0.8, 88.0, 74.0]),
+    case("turning", 100, Clear, [0.30, 1.5, 0.8, 88.0, 74.0]),
+    case("parked", 90, Rain, [0.50, 2.5, 1.0, 88.0, 75.0]),
+    case("rough", 60, Clear, [0.15, 1.0, 0.8, 88.0, 70.0]).wide(),
+    case("truck", 90, Clear, [0.90, 4.0, 1.2, 88.0, 11.0]),
+    case("dense", 90, Clear, [1.15, 5.0, 1.2, 88.0, 23.0]),
+    case("empty", 100, Clear, [0.30, 1.5, 0.0, 0.0, 74.0]),
+    case("crowd", 60, Clear, [0.30, 1.5, 1.3, 88.0, 65.0]),
+    case("pitched", 60, Clear, [0.15, 1.0, 0.8, 88.0, 73.0]).wide(),
+    case("rolled", 90, Clear, [0.65, 2.5, 0.9, 88.0, 67.0]),
+    case("low-camera", 60, Clear, [0.15, 1.0, 0.8, 88.0, 70.0]).wide(),
+    case("high-camera", 90, Clear, [1.15, 4.5, 1.3, 88.0, 30.0]),
+    case("false-boxes", 90, Overcast, [0.55, 2.0, 1.2, 88.0, 73.0]),
+    case("glimpses", 90, Clear, [0.60, 2.5, 0.0, 0.0, 71.0]),
+    case("lorries", 90, Clear, [0.70, 3.0, 1.6, 88.0, 46.0]),
+    case("jumping-boxes", 90, Clear, [0.60, 2.5, 1.5, 88.0, 73.0]),
 ];

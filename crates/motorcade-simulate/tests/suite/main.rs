@@ -1,7 +1,8 @@
 //! The whole pipeline on synthetic drives: bounds on the errors of every scenario.
 //!
-//! A few short drives run with every test run; all of them, with the table of `BENCHMARK.md`, by
-//! `cargo test --release -p motorcade-simulate --test suite -- --ignored --nocapture`.
+//! A few short drives run with every test run; all of them by
+//! `cargo test --release -p motorcade-simulate --test suite -- --ignored --nocapture`, which prints the table of
+//! `BENCHMARK.md` as Markdown.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests may fail loudly too")]
 
@@ -11,6 +12,7 @@ mod outcome;
 
 use cases::{Case, FULL, SHORT};
 use outcome::{Outcome, run};
+use rayon::prelude::*;
 
 /// Every bound that is missed, in words.
 fn missed(case: &Case, outcome: &Outcome) -> Vec<String> {
@@ -32,6 +34,7 @@ fn missed(case: &Case, outcome: &Outcome) -> Vec<String> {
             bounds.coverage_pct.map(|c| 100.0 - c),
             "%",
         ),
+        over("NEES outside", Some(100.0 * (1.0 - outcome.nees.within)), Some(100.0 - bounds.nees_pct), "%"),
     ]
     .into_iter()
     .flatten()
@@ -39,12 +42,15 @@ fn missed(case: &Case, outcome: &Outcome) -> Vec<String> {
 }
 
 fn within_bounds(cases: &[Case]) {
+    let start = std::time::Instant::now();
+    // Drives side by side, the table in order.
+    let outcomes: Vec<Outcome> = cases.par_iter().map(run).collect();
+    let took_s = start.elapsed().as_secs_f64();
     println!("{}", Outcome::HEAD);
     let mut failures = Vec::new();
-    for case in cases {
-        let outcome = run(case);
+    for (case, outcome) in cases.iter().zip(&outcomes) {
         println!("{}", outcome.row(case));
-        let missed = missed(case, &outcome);
+        let missed = missed(case, outcome);
         match case.open {
             Some(why) if missed.is_empty() => {
                 failures.push(format!("{}: keeps its bounds now, remove the mark ({why})", case.name));
@@ -53,6 +59,7 @@ fn within_bounds(cases: &[Case]) {
             None => failures.extend(missed),
         }
     }
+    println!("\n{} drives in {took_s:.0} s on {} threads", cases.len(), rayon::current_num_threads());
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
@@ -67,7 +74,11 @@ fn every_scenario_stays_within_its_bounds() {
     let names: Vec<String> = motorcade_simulate::scenarios().into_iter().map(|s| s.name).collect();
     let cases: Vec<&str> = FULL.iter().map(|c| c.name).collect();
     assert!(names.iter().all(|n| cases.contains(&n.as_str())), "a scenario has no bounds: {names:?}");
-    within_bounds(FULL);
+    // One scenario alone: `MOTORCADE_SUITE_ONLY=demo`.
+    let only = std::env::var("MOTORCADE_SUITE_ONLY").ok();
+    let chosen: Vec<Case> =
+        FULL.iter().filter(|c| only.as_ref().is_none_or(|name| name == c.name)).copied().collect();
+    within_bounds(&chosen);
 }
 
 #[test]

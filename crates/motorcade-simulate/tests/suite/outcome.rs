@@ -9,9 +9,6 @@ use motorcade_simulate::{RenderOptions, Scenario, WriteOptions, simulate};
 use super::cases::Case;
 use super::nees::{Nees, nees};
 
-/// Half of KITTI's: a quarter of the time. Vehicles count from 40 px on, so within 13 m; `MOTORCADE_SUITE_WIDTH=1242`
-/// has them counted to 27 m.
-const WIDTH_PX: u32 = 621;
 const SEED: u64 = 1;
 
 /// What came out.
@@ -30,7 +27,7 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    pub const HEAD: &str = "| scenario | frames | way | ego ATE (bound) | scale (bound) | vehicles | vehicle ATE (bound) | coverage (bound) | NEES < 12.6 | median |\n|---|---|---|---|---|---|---|---|---|---|";
+    pub const HEAD: &str = "| scenario | frames | width | way | ego ATE (bound) | scale (bound) | vehicles | vehicle ATE (bound) | coverage (bound) | NEES < 12.6 (bound) | median |\n|---|---|---|---|---|---|---|---|---|---|---|";
 
     pub fn row(&self, case: &Case) -> String {
         let b = &case.bounds;
@@ -44,9 +41,10 @@ impl Outcome {
             format!("{:.0} % ({bound})", 100.0 * c)
         });
         format!(
-            "| {} | {} | {:.0} m | {:.2} m ({}) | {:+.1} % ({}) | {} | {} | {} | {:.0} % | {:.1} |",
+            "| {} | {} | {} | {:.0} m | {:.2} m ({}) | {:+.1} % ({}) | {} | {} | {} | {:.0} % ({}) | {:.1} |",
             case.name,
             case.frames,
+            case.width_px,
             self.length_m,
             self.ego_ate_m,
             b.ego_ate_m,
@@ -56,28 +54,31 @@ impl Outcome {
             or_none(ate),
             or_none(coverage),
             100.0 * self.nees.within,
+            b.nees_pct,
             self.nees.median,
         )
     }
 }
 
-fn width_px() -> u32 {
-    std::env::var("MOTORCADE_SUITE_WIDTH").ok().and_then(|w| w.parse().ok()).unwrap_or(WIDTH_PX)
+/// `MOTORCADE_SUITE_WIDTH` and `MOTORCADE_SUITE_SEED` ask for others than those the bounds are for.
+fn asked<T: std::str::FromStr>(what: &str, usual: T) -> T {
+    std::env::var(format!("MOTORCADE_SUITE_{what}")).ok().and_then(|v| v.parse().ok()).unwrap_or(usual)
 }
 
 pub fn run(case: &Case) -> Outcome {
     let scenario = Scenario::by_name(case.name).unwrap();
-    let render = RenderOptions { weather: case.weather, ..RenderOptions::default() }.with_width(width_px());
-    let drive = simulate(&scenario, case.frames, SEED, &render).unwrap();
+    let render = RenderOptions { weather: case.weather, ..RenderOptions::default() }
+        .with_width(asked("WIDTH", case.width_px));
+    let drive = simulate(&scenario, case.frames, asked("SEED", SEED), &render).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let written = drive.write_kitti(folder.path(), &WriteOptions::default(), &|_| {}).unwrap();
 
-    let asked = SequenceOptions {
+    let options = SequenceOptions {
         sequence: Some(written.sequence.clone()),
         camera: Some(2),
         ..SequenceOptions::default()
     };
-    let sequence = Sequence::open(&written.training, &asked).unwrap();
+    let sequence = Sequence::open(&written.training, &options).unwrap();
     let perception = PerceptionOptions {
         detections: Some(written.detections.clone()),
         road_masks: written.road_masks.clone(),
@@ -87,7 +88,7 @@ pub fn run(case: &Case) -> Outcome {
     let config = Config::default();
     let height_m = scenario.plan.rig.height_m;
     let result =
-        motorcade::run(&sequence, &perception, &Given::default(), height_m, &config, 2, &Silent).unwrap();
+        motorcade::run(&sequence, &perception, &Given::default(), height_m, &config, 1, &Silent).unwrap();
     let context = RunContext {
         config,
         camera_from_cam0: sequence.camera_from_cam0(),
