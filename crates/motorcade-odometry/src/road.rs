@@ -27,6 +27,11 @@ pub struct RoadOptions {
     /// Half width where no mask is given \[camera heights\]: 0.7 heights are 1.15 m, what the car itself will drive over;
     /// kerbs and verges beyond pass for a road that is tipped, and too low.
     pub unmasked_half_width_heights: f64,
+    /// Half width to which that stretch grows while alignments fail or find little texture \[camera heights\]: small pictures,
+    /// smooth asphalt.
+    pub unmasked_widest_heights: f64,
+    /// Pixels below which it grows, and above twice of which it shrinks again.
+    pub unmasked_pixels: usize,
     /// Least motion between the two frames \[camera heights\].
     pub baseline_heights: f64,
     /// Oldest frame a current one is compared with \[frames\].
@@ -59,6 +64,8 @@ impl Default for RoadOptions {
             far_heights: 15.0,
             half_width_heights: 1.7,
             unmasked_half_width_heights: 0.7,
+            unmasked_widest_heights: 1.0,
+            unmasked_pixels: 2500,
             baseline_heights: 1.2,
             oldest_frames: 15,
             rotation_sigma_rad: 0.02_f64.to_radians(),

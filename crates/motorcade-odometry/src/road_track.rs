@@ -81,6 +81,8 @@ pub struct RoadTracker {
     candidates: Vec<Vector3<f64>>,
     segment: usize,
     failures: usize,
+    /// Half width of the stretch without a road mask \[camera heights\].
+    unmasked_half_width: f64,
     measurements: Vec<RoadMeasurement>,
 }
 
@@ -104,6 +106,7 @@ impl RoadTracker {
             candidates: Vec::new(),
             segment: 0,
             failures: 0,
+            unmasked_half_width: options.unmasked_half_width_heights,
             measurements: Vec::new(),
         }
     }
@@ -130,7 +133,7 @@ impl RoadTracker {
         usable: impl Fn(&Point2<f64>) -> bool,
     ) {
         let half_width_heights =
-            if masked { self.options.half_width_heights } else { self.options.unmasked_half_width_heights };
+            if masked { self.options.half_width_heights } else { self.unmasked_half_width };
         let options = RoadOptions { half_width_heights, ..self.options };
         if segment != self.segment {
             (self.segment, self.plane, self.failures) = (segment, None, 0);
@@ -176,7 +179,9 @@ impl RoadTracker {
         };
         // Smooth asphalt has false minima, and they fit as well as the true one; but no camera rises by a seventh at once.
         let near = |found: &RoadPlane| (found.m.norm() / plane.norm()).ln().abs() < FARTHEST_JUMP;
-        let Some(found) = align_road(&view, usable, options).filter(near) else {
+        let found = align_road(&view, usable, options).filter(near);
+        self.adapt_width(found.as_ref());
+        let Some(found) = found else {
             self.failures += 1;
             if self.failures >= GIVE_UP {
                 (self.plane, self.failures) = (None, 0);
@@ -191,6 +196,21 @@ impl RoadTracker {
         self.plane = Some(updated);
         self.normal = updated.normalize();
         Some(measurement(frame, reference, motion.translation().norm(), &found))
+    }
+
+    /// Looks at a wider stretch where the present one does not align or has too little texture, at a narrower one where it has
+    /// plenty.
+    fn adapt_width(&mut self, found: Option<&RoadPlane>) {
+        const STEP: f64 = 1.1;
+        let wanted = self.options.unmasked_pixels;
+        let factor = match found.map_or(0, |f| f.pixels) {
+            n if n < wanted => STEP,
+            n if n > 2 * wanted => 1.0 / STEP,
+            _ => 1.0,
+        };
+        let narrow = self.options.unmasked_half_width_heights;
+        let wide = self.options.unmasked_widest_heights.max(narrow);
+        self.unmasked_half_width = (self.unmasked_half_width * factor).clamp(narrow, wide);
     }
 
     /// Searches the plane's distance over a wide range until a few frames agree.
