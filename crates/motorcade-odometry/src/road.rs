@@ -219,9 +219,14 @@ pub fn search_scale(
     if samples.len() < options.least_pixels / 4 {
         return None;
     }
-    let candidates = (-STEPS..=STEPS).map(|k| view.guess * 4.0_f64.powf(f64::from(k) / f64::from(STEPS)));
-    let scored = candidates.filter_map(|m| Some((view.mismatch(&m, &samples, level)?, m)));
-    scored.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, m)| m)
+    let plane = |k: i32| view.guess * 4.0_f64.powf(f64::from(k) / f64::from(STEPS));
+    let scores: Vec<(f64, Vector3<f64>)> = (-STEPS..=STEPS)
+        .map(|k| (view.mismatch(&plane(k), &samples, level).unwrap_or(f64::MAX), plane(k)))
+        .collect();
+    // At the ends of the range nothing says that a minimum is one: a wet road that mirrors the sky stays where it is in the
+    // picture, as a plane far below would.
+    let inner = scores.windows(3).filter(|w| w[1].0 < w[0].0.min(w[2].0)).map(|w| w[1]);
+    inner.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, m)| m)
 }
 
 /// Aligns the road. `None` when there is too little texture or the plane does not explain it.
