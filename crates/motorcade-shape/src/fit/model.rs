@@ -26,7 +26,13 @@ pub(crate) struct ModelPoint {
 impl ModelPoint {
     /// Place in the vehicle frame.
     pub fn at(&self, shape: &Shape) -> Vector3<f64> {
-        self.mean + self.basis * shape
+        let mut out = self.mean;
+        for b in 0..MAX_SHAPE {
+            for axis in 0..3 {
+                out[axis] += self.basis[(axis, b)] * shape[b];
+            }
+        }
+        out
     }
 }
 

@@ -15,7 +15,7 @@
 use motorcade_geometry::lie::so3::hat;
 use motorcade_geometry::robust::{Kernel, median};
 use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
-use nalgebra::{Matrix2x3, Matrix3, Point2, RowVector3, SMatrix, SVector, Vector2, Vector3};
+use nalgebra::{Matrix3, Point2, RowVector3, SMatrix, SVector, Vector2, Vector3};
 
 use super::model::{Model, State};
 use super::observation::{ImageBox, Observation, RoadPlane};
@@ -177,13 +177,21 @@ impl<'a> Problem<'a> {
         let (iz, c) = (1.0 / p.z, self.camera);
         let pixel = Vector2::new(c.fx * p.x * iz + c.cx, c.fy * p.y * iz + c.cy);
         // ∂u/∂p (2×3), ∂p/∂[ω, ν, shape] = R [−X^, I, V] (3×14)
-        let du_dp =
-            Matrix2x3::new(c.fx * iz, 0.0, -c.fx * p.x * iz * iz, 0.0, c.fy * iz, -c.fy * p.y * iz * iz);
-        let du_dx = du_dp * rotation;
+        let du_dp = [[c.fx * iz, -c.fx * p.x * iz * iz], [c.fy * iz, -c.fy * p.y * iz * iz]];
         let mut j = SMatrix::<f64, 2, DOF>::zeros();
-        j.fixed_view_mut::<2, 3>(0, 0).copy_from(&(-du_dx * hat(&in_vehicle)));
-        j.fixed_view_mut::<2, 3>(0, 3).copy_from(&du_dx);
-        j.fixed_view_mut::<2, MAX_SHAPE>(0, 6).copy_from(&(du_dx * model_point.basis));
+        for axis in 0..2 {
+            // A row of ∂u/∂X; times X^ it is the cross product with X.
+            let by_x: RowVector3<f64> =
+                rotation.row(axis) * du_dp[axis][0] + rotation.row(2) * du_dp[axis][1];
+            let by_turn = in_vehicle.transpose().cross(&by_x);
+            for k in 0..3 {
+                (j[(axis, k)], j[(axis, 3 + k)]) = (by_turn[k], by_x[k]);
+            }
+            for b in 0..MAX_SHAPE {
+                let v = &model_point.basis;
+                j[(axis, 6 + b)] = by_x[0] * v[(0, b)] + by_x[1] * v[(1, b)] + by_x[2] * v[(2, b)];
+            }
+        }
         Some((pixel, j))
     }
 

@@ -22,8 +22,12 @@ impl Normal {
             out.cost += cost;
             for row in group {
                 let weighted = row.j * weight;
-                // The lower triangle; half the work.
-                out.h.syger(1.0, &weighted, &row.j, 1.0);
+                // Written out: matrices this small lose more in calls than in arithmetic.
+                for c in 0..DOF {
+                    for r in 0..DOF {
+                        out.h[(r, c)] += weighted[r] * row.j[c];
+                    }
+                }
                 out.g.axpy(row.r, &weighted, 1.0);
             }
         }
