@@ -33,6 +33,7 @@ mod odometry;
 mod options;
 mod pose_only;
 mod pyramid;
+mod pyramid_pool;
 mod record;
 mod road;
 mod road_track;

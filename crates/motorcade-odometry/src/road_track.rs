@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Point2, Vector3};
 
 use crate::pyramid::Pyramid;
 use crate::record::UpToScale;
-use crate::road::{RoadOptions, RoadPlane, RoadView, align_road, search_scale};
+use crate::road::{RoadOptions, RoadPlane, RoadScratch, RoadView, align_road, search_scale};
 
 /// What one frame says about road and scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,6 +82,7 @@ pub struct RoadTracker {
     segment: usize,
     failures: usize,
     measurements: Vec<RoadMeasurement>,
+    scratch: RoadScratch,
 }
 
 /// Frames that must agree on a plane before it is believed.
@@ -102,6 +103,7 @@ impl RoadTracker {
             segment: 0,
             failures: 0,
             measurements: Vec::new(),
+            scratch: RoadScratch::default(),
         }
     }
 
@@ -171,7 +173,7 @@ impl RoadTracker {
             reference_from_current: motion,
             guess: plane,
         };
-        let Some(found) = align_road(&view, usable, options) else {
+        let Some(found) = align_road(&view, usable, options, &mut self.scratch) else {
             self.failures += 1;
             if self.failures >= GIVE_UP {
                 (self.plane, self.failures) = (None, 0);
@@ -211,8 +213,8 @@ impl RoadTracker {
             reference_from_current: motion,
             guess,
         };
-        view.guess = search_scale(&view, usable, options)?;
-        let found = align_road(&view, usable, options)?;
+        view.guess = search_scale(&view, usable, options, &mut self.scratch)?;
+        let found = align_road(&view, usable, options, &mut self.scratch)?;
         self.candidates.push(found.m);
         let mut norms: Vec<f64> = self.candidates.iter().map(|m| m.norm()).collect();
         let centre = median(&mut norms)?;
