@@ -57,3 +57,11 @@ pub use road_track::{RoadMeasurement, RoadTracker, road_normal};
 pub use scale_smoother::NoiseModel;
 pub use static_mask::{Rectangle, StaticMask};
 pub use window::WindowOptions;
+
+/// Stages by themselves, for the benchmarks; no promise is made of them.
+#[doc(hidden)]
+pub mod stages {
+    pub use crate::bundle::{BundleProblem, Sighting};
+    pub use crate::pose_only::{Observation, PoseRefiner};
+    pub use crate::road::{RoadScratch, RoadView, align_road};
+}

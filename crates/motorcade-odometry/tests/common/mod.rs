@@ -52,25 +52,33 @@ fn texture(u: f64, v: f64) -> f64 {
     0.5 * noise(u / 0.4, v / 0.4) + 0.5 * noise(u / 1.5 + 31.0, v / 1.5 + 17.0)
 }
 
+/// The ray through a pixel in the street, to the right, down and along, and how far it goes to what is seen (depth) \[m\].
+fn ray(camera: &PinholeCamera, place: &Place, u: f64, v: f64) -> ([f64; 3], f64) {
+    let (sin, cos) = place.heading_rad.sin_cos();
+    let (x, y) = ((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy);
+    let (right, ahead) = (cos * x + sin, cos - sin * x);
+    let to_wall = (TO_WALL_M - place.across_m * right.signum()) / right.abs().max(1e-9);
+    let to_road = if y > 1e-9 { HEIGHT_M / y } else { f64::INFINITY };
+    ([right, y, ahead], to_wall.min(to_road).min(SIGHT_M))
+}
+
+/// Depth of what a pixel shows \[m\].
+pub fn depth(camera: &PinholeCamera, place: &Place, u: f64, v: f64) -> f64 {
+    ray(camera, place, u, v).1
+}
+
 /// The street as a camera sees it.
 pub fn street(camera: &PinholeCamera, place: &Place) -> GrayImage {
-    let (sin, cos) = place.heading_rad.sin_cos();
     GrayImage::from_fn(camera.width, camera.height, |u, v| {
-        let x = (f64::from(u) - camera.cx) / camera.fx;
-        let y = (f64::from(v) - camera.cy) / camera.fy;
-        // The ray in the street: to the right and along.
-        let (right, ahead) = (cos * x + sin, cos - sin * x);
-        let to_wall = (TO_WALL_M - place.across_m * right.signum()) / right.abs().max(1e-9);
-        let to_road = if y > 1e-9 { HEIGHT_M / y } else { f64::INFINITY };
-        let depth = to_wall.min(to_road).min(SIGHT_M);
+        let ([right, down, ahead], depth) = ray(camera, place, f64::from(u), f64::from(v));
         let along = place.along_m + depth * ahead;
         let value = if depth >= SIGHT_M {
             // The end of the street is too far to come nearer.
-            noise((x + place.heading_rad) * 40.0, y * 40.0)
-        } else if to_road < to_wall {
+            noise((right / ahead) * 40.0, down * 40.0)
+        } else if depth * down >= HEIGHT_M * (1.0 - 1e-12) {
             texture(place.across_m + depth * right, along)
         } else {
-            texture(depth * y + 40.0 * right.signum(), along)
+            texture(depth * down + 40.0 * right.signum(), along)
         };
         Luma([(40.0 + 175.0 * value) as u8])
     })
