@@ -30,10 +30,10 @@ pub fn triangulate_midpoint<A, B>(
 /// The point minimising the summed squared angular distance to several rays, in the world of the given
 /// `(origin, unit direction)` rays. `None` when they are (nearly) parallel.
 pub fn triangulate_rays(rays: &[(Point3<f64>, Vector3<f64>)]) -> Option<Point3<f64>> {
-    let solve = |weights: &[f64]| -> Option<Point3<f64>> {
+    let solve = |weight: &dyn Fn(&Point3<f64>) -> f64| -> Option<Point3<f64>> {
         let (mut a, mut b) = (Matrix3::zeros(), Vector3::zeros());
-        for ((origin, direction), weight) in rays.iter().zip(weights) {
-            let projector = (Matrix3::identity() - direction * direction.transpose()) * *weight;
+        for (origin, direction) in rays {
+            let projector = (Matrix3::identity() - direction * direction.transpose()) * weight(origin);
             a += projector;
             b += projector * origin.coords;
         }
@@ -43,13 +43,9 @@ pub fn triangulate_rays(rays: &[(Point3<f64>, Vector3<f64>)]) -> Option<Point3<f
             .then(|| a.try_inverse())?
             .map(|i| Point3::from(i * b))
     };
-    let mut weights = vec![1.0; rays.len()];
-    let first = solve(&weights)?;
+    let first = solve(&|_| 1.0)?;
     // Second pass: distances become angles.
-    for (weight, (origin, _)) in weights.iter_mut().zip(rays) {
-        *weight = 1.0 / (first - origin).norm_squared().max(1e-12);
-    }
-    solve(&weights)
+    solve(&|origin| 1.0 / (first - origin).norm_squared().max(1e-12))
 }
 
 #[cfg(test)]

@@ -120,7 +120,7 @@ fn sample_stretched(
 ) -> Option<()> {
     let along = |k: usize, middle: f32, stretch: f32, size: usize| {
         let at = middle + stretch * (k as f32 - 1.0 - HALF);
-        (at >= 0.0 && (at as usize) + 1 < size).then(|| (at as usize, at - (at as usize) as f32))
+        (at >= 0.0 && (at as usize) + 1 < size).then_some((at as usize, at - (at as usize) as f32))
     };
     let mut columns = [(0, 0.0); WIDE];
     for (c, column) in columns.iter_mut().enumerate() {

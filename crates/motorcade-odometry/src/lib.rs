@@ -33,6 +33,7 @@ mod odometry;
 mod options;
 mod pose_only;
 mod pyramid;
+mod pyramid_pool;
 mod record;
 mod road;
 mod road_track;
@@ -56,3 +57,11 @@ pub use road_track::{RoadMeasurement, RoadTracker, road_normal};
 pub use scale_smoother::NoiseModel;
 pub use static_mask::{Rectangle, StaticMask};
 pub use window::WindowOptions;
+
+/// Stages by themselves, for the benchmarks; no promise is made of them.
+#[doc(hidden)]
+pub mod stages {
+    pub use crate::bundle::{BundleProblem, Sighting};
+    pub use crate::pose_only::{Observation, PoseRefiner};
+    pub use crate::road::{RoadScratch, RoadView, align_road};
+}

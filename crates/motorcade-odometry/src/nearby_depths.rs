@@ -4,20 +4,27 @@ use motorcade_geometry::{Camera, Pose, World, robust::median};
 use nalgebra::Point2;
 
 use crate::landmark::Landmark;
+use crate::odometry::make_room;
 
 /// Depths of landmarks by their place in the image: the guess for those that have none yet.
+#[derive(Default)]
 pub(crate) struct NearbyDepths {
     /// Pixel and inverse depth.
     known: Vec<(Point2<f64>, f64)>,
 }
 
 impl NearbyDepths {
-    pub(crate) fn new(landmarks: &[Landmark], camera_from_world: &Pose<Camera, World>) -> Self {
+    /// Forgets what was and takes the landmarks as a camera at this pose sees them.
+    pub(crate) fn refill(&mut self, landmarks: &[Landmark], camera_from_world: &Pose<Camera, World>) {
         let one = |l: &Landmark| {
             let z = camera_from_world.transform_point(&l.point_in_world?).z;
             (z > 0.0).then_some((l.pixel?, 1.0 / z))
         };
-        Self { known: landmarks.iter().filter_map(one).collect() }
+        self.known.clear();
+        self.known.extend(landmarks.iter().filter_map(one));
+    }
+    pub(crate) fn make_room(&mut self, landmarks: usize) {
+        make_room(&mut self.known, landmarks);
     }
     /// Median depth of the five nearest; rows count four times columns, since on a road depth changes from row to row.
     pub(crate) fn around(&self, pixel: &Point2<f64>) -> Option<f64> {
@@ -31,7 +38,8 @@ impl NearbyDepths {
                 nearest.sort_by(|a, b| a.0.total_cmp(&b.0));
             }
         }
-        let mut inverse: Vec<f64> = nearest.iter().filter(|n| n.0 < f64::MAX).map(|n| n.1).collect();
-        median(&mut inverse).map(|d| 1.0 / d)
+        let found = nearest.iter().take_while(|n| n.0 < f64::MAX).count();
+        let mut inverse = nearest.map(|n| n.1);
+        median(&mut inverse[..found]).map(|d| 1.0 / d)
     }
 }

@@ -10,12 +10,14 @@ use std::sync::Arc;
 
 use image::GrayImage;
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
-use nalgebra::Matrix6;
+use nalgebra::{Matrix6, Point2};
 
 use crate::landmark::Landmark;
+use crate::nearby_depths::NearbyDepths;
 use crate::options::OdometryOptions;
-use crate::pose_only::PoseEstimate;
+use crate::pose_only::{Observation, PoseEstimate, PoseRefiner};
 use crate::pyramid::Pyramid;
+use crate::pyramid_pool::PyramidPool;
 use crate::record::{FrameRecord, FrameStatus, UpToScale, fill};
 use crate::static_mask::StaticMask;
 use crate::window::Window;
@@ -38,6 +40,41 @@ pub struct Odometry {
     failures: usize,
     /// Logarithm of the camera's height that the segment's unit is held to.
     held_height: Option<f64>,
+    pyramids: PyramidPool,
+    scratch: Scratch,
+}
+
+/// Memory of one frame's work, kept for the next: a frame that becomes no keyframe takes none.
+#[derive(Default)]
+struct Scratch {
+    /// New pixel of every landmark, `None` where lost \[px\].
+    pixels: Vec<Option<Point2<f64>>>,
+    /// What the pose is refined by.
+    observations: Vec<Observation>,
+    /// What a median or quantile is taken of: image motions \[px\], depths.
+    values: Vec<f64>,
+    /// Index of the box that each landmark lies in.
+    owners: Vec<Option<usize>>,
+    depths: NearbyDepths,
+    refiner: PoseRefiner,
+}
+
+impl Scratch {
+    /// Room for the landmarks a keyframe has left, before a frame that is none asks for it.
+    fn make_room(&mut self, landmarks: usize) {
+        make_room(&mut self.pixels, landmarks);
+        make_room(&mut self.observations, landmarks);
+        make_room(&mut self.values, landmarks);
+        make_room(&mut self.owners, landmarks);
+        self.depths.make_room(landmarks);
+        self.refiner.make_room(landmarks);
+    }
+}
+
+/// Empties a buffer and lets it take `count` values without growing.
+pub(crate) fn make_room<T>(buffer: &mut Vec<T>, count: usize) {
+    buffer.clear();
+    buffer.reserve(count);
 }
 
 const PYRAMID_LEVELS: usize = 4;
@@ -55,6 +92,8 @@ impl Odometry {
             velocity: CameraFromCamera::identity(),
             failures: 0,
             held_height: None,
+            pyramids: PyramidPool::default(),
+            scratch: Scratch::default(),
         }
     }
 
@@ -78,14 +117,16 @@ impl Odometry {
         }
     }
 
-    /// Takes the next frame; returns its pyramid for the stages that look at the same pixels.
+    /// Takes the next frame; returns its pyramid for the stages that look at the same pixels. Once nobody holds it, its
+    /// memory serves a later frame.
     pub fn process(&mut self, image: &GrayImage, mask: &StaticMask<'_>) -> Arc<Pyramid> {
-        let pyramid = Arc::new(Pyramid::new(image, PYRAMID_LEVELS));
+        let pyramid = self.pyramids.pyramid(image, PYRAMID_LEVELS);
         if self.window.newest().is_none() {
             self.begin(&pyramid, mask);
         } else {
             self.advance(&pyramid, mask);
         }
+        self.scratch.make_room(self.window.landmarks.len());
         pyramid
     }
 

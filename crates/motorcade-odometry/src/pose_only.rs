@@ -3,6 +3,8 @@
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World, robust::Kernel};
 use nalgebra::{Matrix2x3, Matrix2x6, Matrix6, Point2, Point3, SMatrix, Vector2, Vector6};
 
+use crate::odometry::make_room;
+
 /// One point and where it was seen.
 #[derive(Clone, Copy, Debug)]
 pub struct Observation {
@@ -13,7 +15,7 @@ pub struct Observation {
 }
 
 /// A refined pose and its evidence.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct PoseEstimate {
     /// The pose.
     pub camera_from_world: Pose<Camera, World>,
@@ -21,8 +23,6 @@ pub struct PoseEstimate {
     pub inlier_count: usize,
     /// Root mean square reprojection error of the inliers \[px\].
     pub inlier_rms_px: f64,
-    /// Which observations are inliers.
-    pub inliers: Vec<bool>,
     /// Σ JᵀWJ at the optimum (6×6, `[ω, ν]`, per px²): the information for unit pixel noise.
     pub information: Matrix6<f64>,
 }
@@ -93,63 +93,91 @@ pub(crate) fn add_outer<const R: usize, const C: usize>(
     }
 }
 
-/// Refines a predicted pose. `None` with fewer than 6 observations or when the normal equations are singular.
-pub fn refine_pose(
-    camera: &PinholeCamera,
-    predicted: &Pose<Camera, World>,
-    observations: &[Observation],
-    options: &PoseOnlyOptions,
-) -> Option<PoseEstimate> {
-    if observations.len() < 6 {
-        return None;
-    }
-    let mut pose = *predicted;
-    let mut information = Matrix6::zeros();
-    // The kernel starts wide: the prediction may be off by tens of pixels, and narrows as the pose settles.
-    let mut scale = (16.0 * options.kernel_px).max(residual_scale(camera, &pose, observations));
-    for _ in 0..options.max_iterations {
-        let kernel = Kernel::Cauchy(scale);
-        let (mut h, mut g) = (Matrix6::zeros(), Vector6::zeros());
-        for o in observations {
-            if let Some((r, j, _)) = reprojection(camera, &pose, &o.point_in_world, &o.pixel) {
-                let w = kernel.weight(r.norm_squared());
-                add_outer(&mut h, &j, &j, w);
-                add_outer(&mut g, &j, &r, w);
-            }
-        }
-        information = h;
-        let step = h.cholesky()?.solve(&-g);
-        pose = pose.retract(&step);
-        let settled = step.norm() < 1e-7;
-        if settled && scale <= options.kernel_px {
-            break;
-        }
-        scale = (scale * 0.4).max(options.kernel_px);
-    }
-    let limit = options.inlier_px * options.inlier_px;
-    let error = |o: &Observation| {
-        let projected = camera.project(&pose.transform_point(&o.point_in_world))?;
-        Some((projected - o.pixel).norm_squared())
-    };
-    let errors: Vec<f64> = observations.iter().map(|o| error(o).unwrap_or(f64::MAX)).collect();
-    let inliers: Vec<bool> = errors.iter().map(|e| *e < limit).collect();
-    let inlier_count = inliers.iter().filter(|i| **i).count();
-    let sum: f64 = errors.iter().filter(|e| **e < limit).sum();
-    let inlier_rms_px = if inlier_count > 0 { (sum / inlier_count as f64).sqrt() } else { f64::MAX };
-    pose.is_finite().then_some(PoseEstimate {
-        camera_from_world: pose,
-        inlier_count,
-        inlier_rms_px,
-        inliers,
-        information,
-    })
+/// Refines poses, with memory that serves every time.
+#[derive(Default)]
+pub struct PoseRefiner {
+    /// Reprojection errors \[px\], squared in the end.
+    errors: Vec<f64>,
+    inliers: Vec<bool>,
 }
 
-fn residual_scale(camera: &PinholeCamera, pose: &Pose<Camera, World>, observations: &[Observation]) -> f64 {
-    let project = |o: &Observation| camera.project(&pose.transform_point(&o.point_in_world));
-    let mut errors: Vec<f64> =
-        observations.iter().filter_map(|o| project(o).map(|p| (p - o.pixel).norm())).collect();
-    motorcade_geometry::robust::median(&mut errors).unwrap_or(1.0)
+impl PoseRefiner {
+    /// Which observations were inliers of the last refined pose.
+    pub fn inliers(&self) -> &[bool] {
+        &self.inliers
+    }
+
+    /// Lets the next observations, `count` at most, take no memory.
+    pub(crate) fn make_room(&mut self, count: usize) {
+        make_room(&mut self.errors, count);
+        make_room(&mut self.inliers, count);
+    }
+
+    /// Refines a predicted pose. `None` with fewer than 6 observations or when the normal equations are singular.
+    pub fn refine(
+        &mut self,
+        camera: &PinholeCamera,
+        predicted: &Pose<Camera, World>,
+        observations: &[Observation],
+        options: &PoseOnlyOptions,
+    ) -> Option<PoseEstimate> {
+        self.inliers.clear();
+        if observations.len() < 6 {
+            return None;
+        }
+        let mut pose = *predicted;
+        let mut information = Matrix6::zeros();
+        // The kernel starts wide: the prediction may be off by tens of pixels, and narrows as the pose settles.
+        let mut scale = (16.0 * options.kernel_px).max(self.residual_scale(camera, &pose, observations));
+        for _ in 0..options.max_iterations {
+            let kernel = Kernel::Cauchy(scale);
+            let (mut h, mut g) = (Matrix6::zeros(), Vector6::zeros());
+            for o in observations {
+                if let Some((r, j, _)) = reprojection(camera, &pose, &o.point_in_world, &o.pixel) {
+                    let w = kernel.weight(r.norm_squared());
+                    add_outer(&mut h, &j, &j, w);
+                    add_outer(&mut g, &j, &r, w);
+                }
+            }
+            information = h;
+            let step = h.cholesky()?.solve(&-g);
+            pose = pose.retract(&step);
+            let settled = step.norm() < 1e-7;
+            if settled && scale <= options.kernel_px {
+                break;
+            }
+            scale = (scale * 0.4).max(options.kernel_px);
+        }
+        let limit = options.inlier_px * options.inlier_px;
+        let error = |o: &Observation| {
+            let projected = camera.project(&pose.transform_point(&o.point_in_world))?;
+            Some((projected - o.pixel).norm_squared())
+        };
+        self.errors.clear();
+        self.errors.extend(observations.iter().map(|o| error(o).unwrap_or(f64::MAX)));
+        self.inliers.extend(self.errors.iter().map(|e| *e < limit));
+        let inlier_count = self.inliers.iter().filter(|i| **i).count();
+        let sum: f64 = self.errors.iter().filter(|e| **e < limit).sum();
+        let inlier_rms_px = if inlier_count > 0 { (sum / inlier_count as f64).sqrt() } else { f64::MAX };
+        pose.is_finite().then_some(PoseEstimate {
+            camera_from_world: pose,
+            inlier_count,
+            inlier_rms_px,
+            information,
+        })
+    }
+
+    fn residual_scale(
+        &mut self,
+        camera: &PinholeCamera,
+        pose: &Pose<Camera, World>,
+        observations: &[Observation],
+    ) -> f64 {
+        let project = |o: &Observation| camera.project(&pose.transform_point(&o.point_in_world));
+        self.errors.clear();
+        self.errors.extend(observations.iter().filter_map(|o| project(o).map(|p| (p - o.pixel).norm())));
+        motorcade_geometry::robust::median(&mut self.errors).unwrap_or(1.0)
+    }
 }
 
 #[cfg(test)]
@@ -200,10 +228,13 @@ mod tests {
             observations
                 .push(Observation { point_in_world: p, pixel: clean + Vector2::new(push, 0.3 * push) });
         }
-        let found =
-            refine_pose(&CAMERA, &Pose::identity(), &observations, &PoseOnlyOptions::default()).unwrap();
+        let (mut refiner, options) = (PoseRefiner::default(), PoseOnlyOptions::default());
+        let found = refiner.refine(&CAMERA, &Pose::identity(), &observations, &options).unwrap();
         assert!((found.camera_from_world.inverse() * truth).log().norm() < 1e-3);
         assert!(found.inlier_count >= 100);
-        assert!(refine_pose(&CAMERA, &truth, &observations[..3], &PoseOnlyOptions::default()).is_none());
+        assert_eq!(refiner.inliers().iter().filter(|i| **i).count(), found.inlier_count);
+        assert_eq!(refiner.inliers().len(), observations.len());
+        assert!(refiner.refine(&CAMERA, &truth, &observations[..3], &options).is_none());
+        assert!(refiner.inliers().is_empty());
     }
 }

@@ -3,7 +3,7 @@
 use image::GrayImage;
 
 /// One grey level image, row-major, intensities 0–255.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Plane {
     width: usize,
     height: usize,
@@ -13,8 +13,14 @@ pub struct Plane {
 impl Plane {
     /// From 8-bit grey.
     pub fn from_gray(image: &GrayImage) -> Self {
-        let data = image.as_raw().iter().map(|v| f32::from(*v)).collect();
-        Self { width: image.width() as usize, height: image.height() as usize, data }
+        let mut out = Self::default();
+        out.refill(image);
+        out
+    }
+    fn refill(&mut self, image: &GrayImage) {
+        (self.width, self.height) = (image.width() as usize, image.height() as usize);
+        self.data.clear();
+        self.data.extend(image.as_raw().iter().map(|v| f32::from(*v)));
     }
     /// Width \[px\].
     pub fn width(&self) -> usize {
@@ -68,24 +74,25 @@ impl Plane {
         let dy = 0.5 * mix(bottom - up, down - top, fy);
         Some([value, dx, dy])
     }
-    /// Half the size, smoothed by the binomial kernel 1 4 6 4 1 in both directions.
-    fn halved(&self) -> Self {
-        let (width, height) = (self.width / 2, self.height / 2);
-        let mut data = Vec::with_capacity(width * height);
-        let mut columns = vec![0.0_f32; self.width];
+    /// Becomes half the size of `finer`, smoothed by the binomial kernel 1 4 6 4 1 in both directions. `columns` is scratch.
+    fn refill_halved(&mut self, finer: &Plane, columns: &mut Vec<f32>) {
+        let (width, height) = (finer.width / 2, finer.height / 2);
+        (self.width, self.height) = (width, height);
+        self.data.clear();
+        self.data.reserve(width * height);
+        columns.resize(finer.width, 0.0);
         for y in 0..height {
-            let clamp = |dy: isize| (2 * y as isize + dy).clamp(0, self.height as isize - 1) as usize;
-            let rows = [-2, -1, 0, 1, 2].map(|dy| self.row(clamp(dy)));
+            let clamp = |dy: isize| (2 * y as isize + dy).clamp(0, finer.height as isize - 1) as usize;
+            let rows = [-2, -1, 0, 1, 2].map(|dy| finer.row(clamp(dy)));
             for (x, out) in columns.iter_mut().enumerate() {
                 *out = rows[0][x] + rows[4][x] + 4.0 * (rows[1][x] + rows[3][x]) + 6.0 * rows[2][x];
             }
             for x in 0..width {
                 let at =
-                    |dx: isize| columns[(2 * x as isize + dx).clamp(0, self.width as isize - 1) as usize];
-                data.push((at(-2) + at(2) + 4.0 * (at(-1) + at(1)) + 6.0 * at(0)) / 256.0);
+                    |dx: isize| columns[(2 * x as isize + dx).clamp(0, finer.width as isize - 1) as usize];
+                self.data.push((at(-2) + at(2) + 4.0 * (at(-1) + at(1)) + 6.0 * at(0)) / 256.0);
             }
         }
-        Self { width, height, data }
     }
 }
 
@@ -93,21 +100,30 @@ impl Plane {
 #[derive(Clone, Debug)]
 pub struct Pyramid {
     levels: Vec<Plane>,
+    /// One row of sums while a level is halved.
+    columns: Vec<f32>,
 }
+
+/// No side of a halved level is shorter \[px\].
+const LEAST_SIDE_PX: usize = 32;
 
 impl Pyramid {
     /// Builds up to `levels` levels; stops before a side falls under 32 px.
     pub fn new(image: &GrayImage, levels: usize) -> Self {
-        const LEAST_SIDE_PX: usize = 32;
-        let mut out = vec![Plane::from_gray(image)];
-        while out.len() < levels {
-            let last = &out[out.len() - 1];
-            if last.width / 2 < LEAST_SIDE_PX || last.height / 2 < LEAST_SIDE_PX {
-                break;
-            }
-            out.push(last.halved());
+        let mut out = Self { levels: Vec::new(), columns: Vec::new() };
+        out.refill(image, levels);
+        out
+    }
+    /// Becomes what [`Pyramid::new`] makes of another image; one of the same size takes no memory.
+    pub fn refill(&mut self, image: &GrayImage, levels: usize) {
+        let shorter = image.width().min(image.height()) as usize;
+        let fitting = (1..levels).take_while(|k| shorter >> k >= LEAST_SIDE_PX).count();
+        self.levels.resize_with(1 + fitting, Plane::default);
+        self.levels[0].refill(image);
+        for k in 1..=fitting {
+            let (finer, coarser) = self.levels.split_at_mut(k);
+            coarser[0].refill_halved(&finer[k - 1], &mut self.columns);
         }
-        Self { levels: out }
     }
     /// Number of levels.
     pub fn len(&self) -> usize {
@@ -135,6 +151,26 @@ mod tests {
         let half = pyramid.level(1);
         // Pixel centres at integers: level-1 pixel x sits on level-0 pixel 2x.
         assert_eq!(half.sample(20.0, 20.0), Some(40.0));
+    }
+
+    #[test]
+    fn a_pyramid_filled_again_is_the_new_one() {
+        let image = |width: u32, height: u32, grain: u32| {
+            GrayImage::from_fn(width, height, |x, y| Luma([((x * x + grain * y * (x + 3)) % 251) as u8]))
+        };
+        let mut again = Pyramid::new(&image(200, 150, 5), 4);
+        // The same size, smaller with fewer levels, larger with more.
+        for other in [image(200, 150, 7), image(90, 70, 3), image(300, 280, 11)] {
+            again.refill(&other, 4);
+            let new = Pyramid::new(&other, 4);
+            assert_eq!(again.len(), new.len());
+            for level in 0..new.len() {
+                let (a, b) = (again.level(level), new.level(level));
+                assert_eq!((a.width, a.height), (b.width, b.height));
+                assert!(a.data.iter().zip(&b.data).all(|(a, b)| a.to_bits() == b.to_bits()));
+                assert_eq!(a.data.len(), b.data.len());
+            }
+        }
     }
 
     #[test]

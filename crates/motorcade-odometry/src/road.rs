@@ -13,7 +13,7 @@ use motorcade_geometry::{
 };
 use nalgebra::{Matrix3, Point2, SMatrix, SVector, Vector3};
 
-use crate::pyramid::{Plane, Pyramid};
+use crate::pyramid::Pyramid;
 
 /// How the road is aligned. Lengths are in camera heights, so that nothing depends on the unknown unit.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -104,6 +104,14 @@ struct Sample {
     grey: f64,
 }
 
+/// Memory of one alignment, kept for the next.
+#[derive(Default)]
+pub struct RoadScratch {
+    samples: Vec<Sample>,
+    /// Absolute grey residuals.
+    absolute: Vec<f64>,
+}
+
 /// The stretch of road to look at and its present guess.
 #[derive(Clone, Copy)]
 pub struct RoadView<'a> {
@@ -120,18 +128,20 @@ pub struct RoadView<'a> {
 }
 
 impl RoadView<'_> {
-    /// Road pixels of a level: inside the stretch, allowed, textured; thinned evenly when there are too many.
+    /// Puts into `out` the road pixels of a level: inside the stretch, allowed, textured; thinned evenly when there are too
+    /// many.
     fn samples(
         &self,
         level: usize,
         usable: &impl Fn(&Point2<f64>) -> bool,
         options: &RoadOptions,
-    ) -> Vec<Sample> {
+        out: &mut Vec<Sample>,
+    ) {
         let plane = self.current.level(level);
         let scale = f64::from(1u32 << level);
         let height = 1.0 / self.guess.norm();
         let (far, half_width) = (options.far_heights * height, options.half_width_heights * height);
-        let mut out = Vec::new();
+        out.clear();
         let least = options.least_gradient * options.least_gradient;
         for y in 2..plane.height().saturating_sub(3) {
             let v = y as f64 * scale;
@@ -156,7 +166,6 @@ impl RoadView<'_> {
                 index % keep_every == 0
             });
         }
-        out
     }
 
     /// Columns of a row of pixels (level 0: `v`) that see the stretch: nearer than `far`, within `half_width` of the camera.
@@ -194,15 +203,17 @@ impl RoadView<'_> {
         let t = self.reference_from_current.translation();
         let plane = self.reference.level(level);
         let scale = 1.0 / f64::from(1u32 << level);
-        let mut differences = Vec::with_capacity(samples.len());
+        let (mut sum, mut count) = (0.0, 0);
         for s in samples {
             let moved = r * s.ray + t * m.dot(&s.ray);
             let pixel = (moved.z > 1e-6).then(|| self.camera.project(&(moved / moved.z).into())).flatten();
             let grey = pixel.and_then(|p| plane.sample((p.x * scale) as f32, (p.y * scale) as f32));
-            differences.extend(grey.map(|g| (f64::from(g) - s.grey).abs().min(40.0)));
+            if let Some(grey) = grey {
+                sum += (f64::from(grey) - s.grey).abs().min(40.0);
+                count += 1;
+            }
         }
-        (2 * differences.len() > samples.len())
-            .then(|| differences.iter().sum::<f64>() / differences.len() as f64)
+        (2 * count > samples.len()).then(|| sum / count as f64)
     }
 }
 
@@ -212,16 +223,18 @@ pub fn search_scale(
     view: &RoadView<'_>,
     usable: impl Fn(&Point2<f64>) -> bool,
     options: &RoadOptions,
+    scratch: &mut RoadScratch,
 ) -> Option<Vector3<f64>> {
     const STEPS: i32 = 40;
     let level = 2.min(view.current.len() - 1);
-    let samples = view.samples(level, &usable, options);
+    let samples = &mut scratch.samples;
+    view.samples(level, &usable, options, samples);
     if samples.len() < options.least_pixels / 4 {
         return None;
     }
     let plane = |k: i32| view.guess * 4.0_f64.powf(f64::from(k) / f64::from(STEPS));
     let scores: Vec<(f64, Vector3<f64>)> = (-STEPS..=STEPS)
-        .map(|k| (view.mismatch(&plane(k), &samples, level).unwrap_or(f64::MAX), plane(k)))
+        .map(|k| (view.mismatch(&plane(k), samples, level).unwrap_or(f64::MAX), plane(k)))
         .collect();
     // At the ends of the range nothing says that a minimum is one: a wet road that mirrors the sky stays where it is in the
     // picture, as a plane far below would.
@@ -234,11 +247,12 @@ pub fn align_road(
     view: &RoadView<'_>,
     usable: impl Fn(&Point2<f64>) -> bool,
     options: &RoadOptions,
+    scratch: &mut RoadScratch,
 ) -> Option<RoadPlane> {
     if !options.free_normal {
-        return align_level_road(view, &usable, options);
+        return align_level_road(view, &usable, options, scratch);
     }
-    align(view, &usable, options)
+    align(view, &usable, options, scratch)
 }
 
 /// With the normal held: the guess is turned level and its tilt gets no room.
@@ -246,26 +260,28 @@ fn align_level_road(
     view: &RoadView<'_>,
     usable: &impl Fn(&Point2<f64>) -> bool,
     options: &RoadOptions,
+    scratch: &mut RoadScratch,
 ) -> Option<RoadPlane> {
     const NO_ROOM_RAD: f64 = 1e-5;
     let level = RoadView { guess: Vector3::new(0.0, view.guess.norm(), 0.0), ..*view };
     let options = RoadOptions { tilt_sigma_rad: NO_ROOM_RAD, ..*options };
-    align(&level, usable, &options)
+    align(&level, usable, &options, scratch)
 }
 
 fn align(
     view: &RoadView<'_>,
     usable: &impl Fn(&Point2<f64>) -> bool,
     options: &RoadOptions,
+    scratch: &mut RoadScratch,
 ) -> Option<RoadPlane> {
     let mut state = State { m: view.guess, turn: Vector3::zeros(), gain: 0.0, bias: 0.0, bend: 0.0 };
     let mut result = None;
     for level in (0..2.min(view.current.len())).rev() {
-        let samples = view.samples(level, usable, options);
-        if samples.len() < options.least_pixels {
+        view.samples(level, usable, options, &mut scratch.samples);
+        if scratch.samples.len() < options.least_pixels {
             return None;
         }
-        result = refine(view, &samples, view.reference.level(level), level, &mut state, options);
+        result = refine(view, scratch, level, &mut state, options);
         result.as_ref()?;
     }
     result
@@ -286,8 +302,7 @@ type Normal = (SMatrix<f64, PARAMETERS, PARAMETERS>, SVector<f64, PARAMETERS>);
 
 fn refine(
     view: &RoadView<'_>,
-    samples: &[Sample],
-    reference: &Plane,
+    RoadScratch { samples, absolute }: &mut RoadScratch,
     level: usize,
     state: &mut State,
     options: &RoadOptions,
@@ -296,11 +311,11 @@ fn refine(
     let mut sigma = 8.0;
     let mut last = None;
     for _ in 0..options.iterations {
-        let (normal, mut absolute, seen) = accumulate(view, samples, reference, level, state, sigma);
+        let (mut h, mut g) = accumulate(view, samples, level, state, sigma, absolute);
+        let seen = absolute.len();
         if seen < options.least_pixels {
             return None;
         }
-        let (mut h, mut g) = normal;
         add_priors(&mut h, &mut g, view, state, sigma, options);
         let step = h.cholesky()?.solve(&-g);
         state.m += step.fixed_rows::<3>(0);
@@ -310,7 +325,7 @@ fn refine(
         state.bend += step[8];
         let agreement =
             absolute.iter().filter(|r| **r < 2.5 * sigma.max(2.0)).count() as f64 / samples.len() as f64;
-        sigma = sigma_from_absolute(&mut absolute)?.max(0.5);
+        sigma = sigma_from_absolute(absolute)?.max(0.5);
         let covariance = h.try_inverse()?.fixed_view::<3, 3>(0, 0) * (sigma * sigma * CORRELATED_PIXELS);
         let plane = RoadPlane { m: state.m, covariance, pixels: seen, agreement, sigma_grey: sigma };
         let settled = step.fixed_rows::<3>(0).norm() < 1e-5 * state.m.norm();
@@ -325,14 +340,16 @@ fn refine(
     last.filter(|p| sane && p.agreement >= options.least_agreement)
 }
 
+/// Normal equations; puts the absolute residuals into `absolute`.
 fn accumulate(
     view: &RoadView<'_>,
     samples: &[Sample],
-    reference: &Plane,
     level: usize,
     state: &State,
     sigma: f64,
-) -> (Normal, Vec<f64>, usize) {
+    absolute: &mut Vec<f64>,
+) -> Normal {
+    let reference = view.reference.level(level);
     let scale = 1.0 / f64::from(1u32 << level);
     let turn = so3::exp(&state.turn).to_rotation_matrix().into_inner();
     let r = turn * view.reference_from_current.rotation_matrix();
@@ -341,7 +358,8 @@ fn accumulate(
     let (fx, fy) = (view.camera.fx * scale, view.camera.fy * scale);
     let (cx, cy) = (view.camera.cx * scale, view.camera.cy * scale);
     let (mut h, mut g): Normal = (SMatrix::zeros(), SVector::zeros());
-    let mut absolute = Vec::with_capacity(samples.len());
+    absolute.clear();
+    absolute.reserve(samples.len());
     for s in samples {
         let flat = state.m.dot(&s.ray);
         let x = &s.ray;
@@ -377,8 +395,7 @@ fn accumulate(
         }
     }
     h.fill_lower_triangle_with_upper_triangle();
-    let seen = absolute.len();
-    ((h, g), absolute, seen)
+    (h, g)
 }
 
 /// Priors, in the units of the data term (grey² · correlated pixels).

@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Point2, Vector3};
 
 use crate::pyramid::Pyramid;
 use crate::record::UpToScale;
-use crate::road::{RoadOptions, RoadPlane, RoadView, align_road, search_scale};
+use crate::road::{RoadOptions, RoadPlane, RoadScratch, RoadView, align_road, search_scale};
 
 /// What one frame says about road and scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,6 +84,7 @@ pub struct RoadTracker {
     /// Half width of the stretch without a road mask \[camera heights\].
     unmasked_half_width: f64,
     measurements: Vec<RoadMeasurement>,
+    scratch: RoadScratch,
 }
 
 /// Frames that must agree on a plane before it is believed.
@@ -108,6 +109,7 @@ impl RoadTracker {
             failures: 0,
             unmasked_half_width: options.unmasked_half_width_heights,
             measurements: Vec::new(),
+            scratch: RoadScratch::default(),
         }
     }
 
@@ -179,7 +181,7 @@ impl RoadTracker {
         };
         // Smooth asphalt has false minima, and they fit as well as the true one; but no camera rises by a seventh at once.
         let near = |found: &RoadPlane| (found.m.norm() / plane.norm()).ln().abs() < FARTHEST_JUMP;
-        let found = align_road(&view, usable, options).filter(near);
+        let found = align_road(&view, usable, options, &mut self.scratch).filter(near);
         self.adapt_width(found.as_ref());
         let Some(found) = found else {
             self.failures += 1;
@@ -236,8 +238,8 @@ impl RoadTracker {
             reference_from_current: motion,
             guess,
         };
-        view.guess = search_scale(&view, usable, options)?;
-        let found = align_road(&view, usable, options)?;
+        view.guess = search_scale(&view, usable, options, &mut self.scratch)?;
+        let found = align_road(&view, usable, options, &mut self.scratch)?;
         self.candidates.push(found.m);
         let mut norms: Vec<f64> = self.candidates.iter().map(|m| m.norm()).collect();
         let centre = median(&mut norms)?;

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World, triangulate_rays};
-use nalgebra::{Point2, Point3};
+use nalgebra::{Point2, Point3, Vector3};
 
 use crate::bundle::{BundleOptions, BundleProblem, Length, Sighting};
 use crate::landmark::Landmark;
@@ -84,6 +84,17 @@ impl Default for WindowOptions {
     }
 }
 
+/// `camera_from_world` and what it saw \[px\].
+type View = (Pose<Camera, World>, Point2<f64>);
+/// Origin and unit direction in the world.
+type Ray = (Point3<f64>, Vector3<f64>);
+
+fn ray((camera_from_world, pixel): &View, camera: &PinholeCamera) -> Ray {
+    let world_from_camera = camera_from_world.inverse();
+    let direction = world_from_camera.transform_vector(&camera.ray(pixel)).normalize();
+    (Point3::from(world_from_camera.translation()), direction)
+}
+
 /// Keyframes and landmarks of the current segment.
 #[derive(Clone, Debug)]
 pub struct Window {
@@ -158,7 +169,7 @@ impl Window {
             };
             let Some(keyframe) = self.index_of(*number).and_then(|i| self.keyframes.get(i)) else { continue };
             let views = [(keyframe.camera_from_world, *first), (*camera_from_world, pixel)];
-            landmark.point_in_world = self.position_from(&views, camera);
+            landmark.point_in_world = self.position_from(&views, &views.map(|v| ray(&v, camera)), camera);
         }
         self.landmarks = landmarks;
     }
@@ -166,27 +177,19 @@ impl Window {
     fn position(&self, sightings: &[(usize, Point2<f64>)], camera: &PinholeCamera) -> Option<Point3<f64>> {
         let view =
             |(n, p): &(usize, Point2<f64>)| Some((self.keyframes[self.index_of(*n)?].camera_from_world, *p));
-        let views: Vec<_> = sightings.iter().filter_map(view).collect();
-        self.position_from(&views, camera)
+        let views: Vec<View> = sightings.iter().filter_map(view).collect();
+        let rays: Vec<_> = views.iter().map(|v| ray(v, camera)).collect();
+        self.position_from(&views, &rays, camera)
     }
 
-    fn position_from(
-        &self,
-        views: &[(Pose<Camera, World>, Point2<f64>)],
-        camera: &PinholeCamera,
-    ) -> Option<Point3<f64>> {
-        let ray = |(camera_from_world, pixel): &(Pose<Camera, World>, Point2<f64>)| {
-            let world_from_camera = camera_from_world.inverse();
-            let direction = world_from_camera.transform_vector(&camera.ray(pixel)).normalize();
-            (Point3::from(world_from_camera.translation()), direction)
-        };
-        let rays: Vec<_> = views.iter().map(ray).collect();
+    /// Where the rays of the views meet.
+    fn position_from(&self, views: &[View], rays: &[Ray], camera: &PinholeCamera) -> Option<Point3<f64>> {
         let (first, last) = (rays.first()?, rays.last()?);
         if first.1.angle(&last.1) < self.options.least_parallax_rad {
             return None;
         }
-        let point = triangulate_rays(&rays)?;
-        let agrees = |(camera_from_world, pixel): &(Pose<Camera, World>, Point2<f64>)| {
+        let point = triangulate_rays(rays)?;
+        let agrees = |(camera_from_world, pixel): &View| {
             let projected = camera.project(&camera_from_world.transform_point(&point));
             projected.is_some_and(|p| (p - pixel).norm() < self.options.outlier_px)
         };

@@ -5,12 +5,11 @@ use std::sync::Arc;
 use motorcade_geometry::robust::median;
 use nalgebra::{Matrix2, Point2, Point3};
 
-use super::{CameraFromCamera, CameraFromWorld, Odometry};
+use super::{CameraFromCamera, CameraFromWorld, Odometry, Scratch};
 use crate::corners::detect;
 use crate::klt::{Request, track_checked};
 use crate::landmark::Landmark;
-use crate::nearby_depths::NearbyDepths;
-use crate::pose_only::{Observation, PoseEstimate, refine_pose};
+use crate::pose_only::{Observation, PoseEstimate};
 use crate::pyramid::Pyramid;
 use crate::record::FrameStatus;
 use crate::static_mask::{Place, StaticMask};
@@ -18,12 +17,18 @@ use crate::window::Keyframe;
 
 impl Odometry {
     pub(super) fn advance(&mut self, pyramid: &Arc<Pyramid>, mask: &StaticMask<'_>) {
+        let mut scratch = std::mem::take(&mut self.scratch);
+        self.advance_with(&mut scratch, pyramid, mask);
+        self.scratch = scratch;
+    }
+
+    fn advance_with(&mut self, scratch: &mut Scratch, pyramid: &Arc<Pyramid>, mask: &StaticMask<'_>) {
         let Some((last_frame, last_pyramid, last_pose)) = self.last.take() else { return };
         let frame = self.out.frames.len();
         let predicted = (last_frame..frame).fold(last_pose, |pose, _| self.velocity.cast() * pose);
-        let pixels = self.follow_landmarks(&last_pyramid, pyramid, &last_pose, &predicted, mask);
-        let still = self.is_standstill(&pixels);
-        let estimate = self.locate(&predicted, &last_pose, &pixels);
+        self.follow_landmarks([&last_pyramid, pyramid], [&last_pose, &predicted], mask, scratch);
+        let still = self.is_standstill(scratch);
+        let estimate = self.locate(&predicted, &last_pose, scratch);
         let Some(estimate) = estimate else {
             self.last = Some((last_frame, last_pyramid, last_pose));
             self.failures += 1;
@@ -34,32 +39,32 @@ impl Odometry {
             return;
         };
         self.failures = 0;
-        self.commit_pixels(&pixels, &estimate);
+        self.commit_pixels(&scratch.pixels, scratch.refiner.inliers());
         self.window.triangulate_tracked(&self.camera, &estimate.camera_from_world);
         let pose = if still { last_pose } else { estimate.camera_from_world };
         let step: CameraFromCamera = (pose * last_pose.inverse()).cast();
         self.velocity = CameraFromCamera::exp(&(step.log() / (frame - last_frame) as f64));
         self.record(&estimate, pose, if still { FrameStatus::Standstill } else { FrameStatus::Tracked });
         self.last = Some((frame, pyramid.clone(), pose));
-        if !still && self.wants_keyframe() {
+        if !still && self.wants_keyframe(&mut scratch.values) {
             self.add_keyframe(frame, pose, pyramid, mask);
             self.last = Some((frame, pyramid.clone(), self.newest_pose(pose)));
         }
     }
 
-    /// New pixel of every landmark, `None` where lost.
+    /// Puts the new pixel of every landmark into the scratch.
     fn follow_landmarks(
         &self,
-        from: &Pyramid,
-        to: &Pyramid,
-        last_pose: &CameraFromWorld,
-        predicted: &CameraFromWorld,
+        [from, to]: [&Pyramid; 2],
+        [last_pose, predicted]: [&CameraFromWorld; 2],
         mask: &StaticMask<'_>,
-    ) -> Vec<Option<Point2<f64>>> {
+        scratch: &mut Scratch,
+    ) {
         /// A depth without parallax, in the segment's unit.
         const FAR: f64 = 1e4;
         let motion: CameraFromCamera = (*predicted * last_pose.inverse()).cast();
-        let depths = NearbyDepths::new(&self.window.landmarks, last_pose);
+        let Scratch { pixels, depths, .. } = scratch;
+        depths.refill(&self.window.landmarks, last_pose);
         let one = |landmark: &Landmark| {
             let from_pixel = landmark.pixel?;
             let known = landmark.point_in_world.and_then(|p| {
@@ -93,43 +98,46 @@ impl Odometry {
             };
             track_checked(from, to, &request, &self.options.klt).filter(|p| stays(landmark, mask.place(p)))
         };
-        self.window.landmarks.iter().map(one).collect()
+        pixels.clear();
+        pixels.extend(self.window.landmarks.iter().map(one));
     }
 
-    fn is_standstill(&self, pixels: &[Option<Point2<f64>>]) -> bool {
-        let moves = self.window.landmarks.iter().zip(pixels).filter(|(l, _)| l.is_static());
-        let moves = moves.filter_map(|(l, p)| Some(((*p)? - l.pixel?).norm()));
-        let mut moves: Vec<f64> = moves.collect();
+    fn is_standstill(&self, scratch: &mut Scratch) -> bool {
+        let Scratch { pixels, values: moves, .. } = scratch;
+        let seen = self.window.landmarks.iter().zip(pixels).filter(|(l, _)| l.is_static());
+        moves.clear();
+        moves.extend(seen.filter_map(|(l, p)| Some(((*p)? - l.pixel?).norm())));
         let enough = moves.len() >= self.options.policy.least_inliers;
-        enough && median(&mut moves).is_some_and(|m| m < self.options.policy.standstill_px)
+        enough && median(moves).is_some_and(|m| m < self.options.policy.standstill_px)
     }
 
     fn locate(
         &self,
         predicted: &CameraFromWorld,
         last_pose: &CameraFromWorld,
-        pixels: &[Option<Point2<f64>>],
+        scratch: &mut Scratch,
     ) -> Option<PoseEstimate> {
+        let Scratch { pixels, observations, refiner, .. } = scratch;
         let observation = |(l, p): (&Landmark, &Option<Point2<f64>>)| {
             l.is_static().then_some(())?;
             Some(Observation { point_in_world: l.point_in_world?, pixel: (*p)? })
         };
-        let observations: Vec<Observation> =
-            self.window.landmarks.iter().zip(pixels).filter_map(observation).collect();
+        observations.clear();
+        observations.extend(self.window.landmarks.iter().zip(&*pixels).filter_map(observation));
         let good = |e: &PoseEstimate| {
             e.inlier_count >= self.options.policy.least_inliers
                 && 10 * e.inlier_count >= 4 * observations.len()
         };
-        let direct = refine_pose(&self.camera, predicted, &observations, &self.options.pose).filter(good);
-        direct.or_else(|| {
-            // A sudden turn or stop: begin from the pose before.
-            refine_pose(&self.camera, last_pose, &observations, &self.options.pose).filter(good)
-        })
+        let mut from =
+            |pose| refiner.refine(&self.camera, pose, observations, &self.options.pose).filter(good);
+        // A sudden turn or stop: begin from the pose before.
+        from(predicted).or_else(|| from(last_pose))
     }
 
-    fn commit_pixels(&mut self, pixels: &[Option<Point2<f64>>], estimate: &PoseEstimate) {
+    /// `inliers` of the landmarks that took part in the pose.
+    fn commit_pixels(&mut self, pixels: &[Option<Point2<f64>>], inliers: &[bool]) {
         const STRIKES: u8 = 3;
-        let mut verdicts = estimate.inliers.iter();
+        let mut verdicts = inliers.iter();
         for (landmark, pixel) in self.window.landmarks.iter_mut().zip(pixels) {
             if landmark.is_static() && landmark.point_in_world.is_some() && pixel.is_some() {
                 let inlier = verdicts.next().copied().unwrap_or(true);
@@ -144,20 +152,21 @@ impl Odometry {
         self.window.landmarks.retain(|l| l.pixel.is_some() || l.point_in_world.is_some());
     }
 
-    fn wants_keyframe(&self) -> bool {
+    /// `flow` is scratch.
+    fn wants_keyframe(&self, flow: &mut Vec<f64>) -> bool {
         let Some(newest) = self.window.newest() else { return false };
         let seen_then = self.window.landmarks.iter().filter(|l| l.is_static()).filter_map(|l| {
             l.sightings.last().filter(|(n, _)| *n == newest.number).map(|(_, then)| (l.pixel, then))
         });
-        let (mut flow, mut total) = (Vec::new(), 0);
+        let mut total = 0;
+        flow.clear();
         for (now, then) in seen_then {
             total += 1;
             flow.extend(now.map(|p| (p - then).norm()));
         }
         let kept = flow.len() as f64 / f64::from(total.max(1));
         kept < self.options.policy.keyframe_kept
-            || median(&mut flow)
-                .is_none_or(|m| m > self.options.policy.keyframe_flow_rad * self.camera.focal_px())
+            || median(flow).is_none_or(|m| m > self.options.policy.keyframe_flow_rad * self.camera.focal_px())
     }
 
     pub(super) fn add_keyframe(

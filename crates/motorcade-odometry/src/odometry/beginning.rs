@@ -11,7 +11,7 @@ use super::{CameraFromCamera, CameraFromWorld, Odometry};
 use crate::corners::detect;
 use crate::klt::{Request, track_checked};
 use crate::landmark::Landmark;
-use crate::pose_only::{Observation, refine_pose};
+use crate::pose_only::{Observation, PoseRefiner};
 use crate::pyramid::Pyramid;
 use crate::record::{FrameStatus, fill};
 use crate::static_mask::StaticMask;
@@ -161,7 +161,7 @@ impl Odometry {
     ) {
         let steps = (frame - beginning.first_frame).max(1) as f64;
         let skipped = (frame - beginning.first_frame).saturating_sub(beginning.tracks.len());
-        let mut before = CameraFromWorld::identity();
+        let (mut before, mut refiner) = (CameraFromWorld::identity(), PoseRefiner::default());
         for k in beginning.first_frame..frame {
             // Frames skipped while standing share the first pose.
             let along = (k - beginning.first_frame).saturating_sub(skipped);
@@ -172,7 +172,7 @@ impl Odometry {
                     Some(Observation { point_in_world: l.point_in_world?, pixel: pixels[*i]? })
                 };
                 let observations: Vec<_> = landmarks.iter().filter_map(seen).collect();
-                refine_pose(&self.camera, &guess, &observations, &self.options.pose)
+                refiner.refine(&self.camera, &guess, &observations, &self.options.pose)
             });
             let record = &mut self.out.frames[k];
             record.segment = segment;

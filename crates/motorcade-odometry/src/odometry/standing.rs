@@ -7,7 +7,7 @@
 use motorcade_geometry::robust::quantile;
 use nalgebra::{Point2, Vector3};
 
-use super::Odometry;
+use super::{Odometry, Scratch};
 use crate::landmark::Landmark;
 use crate::static_mask::Rectangle;
 
@@ -37,12 +37,15 @@ impl Odometry {
             let around = (0..boxes.len()).filter(|b| boxes[*b].contains(p));
             around.max_by(|a, b| boxes[*a].y2.total_cmp(&boxes[*b].y2))
         };
-        let owners: Vec<Option<usize>> =
-            self.window.landmarks.iter().map(|l| l.on_vehicle.and(l.pixel).and_then(|p| owner(&p))).collect();
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let Scratch { owners, values: depths, .. } = &mut scratch;
+        let landmarks = self.window.landmarks.iter();
+        owners.clear();
+        owners.extend(landmarks.map(|l| l.on_vehicle.and(l.pixel).and_then(|p| owner(&p))));
         for (index, rectangle) in boxes.iter().enumerate() {
             let own = || owners.iter().enumerate().filter(move |(_, o)| **o == Some(index)).map(|(i, _)| i);
-            let on_it: Vec<&Landmark> = own().map(|i| &self.window.landmarks[i]).collect();
-            let verdict = self.verdict(rectangle, &on_it, plane);
+            let on_it = || own().map(|i| &self.window.landmarks[i]);
+            let verdict = self.verdict(rectangle, on_it, plane, depths);
             for landmark in own() {
                 let judged = self.window.landmarks[landmark].on_vehicle.unwrap_or(0);
                 self.window.landmarks[landmark].on_vehicle = Some(match verdict {
@@ -52,9 +55,17 @@ impl Odometry {
                 });
             }
         }
+        self.scratch = scratch;
     }
 
-    fn verdict(&self, rectangle: &Rectangle, on_it: &[&Landmark], plane: &Vector3<f64>) -> Verdict {
+    /// `depths` is scratch.
+    fn verdict<'a, I: Iterator<Item = &'a Landmark>>(
+        &self,
+        rectangle: &Rectangle,
+        on_it: impl Fn() -> I,
+        plane: &Vector3<f64>,
+        depths: &mut Vec<f64>,
+    ) -> Verdict {
         let Some((_, _, camera_from_world)) = &self.last else { return Verdict::Unknown };
         let bottom = Point2::new(0.5 * (rectangle.x1 + rectangle.x2), rectangle.y2);
         let inverse_depth = plane.dot(&self.camera.ray(&bottom));
@@ -63,14 +74,15 @@ impl Odometry {
             return Verdict::Unknown;
         }
         // A corner detected in the newest keyframe has had no time to show its depth.
-        let depth = |l: &&Landmark| Some(camera_from_world.transform_point(&l.point_in_world?).z);
-        let mut depths: Vec<f64> = on_it.iter().filter_map(depth).collect();
+        let depth = |l: &Landmark| Some(camera_from_world.transform_point(&l.point_in_world?).z);
+        depths.clear();
+        depths.extend(on_it().filter_map(depth));
         if depths.len() < LEAST_WITNESSES {
             // Corners that two keyframes saw and that fit no static point: what they are on moves.
-            let unfitting = on_it.iter().filter(|l| l.sightings.len() >= 2 && l.point_in_world.is_none());
+            let unfitting = on_it().filter(|l| l.sightings.len() >= 2 && l.point_in_world.is_none());
             return if unfitting.count() >= LEAST_WITNESSES { Verdict::Moves } else { Verdict::Unknown };
         }
-        match quantile(&mut depths, 0.25) {
+        match quantile(depths, 0.25) {
             Some(near) if DEPTH_RATIO.contains(&(near * inverse_depth)) => Verdict::Stands,
             _ => Verdict::Moves,
         }
