@@ -236,10 +236,10 @@ pub fn search_scale(
     let scores: Vec<(f64, Vector3<f64>)> = (-STEPS..=STEPS)
         .map(|k| (view.mismatch(&plane(k), samples, level).unwrap_or(f64::MAX), plane(k)))
         .collect();
+    let best = (0..scores.len()).min_by(|a, b| scores[*a].0.total_cmp(&scores[*b].0))?;
     // At the ends of the range nothing says that a minimum is one: a wet road that mirrors the sky stays where it is in the
     // picture, as a plane far below would.
-    let inner = scores.windows(3).filter(|w| w[1].0 < w[0].0.min(w[2].0)).map(|w| w[1]);
-    inner.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, m)| m)
+    (best > 0 && best + 1 < scores.len() && scores[best].0 < f64::MAX).then(|| scores[best].1)
 }
 
 /// Aligns the road. `None` when there is too little texture or the plane does not explain it.
