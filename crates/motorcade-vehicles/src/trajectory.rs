@@ -30,7 +30,9 @@ pub enum TrafficSide {
 pub enum Source {
     /// A box of this frame.
     Box,
-    /// A pose given for this frame, or fitted to its keypoints, with its box when there is one.
+    /// Keypoints of this frame, with its box.
+    Keypoints,
+    /// A pose given for this frame, with its box when there is one.
     Given,
     /// The motion model, between boxes.
     Predicted,
@@ -101,6 +103,8 @@ pub struct GivenView {
     pub forward_in_camera: Vector3<f64>,
     /// Covariance of the position (3×3, camera frame) \[m²\].
     pub covariance: Matrix3<f64>,
+    /// Whether it was given or comes from keypoints.
+    pub source: Source,
 }
 
 /// All that one frame says of the place.
@@ -407,10 +411,10 @@ fn assemble(
             speed_mps,
             speed_sigma_mps,
             yaw_rate_radps,
-            source: match (found.is_some(), given.iter().any(|g| g.frame == start + k)) {
-                (_, true) => Source::Given,
-                (true, false) => Source::Box,
-                (false, false) => Source::Predicted,
+            source: match (found, given.iter().find(|g| g.frame == start + k)) {
+                (_, Some(given)) => given.source,
+                (Some(_), None) => Source::Box,
+                (None, None) => Source::Predicted,
             },
             measured: views
                 .views

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use motorcade_geometry::PinholeCamera;
 use motorcade_perception::Detection;
-use motorcade_vehicles::{GivenView, GroundFrame, SeenBox, Track, TrackBox};
+use motorcade_vehicles::{GivenView, GroundFrame, SeenBox, Source, Track, TrackBox};
 use nalgebra::{Matrix3, Point3, Vector3};
 use serde::Deserialize;
 
@@ -118,5 +118,11 @@ fn view(pose: &GivenPose, frame: usize, ground: &GroundFrame) -> GivenView {
     let spread = ray * ray.transpose();
     let covariance = spread * along.powi(2) + (Matrix3::identity() - spread) * across.powi(2);
     let forward = Vector3::new(pose.r02, 0.0, pose.r00).normalize();
-    GivenView { frame, position_in_camera: Point3::from(position), forward_in_camera: forward, covariance }
+    GivenView {
+        frame,
+        position_in_camera: Point3::from(position),
+        forward_in_camera: forward,
+        covariance,
+        source: Source::Given,
+    }
 }

@@ -12,7 +12,7 @@ use motorcade_perception::{BoundingBox, VehicleClass};
 use motorcade_shape::{
     FitOptions, Layout, Observation, RoadPlane, SeenKeypoint, ShapeFit, ShapeFitter, ShapePrior,
 };
-use motorcade_vehicles::{GivenView, GroundFrame, Track, TrackBox, size_prior};
+use motorcade_vehicles::{GivenView, GroundFrame, Source, Track, TrackBox, size_prior};
 use nalgebra::{Matrix3, Point2, Point3};
 use serde::Deserialize;
 
@@ -202,6 +202,7 @@ fn view(frame: usize, fit: &ShapeFit) -> GivenView {
         position_in_camera: Point3::from(fit.camera_from_vehicle.translation()),
         forward_in_camera: r.column(0).into_owned(),
         covariance: r * place * r.transpose() * CORRELATED_FRAMES,
+        source: Source::Keypoints,
     }
 }
 

@@ -90,6 +90,7 @@ fn table(out: impl Write, result: &RunResult) -> io::Result<()> {
         row.extend(numbers.iter().map(|v| format!("{v:.6}")));
         let source = match s.source {
             Source::Box => "box",
+            Source::Keypoints => "keypoints",
             Source::Given => "given",
             Source::Predicted => "predicted",
         };
