@@ -243,12 +243,15 @@ fn given_headings(
 ) -> Option<Vec<f64>> {
     let world = |g: &GivenView| grounds[g.frame].world_from_camera.transform_vector(&g.forward_in_camera);
     let heading = |k: usize| {
-        // The mean of the five nearest in time: single-view headings scatter by degrees, and flip now and then.
+        // The mean of the nine nearest in time: single-view headings scatter by degrees, and flip now and then. Flipped ones
+        // are turned to the one that most others agree with.
         let mut near: Vec<&GivenView> = given.iter().collect();
         near.sort_by_key(|g| g.frame.abs_diff(start + k));
-        near.truncate(5);
-        let reference = world(near.first()?);
-        let sum: Vector3<f64> = near.iter().map(|g| world(g)).map(|d| d * d.dot(&reference).signum()).sum();
+        near.truncate(9);
+        let directions: Vec<Vector3<f64>> = near.iter().map(|g| world(g)).collect();
+        let agreement = |d: &Vector3<f64>| directions.iter().map(|o| o.dot(d)).sum::<f64>();
+        let medoid = directions.iter().max_by(|a, b| agreement(a).total_cmp(&agreement(b)))?;
+        let sum: Vector3<f64> = directions.iter().map(|d| d * d.dot(medoid).signum()).sum();
         let ground = &grounds[start + k];
         Some(ground.heading_of(&ground.world_from_camera.inverse().transform_vector(&sum)))
     };

@@ -5,9 +5,10 @@
 use motorcade_geometry::{PinholeCamera, Pose};
 use motorcade_perception::{BoundingBox, Detection, VehicleClass};
 use motorcade_vehicles::{
-    GroundFrame, Track, TrackerOptions, image_box, size_prior, standing_pose, track_vehicles,
+    GivenView, GroundFrame, Source, Track, TrackerOptions, TrafficSide, estimate_track, image_box,
+    size_prior, standing_pose, track_vehicles,
 };
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 const CAMERA: PinholeCamera =
     PinholeCamera { fx: 720.0, fy: 720.0, cx: 600.0, cy: 180.0, width: 1242, height: 375 };
@@ -114,4 +115,33 @@ fn sixty_vehicles_in_a_frame_and_one_frame_of_a_vehicle() {
     });
     assert_eq!(tracks.len(), 60);
     assert!(tracks.iter().all(|t| t.boxes.len() == 12));
+}
+
+#[test]
+fn given_poses_that_are_flipped_are_turned() {
+    let grounds = grounds(30, 1.65);
+    let given: Vec<GivenView> = (0..30)
+        .map(|frame| {
+            let ground = &grounds[frame];
+            // Parked across the street; every third view, the first among them, has it the wrong way round.
+            let sign = if frame % 3 == 0 { -1.0 } else { 1.0 };
+            GivenView {
+                frame,
+                position_in_camera: ground.point(45.0 - frame as f64, -4.0, 0.0),
+                forward_in_camera: ground.direction_of(1.2) * sign,
+                covariance: Matrix3::identity() * 0.25,
+                source: Source::Given,
+            }
+        })
+        .collect();
+    let track = Track { id: 1, class: VehicleClass::Car, boxes: Vec::new() };
+    let vehicle = estimate_track(&CAMERA, &grounds, &track, &given, TrafficSide::Right).unwrap();
+    assert!(vehicle.p_moving < 0.5 && vehicle.states.len() == 30);
+    for state in &vehicle.states {
+        let ground = &grounds[state.frame];
+        let nose = ground.world_from_camera.inverse() * state.world_from_vehicle;
+        let off = nose.transform_vector(&Vector3::x()).angle(&ground.direction_of(1.2));
+        assert!(off < 0.05, "frame {}: {off} rad", state.frame);
+        assert_eq!(state.source, Source::Given);
+    }
 }
