@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use motorcade::{Config, Given, Progress, RunContext, output, write_run};
+use motorcade::{Config, Given, KeypointTable, Progress, RunContext, output, write_run};
 use motorcade_dataset::{Sequence, SequenceOptions};
 use motorcade_evaluate::evaluate_run;
 use motorcade_perception::{Perception, PerceptionOptions};
-use motorcade_simulate::{RenderOptions, WriteOptions};
+use motorcade_simulate::{KeypointOptions, RenderOptions, WriteOptions};
 
 use crate::arguments::DemoArguments;
 use crate::exit;
@@ -25,7 +25,8 @@ pub fn demo(arguments: &DemoArguments) -> anyhow::Result<u8> {
     let reporter = Reporter::new(arguments.progress);
     let planned = simulate::built_in(SCENARIO, arguments.frames, arguments.seed, &RenderOptions::default())?;
     reporter.begin("rendering", Some(planned.len()));
-    let written = planned.write_kitti(&drive, &WriteOptions::default(), &|done| reporter.advance(done))?;
+    let wanted = WriteOptions { keypoints: Some(KeypointOptions::default()), ..Default::default() };
+    let written = planned.write_kitti(&drive, &wanted, &|done| reporter.advance(done))?;
     let options =
         SequenceOptions { sequence: Some(written.sequence.clone()), camera: Some(2), ..Default::default() };
     let sequence = Sequence::open(&written.training, &options)?;
@@ -40,7 +41,10 @@ pub fn demo(arguments: &DemoArguments) -> anyhow::Result<u8> {
     let result = motorcade::run(
         &sequence,
         &perception,
-        &Given::default(),
+        &Given {
+            keypoints: written.keypoints.as_deref().map(KeypointTable::read).transpose()?,
+            ..Default::default()
+        },
         height_m,
         &config,
         threads(arguments.threads),

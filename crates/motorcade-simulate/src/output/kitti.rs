@@ -51,6 +51,8 @@ pub struct Written {
     pub detections: PathBuf,
     /// Folder of road masks, when asked for.
     pub road_masks: Option<PathBuf>,
+    /// Table of keypoints, when asked for.
+    pub keypoints: Option<PathBuf>,
     /// Labelled boxes.
     pub labels: usize,
 }
@@ -84,13 +86,17 @@ impl Drive {
             })
         };
         let frames: Vec<FrameRecord> = (0..self.len()).into_par_iter().map(frame).collect::<Result<_>>()?;
+        let mut keypoints = None;
         if options.keypoints.is_some() {
             let rows = csv::keypoints(frames.iter().flat_map(|f| &f.keypoints));
-            write_text(&folders.table("keypoints", options)?, &rows)?;
+            let path = folders.table("keypoints", options)?;
+            write_text(&path, &rows)?;
+            keypoints = Some(path);
         }
         let (labels, detections): (Vec<_>, Vec<_>) =
             frames.into_iter().map(|f| (f.labels, f.detections)).unzip();
-        self.write_truth(&folders, options, &labels.concat(), &detections.concat())
+        let written = self.write_truth(&folders, options, &labels.concat(), &detections.concat())?;
+        Ok(Written { keypoints, ..written })
     }
 
     /// Writes what is [measured](Drive::measure) of the drive, without any picture: `calib`, `label_02`, `gt_poses` and
@@ -116,7 +122,8 @@ impl Drive {
         for (kind, text) in &tables {
             write_text(&folders.table(kind, options)?, text)?;
         }
-        self.write_truth(&folders, options, &all.labels, &all.detections)
+        let written = self.write_truth(&folders, options, &all.labels, &all.detections)?;
+        Ok(Written { keypoints: Some(folders.table("keypoints", options)?), ..written })
     }
 
     /// Labels, detections, calibration and poses.
@@ -141,6 +148,7 @@ impl Drive {
             sequence: name.clone(),
             detections: file("detections"),
             road_masks: folders.road.clone(),
+            keypoints: None,
             labels: labels.len(),
             training: folders.training.clone(),
         })
