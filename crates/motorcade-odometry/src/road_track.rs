@@ -89,6 +89,8 @@ pub struct RoadTracker {
 
 /// Frames that must agree on a plane before it is believed.
 const AGREEING: usize = 3;
+/// A camera looks along the road within 11°, or what was found is no road \[rad\].
+const STEEPEST_RAD: f64 = 0.2;
 /// Change of the logarithm of the camera's height from one measurement to the next that is no measurement any more. Good ones
 /// scatter by 0.03.
 const FARTHEST_JUMP: f64 = 0.15;
@@ -238,8 +240,12 @@ impl RoadTracker {
             reference_from_current: motion,
             guess,
         };
+        // The middle of the lane: where it is wet, the lane as a whole mirrors more of the sky than it shows of itself.
+        let half_width_heights = options.half_width_heights.min(self.options.unmasked_widest_heights);
+        let options = &RoadOptions { half_width_heights, ..*options };
         view.guess = search_scale(&view, usable, options, &mut self.scratch)?;
-        let found = align_road(&view, usable, options, &mut self.scratch)?;
+        let level = |found: &RoadPlane| found.m.angle(&Vector3::y()) < STEEPEST_RAD;
+        let found = align_road(&view, usable, options, &mut self.scratch).filter(level)?;
         self.candidates.push(found.m);
         let mut norms: Vec<f64> = self.candidates.iter().map(|m| m.norm()).collect();
         let centre = median(&mut norms)?;

@@ -4,7 +4,7 @@ use motorcade::{Config, Given, RunContext, Silent, write_run};
 use motorcade_dataset::{Sequence, SequenceOptions};
 use motorcade_evaluate::evaluate_run;
 use motorcade_perception::{Perception, PerceptionOptions};
-use motorcade_simulate::{RenderOptions, Scenario, WriteOptions, simulate};
+use motorcade_simulate::{RenderOptions, Scenario, Weather, WriteOptions, simulate};
 
 use super::cases::Case;
 use super::nees::{Nees, nees};
@@ -40,8 +40,12 @@ impl Outcome {
             let bound = b.coverage_pct.map_or_else(|| "–".into(), |b| format!("{b}"));
             format!("{:.0} % ({bound})", 100.0 * c)
         });
+        let weather = match case.weather {
+            Weather::Rain => ", rain",
+            _ => "",
+        };
         format!(
-            "| {} | {} | {} | {:.0} m | {:.2} m ({}) | {:+.1} % ({}) | {} | {} | {} | {:.0} % ({}) | {:.1} |",
+            "| {}{weather} | {} | {} | {:.0} m | {:.2} m ({}) | {:+.1} % ({}) | {} | {} | {} | {:.0} % ({}) | {:.1} |",
             case.name,
             case.frames,
             case.width_px,
