@@ -78,7 +78,10 @@ pub struct RoadTracker {
     plane: Option<Vector3<f64>>,
     /// Normal of the last known plane: a new segment has another unit but the same camera.
     normal: Vector3<f64>,
-    candidates: Vec<Vector3<f64>>,
+    /// Planes found while none is believed: in the middle of the lane, in the whole of it.
+    candidates: [Vec<Vector3<f64>>; 2],
+    /// Frames since none is believed.
+    sought: usize,
     segment: usize,
     failures: usize,
     /// Half width of the stretch without a road mask \[camera heights\].
@@ -89,6 +92,8 @@ pub struct RoadTracker {
 
 /// Frames that must agree on a plane before it is believed.
 const AGREEING: usize = 3;
+/// Frames in which only the middle of the lane is looked at for a new plane: a second.
+const MIDDLE_FIRST: usize = 10;
 /// A camera looks along the road within 11°, or what was found is no road \[rad\].
 const STEEPEST_RAD: f64 = 0.2;
 /// Change of the logarithm of the camera's height from one measurement to the next that is no measurement any more. Good ones
@@ -106,7 +111,8 @@ impl RoadTracker {
             ring: VecDeque::new(),
             plane: None,
             normal: Vector3::y(),
-            candidates: Vec::new(),
+            candidates: [Vec::new(), Vec::new()],
+            sought: 0,
             segment: 0,
             failures: 0,
             unmasked_half_width: options.unmasked_half_width_heights,
@@ -141,7 +147,7 @@ impl RoadTracker {
         let options = RoadOptions { half_width_heights, ..self.options };
         if segment != self.segment {
             (self.segment, self.plane, self.failures) = (segment, None, 0);
-            self.candidates.clear();
+            self.seek_anew();
             self.ring.clear();
         }
         if let Some(current) = pose_of(frame) {
@@ -189,7 +195,7 @@ impl RoadTracker {
             self.failures += 1;
             if self.failures >= GIVE_UP {
                 (self.plane, self.failures) = (None, 0);
-                self.candidates.clear();
+                self.seek_anew();
             }
             return None;
         };
@@ -217,6 +223,11 @@ impl RoadTracker {
         self.unmasked_half_width = (self.unmasked_half_width * factor).clamp(narrow, wide);
     }
 
+    fn seek_anew(&mut self) {
+        self.candidates.iter_mut().for_each(Vec::clear);
+        self.sought = 0;
+    }
+
     /// Searches the plane's distance over a wide range until a few frames agree.
     fn seek(
         &mut self,
@@ -233,31 +244,53 @@ impl RoadTracker {
             let motion: Pose<Camera, Camera> = (pose_of(*k)? * current.inverse()).cast();
             (motion.translation().norm() >= 0.3 * GUESS_UNITS).then_some((image, motion))
         })?;
-        let mut view = RoadView {
+        let view = RoadView {
             camera: &self.camera,
             current: pyramid,
             reference: image,
             reference_from_current: motion,
             guess,
         };
-        // The middle of the lane: where it is wet, the lane as a whole mirrors more of the sky than it shows of itself.
-        let half_width_heights = options.half_width_heights.min(self.options.unmasked_widest_heights);
-        let options = &RoadOptions { half_width_heights, ..*options };
-        view.guess = search_scale(&view, usable, options, &mut self.scratch)?;
-        let level = |found: &RoadPlane| found.m.angle(&Vector3::y()) < STEEPEST_RAD;
-        let found = align_road(&view, usable, options, &mut self.scratch).filter(level)?;
-        self.candidates.push(found.m);
-        let mut norms: Vec<f64> = self.candidates.iter().map(|m| m.norm()).collect();
-        let centre = median(&mut norms)?;
-        let near = |m: &&Vector3<f64>| (m.norm() / centre).ln().abs() < 0.1;
-        let agreeing: Vec<&Vector3<f64>> = self.candidates.iter().filter(near).collect();
-        if agreeing.len() >= AGREEING && 2 * agreeing.len() > self.candidates.len() {
-            let mean = agreeing.iter().copied().sum::<Vector3<f64>>() / agreeing.len() as f64;
-            self.plane = Some(mean);
-            self.normal = mean.normalize();
+        // The middle of the lane first: where it is wet, the lane as a whole mirrors more of the sky than it shows of itself.
+        // Where the middle is too smooth to tell, the whole lane may.
+        let middle = options.half_width_heights.min(self.options.unmasked_widest_heights);
+        self.sought += 1;
+        let widths = [middle, options.half_width_heights];
+        let both = self.sought > MIDDLE_FIRST && widths[1] > widths[0];
+        let tried = if both { &widths[..] } else { &widths[..1] };
+        for (half_width_heights, candidates) in tried.iter().zip(&mut self.candidates) {
+            let options = RoadOptions { half_width_heights: *half_width_heights, ..*options };
+            candidates.extend(candidate(view, usable, &options, &mut self.scratch));
+            if let Some(plane) = agreed(candidates) {
+                self.plane = Some(plane);
+                self.normal = plane.normalize();
+                break;
+            }
         }
         None
     }
+}
+
+/// The plane that one frame finds when nothing is known of its distance.
+fn candidate(
+    mut view: RoadView<'_>,
+    usable: &impl Fn(&Point2<f64>) -> bool,
+    options: &RoadOptions,
+    scratch: &mut RoadScratch,
+) -> Option<Vector3<f64>> {
+    view.guess = search_scale(&view, usable, options, scratch)?;
+    let found = align_road(&view, usable, options, scratch)?;
+    (found.m.angle(&Vector3::y()) < STEEPEST_RAD).then_some(found.m)
+}
+
+/// The mean of the candidates that agree, when they are enough, and more than half of all.
+fn agreed(candidates: &[Vector3<f64>]) -> Option<Vector3<f64>> {
+    let mut norms: Vec<f64> = candidates.iter().map(|m| m.norm()).collect();
+    let centre = median(&mut norms)?;
+    let near = |m: &&Vector3<f64>| (m.norm() / centre).ln().abs() < 0.1;
+    let agreeing: Vec<&Vector3<f64>> = candidates.iter().filter(near).collect();
+    let enough = agreeing.len() >= AGREEING && 2 * agreeing.len() > candidates.len();
+    enough.then(|| agreeing.iter().copied().sum::<Vector3<f64>>() / agreeing.len() as f64)
 }
 
 fn measurement(frame: usize, reference: usize, baseline: f64, plane: &RoadPlane) -> RoadMeasurement {
