@@ -217,8 +217,9 @@ impl RoadView<'_> {
     }
 }
 
-/// Searches the scale of the plane over a factor of 16 around the guess; for the first frames of a segment, when nothing
-/// is known of the odometry's unit. Returns the best m.
+/// Searches the scale of the plane from a quarter of the guess to sixteen times; for the first frames of a segment, when
+/// nothing is known of the odometry's unit. Fast drives and few frames a second show no near points: the unit is then ten
+/// metres, and the camera a fifth of it high. Returns the best m.
 pub fn search_scale(
     view: &RoadView<'_>,
     usable: impl Fn(&Point2<f64>) -> bool,
@@ -233,7 +234,7 @@ pub fn search_scale(
         return None;
     }
     let plane = |k: i32| view.guess * 4.0_f64.powf(f64::from(k) / f64::from(STEPS));
-    let scores: Vec<(f64, Vector3<f64>)> = (-STEPS..=STEPS)
+    let scores: Vec<(f64, Vector3<f64>)> = (-STEPS..=2 * STEPS)
         .map(|k| (view.mismatch(&plane(k), samples, level).unwrap_or(f64::MAX), plane(k)))
         .collect();
     let best = (0..scores.len()).min_by(|a, b| scores[*a].0.total_cmp(&scores[*b].0))?;
