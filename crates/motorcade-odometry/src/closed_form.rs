@@ -8,7 +8,7 @@ use nalgebra::{Matrix2, Matrix3, Point2, Vector3};
 use crate::corners::{CornerOptions, detect};
 use crate::klt::{KltOptions, Request, track_checked};
 use crate::pyramid::Pyramid;
-use crate::road_track::RoadMeasurement;
+use crate::road_measurement::RoadMeasurement;
 
 /// How the scales of many matches become one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -120,6 +120,7 @@ impl ClosedFormScale {
             value: Vector3::new(mean.ln(), 0.0, 0.0),
             baseline: before_from_now.translation().norm(),
             covariance: Matrix3::from_diagonal(&Vector3::new(variance.max(1e-8), 1e-4, 1e-4)),
+            bend: None,
             agreement: 1.0,
             pixels: alphas.len(),
         });

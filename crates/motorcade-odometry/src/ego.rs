@@ -4,7 +4,7 @@ use motorcade_geometry::{Camera, Pose, World, lie::se3::adjoint};
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 use crate::record::{FrameStatus, UpToScale};
-use crate::road_track::{RoadMeasurement, road_normal};
+use crate::road_measurement::{RoadMeasurement, road_normal};
 use crate::scale_smoother::{NoiseModel, SmoothedState, StateMeasurement, smooth};
 
 /// A frame of the metric trajectory.
@@ -262,9 +262,10 @@ fn keep_segment(
     height_m: f64,
     states: &mut [Option<SmoothedState>],
 ) -> Option<NoiseModel> {
+    let read = |m: &RoadMeasurement| m.read_by(odometry);
     let of = |m: &RoadMeasurement| SmoothedState {
-        value: m.value_by(odometry) + Vector3::new(height_m.ln(), 0.0, 0.0),
-        covariance: m.covariance,
+        value: read(m).value + Vector3::new(height_m.ln(), 0.0, 0.0),
+        covariance: read(m).covariance,
         // Each frame stands alone.
         correlation: 0.0,
         overlap: 1.0,
@@ -298,11 +299,11 @@ fn smooth_segment(
         .map(|m| {
             // The scale belongs to the motion between the two frames; its middle is where it is put.
             let middle = (m.frame + m.reference).div_ceil(2).max(first);
-            let value = m.value_by(odometry) + Vector3::new(height_m.ln(), 0.0, 0.0);
+            let reading = m.read_by(odometry);
             StateMeasurement {
                 frame: middle.max(m.frame.min(middle)) - first,
-                value,
-                covariance: m.covariance,
+                value: reading.value + Vector3::new(height_m.ln(), 0.0, 0.0),
+                covariance: reading.covariance,
             }
         })
         .collect();

@@ -11,9 +11,10 @@ use motorcade_geometry::{
     lie::so3,
     robust::{Kernel, sigma_from_absolute},
 };
-use nalgebra::{Matrix3, Point2, SMatrix, SVector, Vector3};
+use nalgebra::{Matrix3, Matrix4, Point2, SMatrix, SVector, Vector3};
 
 use crate::pyramid::Pyramid;
+use crate::road_pixels::RoadPixels;
 
 /// How the road is aligned. Lengths are in camera heights, so that nothing depends on the unknown unit.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -70,7 +71,7 @@ impl Default for RoadOptions {
             oldest_frames: 15,
             rotation_sigma_rad: 0.02_f64.to_radians(),
             tilt_sigma_rad: 1.5_f64.to_radians(),
-            curvature_sigma: 0.0005,
+            curvature_sigma: 0.001,
             least_gradient: 2.0,
             most_pixels: 8000,
             least_pixels: 300,
@@ -86,8 +87,12 @@ impl Default for RoadOptions {
 pub struct RoadPlane {
     /// m with `mᵀX = 1` for points X on the road (3).
     pub m: Vector3<f64>,
-    /// Its covariance (3×3).
-    pub covariance: Matrix3<f64>,
+    /// Vertical curvature over twice the camera's height, c in `1/z = mᵀx + c/(mᵀx)`.
+    pub bend: f64,
+    /// Covariance of m and bend (4×4).
+    pub covariance: Matrix4<f64>,
+    /// Standard deviation of curvature times height that was assumed.
+    pub assumed_curvature_sigma: f64,
     /// Pixels used.
     pub pixels: usize,
     /// Share of them that agree.
@@ -125,6 +130,8 @@ pub struct RoadView<'a> {
     pub reference_from_current: Pose<Camera, Camera>,
     /// Guess of m.
     pub guess: Vector3<f64>,
+    /// Where the reference showed road: not where a vehicle stood in the way, or cast its shadow.
+    pub road_in_reference: &'a RoadPixels,
 }
 
 impl RoadView<'_> {
@@ -153,8 +160,9 @@ impl RoadView<'_> {
                     continue;
                 }
                 let pixel = Point2::new(x as f64 * scale, v);
-                if usable(&pixel) {
-                    out.push(Sample { ray: self.camera.ray(&pixel), grey: f64::from(row[x]) });
+                let ray = self.camera.ray(&pixel);
+                if usable(&pixel) && self.seen_before(&ray) {
+                    out.push(Sample { ray, grey: f64::from(row[x]) });
                 }
             }
         }
@@ -166,6 +174,14 @@ impl RoadView<'_> {
                 index % keep_every == 0
             });
         }
+    }
+
+    /// Whether the reference, too, shows road there; by the guess of the plane.
+    fn seen_before(&self, ray: &Vector3<f64>) -> bool {
+        let motion = &self.reference_from_current;
+        let there = motion.transform_vector(ray) + motion.translation() * self.guess.dot(ray);
+        let pixel = (there.z > 1e-6).then(|| self.camera.project(&(there / there.z).into())).flatten();
+        pixel.is_none_or(|p| self.road_in_reference.holds(&p))
     }
 
     /// Columns of a row of pixels (level 0: `v`) that see the stretch: nearer than `far`, within `half_width` of the camera.
@@ -299,6 +315,8 @@ struct State {
 
 /// m (3), small rotation (3), gain and bias of the grey values (2), bend (1).
 const PARAMETERS: usize = 9;
+/// Those that are told: m and bend.
+const KEPT: [usize; 4] = [0, 1, 2, 8];
 type Normal = (SMatrix<f64, PARAMETERS, PARAMETERS>, SVector<f64, PARAMETERS>);
 
 fn refine(
@@ -327,8 +345,16 @@ fn refine(
         let agreement =
             absolute.iter().filter(|r| **r < 2.5 * sigma.max(2.0)).count() as f64 / samples.len() as f64;
         sigma = sigma_from_absolute(absolute)?.max(0.5);
-        let covariance = h.try_inverse()?.fixed_view::<3, 3>(0, 0) * (sigma * sigma * CORRELATED_PIXELS);
-        let plane = RoadPlane { m: state.m, covariance, pixels: seen, agreement, sigma_grey: sigma };
+        let whole = h.try_inverse()? * (sigma * sigma * CORRELATED_PIXELS);
+        let plane = RoadPlane {
+            m: state.m,
+            bend: state.bend,
+            covariance: Matrix4::from_fn(|r, c| whole[(KEPT[r], KEPT[c])]),
+            assumed_curvature_sigma: options.curvature_sigma,
+            pixels: seen,
+            agreement,
+            sigma_grey: sigma,
+        };
         let settled = step.fixed_rows::<3>(0).norm() < 1e-5 * state.m.norm();
         last = Some(plane);
         if settled {

@@ -4,76 +4,36 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World, robust::median};
-use nalgebra::{Matrix3, Point2, Vector3};
+use nalgebra::{Point2, Vector3};
 
 use crate::pyramid::Pyramid;
-use crate::record::UpToScale;
 use crate::road::{RoadOptions, RoadPlane, RoadScratch, RoadView, align_road, search_scale};
+use crate::road_measurement::RoadMeasurement;
+use crate::road_pixels::RoadPixels;
+use crate::static_mask::Rectangle;
 
-/// What one frame says about road and scale.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RoadMeasurement {
-    /// Frame (row of the run).
-    pub frame: usize,
-    /// Earlier frame it was compared with.
-    pub reference: usize,
-    /// `[log(|m|·height unit), pitch, roll]`: log of 1 / camera height in the odometry's unit, pitch and roll of the road
-    /// relative to the camera \[rad\].
-    pub value: Vector3<f64>,
-    /// Distance between the two cameras in the odometry's unit, as the poses stood then.
-    pub baseline: f64,
-    /// Covariance of the value (3×3) as the pixels tell it.
-    pub covariance: Matrix3<f64>,
-    /// Share of the road pixels that agree.
-    pub agreement: f64,
-    /// Pixels used.
-    pub pixels: usize,
+/// A frame that later ones are compared with.
+struct Earlier {
+    frame: usize,
+    pyramid: Arc<Pyramid>,
+    road: RoadPixels,
 }
 
-impl RoadMeasurement {
-    /// The value by the poses as they stand now. The images told the baseline in camera heights; a later adjustment that
-    /// stretches the baseline stretches the height with it.
-    pub fn value_by(&self, odometry: &UpToScale) -> Vector3<f64> {
-        let pose = |k: usize| odometry.camera_from_world(k);
-        let now = pose(self.reference).zip(pose(self.frame));
-        let now = now.map(|(a, b)| (a * b.inverse()).translation().norm()).filter(|l| *l > 1e-9);
-        let stretched = now.map_or(0.0, |length| (self.baseline / length).ln());
-        self.value + Vector3::new(stretched, 0.0, 0.0)
-    }
-}
+/// How far below its box a vehicle's shadow on the road reaches, of the height of the box.
+const SHADOW: f64 = 0.15;
+/// The rim of a box is half vehicle, half road \[px\].
+const RIM_PX: f64 = 4.0;
 
-/// Unit normal of the road towards the camera, in the camera frame, from pitch and roll.
-///
-/// Pitch turns the far road up (a camera looking down has positive pitch), roll tips it sideways:
-/// `n ∝ −(tan roll, 1, tan pitch)`.
-pub fn road_normal(pitch_rad: f64, roll_rad: f64) -> Vector3<f64> {
-    -Vector3::new(roll_rad.tan(), 1.0, pitch_rad.tan()).normalize()
-}
-
-/// `[log|m|, pitch, roll]` of a plane and the derivative by m (3×3).
-fn coordinates(m: &Vector3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
-    let norm2 = m.norm_squared();
-    let value = Vector3::new(0.5 * norm2.ln(), (m.z / m.y).atan(), (m.x / m.y).atan());
-    let (yz, yx) = (m.y * m.y + m.z * m.z, m.y * m.y + m.x * m.x);
-    let jacobian = Matrix3::new(
-        m.x / norm2,
-        m.y / norm2,
-        m.z / norm2,
-        0.0,
-        -m.z / yz,
-        m.y / yz,
-        m.y / yx,
-        -m.x / yx,
-        0.0,
-    );
-    (value, jacobian)
+/// A box with the road that the vehicle darkens: shadows go along with vehicles.
+fn with_shadow(vehicle: &Rectangle) -> Rectangle {
+    Rectangle { y2: vehicle.y2 + SHADOW * (vehicle.y2 - vehicle.y1), ..*vehicle }.grown(RIM_PX)
 }
 
 /// Follows the road plane through a drive.
 pub struct RoadTracker {
     camera: PinholeCamera,
     options: RoadOptions,
-    ring: VecDeque<(usize, Arc<Pyramid>)>,
+    ring: VecDeque<Earlier>,
     /// Present plane m in the odometry's unit, and the segment it belongs to.
     plane: Option<Vector3<f64>>,
     /// Normal of the last known plane: a new segment has another unit but the same camera.
@@ -132,7 +92,8 @@ impl RoadTracker {
     }
 
     /// Looks at frame `frame` of segment `segment`; `pose_of` gives `camera_from_world` of it and of earlier frames of the
-    /// segment, `usable` the pixels that may be road, `masked` whether a road mask stands behind it.
+    /// segment, `usable` the pixels that may be road, `masked` whether a road mask stands behind it, `vehicles` the boxes of all
+    /// vehicles: they hide the road here, and later where this frame is the earlier one.
     pub fn process(
         &mut self,
         frame: usize,
@@ -140,6 +101,7 @@ impl RoadTracker {
         pyramid: &Arc<Pyramid>,
         pose_of: impl Fn(usize) -> Option<Pose<Camera, World>>,
         masked: bool,
+        vehicles: &[Rectangle],
         usable: impl Fn(&Point2<f64>) -> bool,
     ) {
         let half_width_heights =
@@ -150,6 +112,7 @@ impl RoadTracker {
             self.seek_anew();
             self.ring.clear();
         }
+        let usable = |p: &Point2<f64>| usable(p) && !vehicles.iter().any(|v| with_shadow(v).contains(p));
         if let Some(current) = pose_of(frame) {
             let measured = match self.plane {
                 Some(plane) => self.follow(frame, pyramid, plane, &current, &pose_of, &usable, &options),
@@ -157,10 +120,12 @@ impl RoadTracker {
             };
             self.measurements.extend(measured);
         }
-        self.ring.push_back((frame, pyramid.clone()));
-        if self.ring.len() > self.options.oldest_frames {
-            self.ring.pop_front();
-        }
+        // The memory of the oldest serves the newest.
+        let full = self.ring.len() >= self.options.oldest_frames;
+        let oldest = if full { self.ring.pop_front() } else { None };
+        let mut road = oldest.map(|e| e.road).unwrap_or_default();
+        road.fill(&self.camera, usable);
+        self.ring.push_back(Earlier { frame, pyramid: pyramid.clone(), road });
     }
 
     #[expect(clippy::too_many_arguments, reason = "the parts of one measurement")]
@@ -176,14 +141,16 @@ impl RoadTracker {
     ) -> Option<RoadMeasurement> {
         // Below this no image motion tells the plane: standing, or a single step of walking pace.
         let least = self.options.baseline_heights / plane.norm();
-        let (reference, image, motion) = self.ring.iter().rev().find_map(|(k, image)| {
-            let motion: Pose<Camera, Camera> = (pose_of(*k)? * current.inverse()).cast();
-            (motion.translation().norm() >= least).then_some((*k, image, motion))
+        let (earlier, motion) = self.ring.iter().rev().find_map(|earlier| {
+            let motion: Pose<Camera, Camera> = (pose_of(earlier.frame)? * current.inverse()).cast();
+            (motion.translation().norm() >= least).then_some((earlier, motion))
         })?;
+        let reference = earlier.frame;
         let view = RoadView {
             camera: &self.camera,
             current: pyramid,
-            reference: image,
+            reference: &earlier.pyramid,
+            road_in_reference: &earlier.road,
             reference_from_current: motion,
             guess: plane,
         };
@@ -205,7 +172,7 @@ impl RoadTracker {
         let updated = plane + (found.m - plane) * FOLLOW;
         self.plane = Some(updated);
         self.normal = updated.normalize();
-        Some(measurement(frame, reference, motion.translation().norm(), &found))
+        Some(RoadMeasurement::new(frame, reference, motion.translation().norm(), &found))
     }
 
     /// Looks at a wider stretch where the present one does not align or has too little texture, at a narrower one where it has
@@ -240,14 +207,15 @@ impl RoadTracker {
         // The odometry's unit makes a street's median depth 15: a car's camera is then 1 to 4 units high.
         const GUESS_UNITS: f64 = 2.0;
         let guess = self.normal / GUESS_UNITS;
-        let (image, motion) = self.ring.iter().rev().find_map(|(k, image)| {
-            let motion: Pose<Camera, Camera> = (pose_of(*k)? * current.inverse()).cast();
-            (motion.translation().norm() >= 0.3 * GUESS_UNITS).then_some((image, motion))
+        let (earlier, motion) = self.ring.iter().rev().find_map(|earlier| {
+            let motion: Pose<Camera, Camera> = (pose_of(earlier.frame)? * current.inverse()).cast();
+            (motion.translation().norm() >= 0.3 * GUESS_UNITS).then_some((earlier, motion))
         })?;
         let view = RoadView {
             camera: &self.camera,
             current: pyramid,
-            reference: image,
+            reference: &earlier.pyramid,
+            road_in_reference: &earlier.road,
             reference_from_current: motion,
             guess,
         };
@@ -291,35 +259,4 @@ fn agreed(candidates: &[Vector3<f64>]) -> Option<Vector3<f64>> {
     let agreeing: Vec<&Vector3<f64>> = candidates.iter().filter(near).collect();
     let enough = agreeing.len() >= AGREEING && 2 * agreeing.len() > candidates.len();
     enough.then(|| agreeing.iter().copied().sum::<Vector3<f64>>() / agreeing.len() as f64)
-}
-
-fn measurement(frame: usize, reference: usize, baseline: f64, plane: &RoadPlane) -> RoadMeasurement {
-    let (value, jacobian) = coordinates(&plane.m);
-    let covariance = jacobian * plane.covariance * jacobian.transpose();
-    RoadMeasurement {
-        frame,
-        reference,
-        value,
-        baseline,
-        covariance,
-        agreement: plane.agreement,
-        pixels: plane.pixels,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn coordinates_match_their_derivative_and_the_normal() {
-        let m = Vector3::new(0.01, 0.55, 0.02);
-        let (value, jacobian) = coordinates(&m);
-        for k in 0..3 {
-            let mut moved = m;
-            moved[k] += 1e-7;
-            assert!(((coordinates(&moved).0 - value) / 1e-7 - jacobian.column(k)).norm() < 1e-5);
-        }
-        assert!((road_normal(value.y, value.z) + m.normalize()).norm() < 1e-12);
-    }
 }

@@ -63,6 +63,7 @@ fn measurements(odometry: &UpToScale) -> Vec<RoadMeasurement> {
             value: Vector3::new((UNITS_M[segment(k)] / HEIGHT_M).ln() + 0.01 * (k as f64).sin(), 0.0, 0.0),
             baseline: (pose(reference) * pose(k).inverse()).translation().norm(),
             covariance: Matrix3::identity() * 1e-5,
+            bend: None,
             agreement: 0.9,
             pixels: 4000,
         })

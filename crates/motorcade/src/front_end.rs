@@ -227,7 +227,7 @@ impl Pass {
         let usable = |p: &nalgebra::Point2<f64>| hidden.allows(p) && road.is_none_or(|r| r.is_road(p.x, p.y));
         let (scale, segment) = (&mut self.scale, so_far.frames[index].segment);
         self.stopwatch
-            .time("road", || scale.process(index, segment, &pyramid, so_far, road.is_some(), usable));
+            .time("road", || scale.process(index, segment, &pyramid, so_far, road.is_some(), &boxes, usable));
         if let Some(measured) = self.scale.measurements().last().filter(|m| m.frame == index) {
             self.motion.constrain_scale(measured);
         }

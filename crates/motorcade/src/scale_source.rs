@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use motorcade_geometry::PinholeCamera;
-use motorcade_odometry::{ClosedFormScale, EgoTrajectory, Pyramid, RoadMeasurement, RoadTracker, UpToScale};
+use motorcade_odometry::{
+    ClosedFormScale, EgoTrajectory, Pyramid, Rectangle, RoadMeasurement, RoadTracker, UpToScale,
+};
 use nalgebra::{Point2, Vector3};
 
 use crate::config::Config;
@@ -37,11 +39,12 @@ impl ScaleSource {
         pyramid: &Arc<Pyramid>,
         so_far: &UpToScale,
         masked: bool,
+        vehicles: &[Rectangle],
         usable: impl Fn(&Point2<f64>) -> bool,
     ) {
         let pose_of = |k: usize| so_far.camera_from_world(k);
         match self {
-            Self::Aligned(road) => road.process(frame, segment, pyramid, pose_of, masked, usable),
+            Self::Aligned(road) => road.process(frame, segment, pyramid, pose_of, masked, vehicles, usable),
             Self::ClosedForm(scale) => scale.process(frame, segment, pyramid, pose_of, usable),
         }
     }

@@ -233,6 +233,7 @@ impl<'a> Online<'a> {
             value,
             baseline: 1.0,
             covariance,
+            bend: None,
             agreement: 1.0,
             pixels: 0,
         };

@@ -47,6 +47,7 @@ pub fn drive(frames: usize) -> FrontEnd {
         value: Vector3::new(-HEIGHT_M.ln() + 0.01 * (k as f64 * 0.7).sin(), 0.003 * (k as f64).sin(), 0.0),
         baseline: (poses[k].translation() - poses[k - 2].translation()).norm(),
         covariance: Matrix3::from_diagonal(&Vector3::new(1e-5, 1e-6, 1e-6)),
+        bend: None,
         agreement: 0.9,
         pixels: 4000,
     };

@@ -1,0 +1,54 @@
+//! Which pixels of a frame showed road, coarsely: remembered until the frame is the earlier one of an alignment.
+
+use motorcade_geometry::PinholeCamera;
+use nalgebra::Point2;
+
+/// Side of a cell \[px\].
+const CELL_PX: usize = 4;
+
+/// A bit a cell, told by the pixel in its middle.
+#[derive(Clone, Debug, Default)]
+pub struct RoadPixels {
+    columns: usize,
+    cells: Vec<bool>,
+}
+
+impl RoadPixels {
+    /// Asks `usable` anew, cell by cell.
+    pub fn fill(&mut self, camera: &PinholeCamera, usable: impl Fn(&Point2<f64>) -> bool) {
+        let count = |side: u32| (side as usize).div_ceil(CELL_PX);
+        let middle = |i: usize| (i * CELL_PX) as f64 + 0.5 * (CELL_PX - 1) as f64;
+        self.columns = count(camera.width);
+        let rows = count(camera.height);
+        self.cells.clear();
+        self.cells.extend(
+            (0..self.columns * rows)
+                .map(|i| usable(&Point2::new(middle(i % self.columns), middle(i / self.columns)))),
+        );
+    }
+
+    /// Whether a pixel may be road; true outside the image, where there is nothing to compare with anyway.
+    pub fn holds(&self, p: &Point2<f64>) -> bool {
+        let cell = |x: f64| (x + 0.5).max(0.0) as usize / CELL_PX;
+        let column = cell(p.x);
+        if column >= self.columns {
+            return true;
+        }
+        self.cells.get(cell(p.y) * self.columns + column).copied().unwrap_or(true)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_answer_for_their_middle() {
+        let camera = PinholeCamera { fx: 100.0, fy: 100.0, cx: 10.0, cy: 10.0, width: 22, height: 17 };
+        let mut pixels = RoadPixels::default();
+        pixels.fill(&camera, |p| p.x > 8.0 && p.y > 4.0);
+        let holds = |x: f64, y: f64| pixels.holds(&Point2::new(x, y));
+        assert!(holds(9.0, 6.0) && holds(21.4, 16.4) && !holds(7.0, 6.0) && !holds(9.0, 3.0));
+        assert!(holds(40.0, 3.0) && holds(3.0, 40.0));
+    }
+}
