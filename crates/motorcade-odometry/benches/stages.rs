@@ -11,11 +11,11 @@ use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use image::GrayImage;
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
 use motorcade_odometry::stages::{
-    BundleProblem, Observation, PoseRefiner, RoadScratch, RoadView, Sighting, align_road,
+    BundleProblem, Observation, PoseRefiner, RoadPixels, RoadScratch, RoadView, Sighting, align_road,
 };
 use motorcade_odometry::{
     BundleOptions, CornerOptions, KltOptions, Odometry, OdometryOptions, PoseOnlyOptions, Pyramid, Request,
-    RoadOptions, RoadTracker, StaticMask, detect, track_checked,
+    RoadOptions, RoadSight, RoadTracker, StaticMask, detect, track_checked,
 };
 use nalgebra::{Matrix2, Point2, Point3, Vector2, Vector3, Vector6};
 use rand::{Rng, SeedableRng};
@@ -138,12 +138,14 @@ fn bundle(criterion: &mut Criterion) {
 
 fn road(criterion: &mut Criterion) {
     let (reference, current) = (pyramid_at(0.0), pyramid_at(2.0 * STEP_M));
+    let everywhere = RoadPixels::default();
     let view = RoadView {
         camera: &CAMERA,
         current: &current,
         reference: &reference,
         reference_from_current: ahead(2.0 * STEP_M).inverse().cast(),
         guess: Vector3::new(0.0, 0.98 / HEIGHT_M, 0.005),
+        road_in_reference: &everywhere,
     };
     let (mut scratch, options) = (RoadScratch::default(), RoadOptions::default());
     let mut found = || align_road(black_box(&view), |_| true, &options, &mut scratch);
@@ -180,7 +182,8 @@ impl<'a> Drive<'a> {
         let pyramid = odometry.process(&images[*next], &StaticMask::default());
         let so_far = odometry.so_far();
         let segment = so_far.frames[*next].segment;
-        road.process(*next, segment, &pyramid, |k| so_far.camera_from_world(k), false, |_| true);
+        let sight = RoadSight { pyramid: &pyramid, vehicles: &[], masked: false };
+        road.process(*next, segment, &sight, |k| so_far.camera_from_world(k), |_| true);
         *next += 1;
     }
 

@@ -6,7 +6,9 @@
 //! ```
 //! use image::GrayImage;
 //! use motorcade_geometry::PinholeCamera;
-//! use motorcade_odometry::{EgoTrajectory, Odometry, OdometryOptions, RoadOptions, RoadTracker, StaticMask};
+//! use motorcade_odometry::{
+//!     EgoTrajectory, Odometry, OdometryOptions, RoadOptions, RoadSight, RoadTracker, StaticMask,
+//! };
 //!
 //! let camera = PinholeCamera { fx: 720.0, fy: 720.0, cx: 160.0, cy: 80.0, width: 320, height: 160 };
 //! let mut odometry = Odometry::new(camera, OdometryOptions::default());
@@ -15,7 +17,8 @@
 //!     let pyramid = odometry.process(&GrayImage::new(320, 160), &StaticMask::default());
 //!     let so_far = odometry.so_far();
 //!     let segment = so_far.frames[frame].segment;
-//!     road.process(frame, segment, &pyramid, |k| so_far.camera_from_world(k), false, |_| true);
+//!     let sight = RoadSight { pyramid: &pyramid, vehicles: &[], masked: false };
+//!     road.process(frame, segment, &sight, |k| so_far.camera_from_world(k), |_| true);
 //! }
 //! // Black images: nothing is known, but every frame is there.
 //! let ego = EgoTrajectory::new(&odometry.finish(), road.measurements(), 1.65);
@@ -42,12 +45,13 @@ mod road_profile;
 mod road_track;
 mod scale_smoother;
 mod static_mask;
+mod uncertainty;
 mod window;
 
 pub use bundle::BundleOptions;
 pub use closed_form::{ClosedFormScale, ScaleAverage};
 pub use corners::{CornerOptions, detect};
-pub use ego::{EgoFrame, EgoTrajectory, Uncertainty};
+pub use ego::{EgoFrame, EgoTrajectory};
 pub use klt::{KltOptions, Request, track, track_checked};
 pub use landmark::Landmark;
 pub use odometry::Odometry;
@@ -57,9 +61,10 @@ pub use pyramid::{Plane, Pyramid};
 pub use record::{FrameRecord, FrameStatus, UpToScale};
 pub use road::{RoadOptions, RoadPlane};
 pub use road_measurement::{Bend, Reading, RoadMeasurement, road_normal};
-pub use road_track::RoadTracker;
+pub use road_track::{RoadSight, RoadTracker};
 pub use scale_smoother::NoiseModel;
 pub use static_mask::{Rectangle, StaticMask};
+pub use uncertainty::Uncertainty;
 pub use window::WindowOptions;
 
 /// Stages by themselves, for the benchmarks; no promise is made of them.
@@ -68,4 +73,5 @@ pub mod stages {
     pub use crate::bundle::{BundleProblem, Sighting};
     pub use crate::pose_only::{Observation, PoseRefiner};
     pub use crate::road::{RoadScratch, RoadView, align_road};
+    pub use crate::road_pixels::RoadPixels;
 }

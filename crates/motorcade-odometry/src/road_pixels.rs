@@ -6,7 +6,7 @@ use nalgebra::Point2;
 /// Side of a cell \[px\].
 const CELL_PX: usize = 4;
 
-/// A bit a cell, told by the pixel in its middle.
+/// A bit a cell, told by the pixel in its middle; road everywhere before it is filled.
 #[derive(Clone, Debug, Default)]
 pub struct RoadPixels {
     columns: usize,

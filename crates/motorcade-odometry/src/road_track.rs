@@ -12,6 +12,17 @@ use crate::road_measurement::RoadMeasurement;
 use crate::road_pixels::RoadPixels;
 use crate::static_mask::Rectangle;
 
+/// What a frame offers for the road.
+#[derive(Clone, Copy)]
+pub struct RoadSight<'a> {
+    /// The image.
+    pub pyramid: &'a Arc<Pyramid>,
+    /// Boxes of all vehicles, moving or not: they hide the road here, and later where this frame is the earlier one.
+    pub vehicles: &'a [Rectangle],
+    /// Whether a road mask stands behind the pixels that may be road.
+    pub masked: bool,
+}
+
 /// A frame that later ones are compared with.
 struct Earlier {
     frame: usize,
@@ -92,31 +103,31 @@ impl RoadTracker {
     }
 
     /// Looks at frame `frame` of segment `segment`; `pose_of` gives `camera_from_world` of it and of earlier frames of the
-    /// segment, `usable` the pixels that may be road, `masked` whether a road mask stands behind it, `vehicles` the boxes of all
-    /// vehicles: they hide the road here, and later where this frame is the earlier one.
+    /// segment, `usable` the pixels that may be road.
     pub fn process(
         &mut self,
         frame: usize,
         segment: usize,
-        pyramid: &Arc<Pyramid>,
+        sight: &RoadSight<'_>,
         pose_of: impl Fn(usize) -> Option<Pose<Camera, World>>,
-        masked: bool,
-        vehicles: &[Rectangle],
         usable: impl Fn(&Point2<f64>) -> bool,
     ) {
         let half_width_heights =
-            if masked { self.options.half_width_heights } else { self.unmasked_half_width };
+            if sight.masked { self.options.half_width_heights } else { self.unmasked_half_width };
         let options = RoadOptions { half_width_heights, ..self.options };
         if segment != self.segment {
             (self.segment, self.plane, self.failures) = (segment, None, 0);
             self.seek_anew();
             self.ring.clear();
         }
-        let usable = |p: &Point2<f64>| usable(p) && !vehicles.iter().any(|v| with_shadow(v).contains(p));
+        let usable =
+            |p: &Point2<f64>| usable(p) && !sight.vehicles.iter().any(|v| with_shadow(v).contains(p));
         if let Some(current) = pose_of(frame) {
             let measured = match self.plane {
-                Some(plane) => self.follow(frame, pyramid, plane, &current, &pose_of, &usable, &options),
-                None => self.seek(pyramid, &current, &pose_of, &usable, &options),
+                Some(plane) => {
+                    self.follow(frame, sight.pyramid, plane, &current, &pose_of, &usable, &options)
+                }
+                None => self.seek(sight.pyramid, &current, &pose_of, &usable, &options),
             };
             self.measurements.extend(measured);
         }
@@ -125,7 +136,7 @@ impl RoadTracker {
         let oldest = if full { self.ring.pop_front() } else { None };
         let mut road = oldest.map(|e| e.road).unwrap_or_default();
         road.fill(&self.camera, usable);
-        self.ring.push_back(Earlier { frame, pyramid: pyramid.clone(), road });
+        self.ring.push_back(Earlier { frame, pyramid: sight.pyramid.clone(), road });
     }
 
     #[expect(clippy::too_many_arguments, reason = "the parts of one measurement")]

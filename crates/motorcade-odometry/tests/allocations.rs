@@ -8,7 +8,9 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use common::{CAMERA, Place, street};
-use motorcade_odometry::{Odometry, OdometryOptions, Rectangle, RoadOptions, RoadTracker, StaticMask};
+use motorcade_odometry::{
+    Odometry, OdometryOptions, Rectangle, RoadOptions, RoadSight, RoadTracker, StaticMask,
+};
 
 thread_local! {
     /// Blocks this thread has asked for, growths included.
@@ -53,7 +55,8 @@ fn drive(boxes: &[Rectangle]) -> Vec<(usize, bool)> {
         let pyramid = odometry.process(&image, &mask);
         let so_far = odometry.so_far();
         let segment = so_far.frames[frame].segment;
-        road.process(frame, segment, &pyramid, |k| so_far.camera_from_world(k), false, |_| true);
+        let sight = RoadSight { pyramid: &pyramid, vehicles: &[], masked: false };
+        road.process(frame, segment, &sight, |k| so_far.camera_from_world(k), |_| true);
         if let Some(measured) = road.measurements().last().filter(|m| m.frame == frame) {
             odometry.constrain_scale(measured);
         }

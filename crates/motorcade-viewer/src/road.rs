@@ -23,7 +23,12 @@ pub(crate) fn road(result: &RunResult) -> String {
         unit: "m",
         least: 0.05,
         from_zero: false,
-        series: vec![line("scale ± σ", "camera", |f| f.scale, |f| f.scale * f.scale_sigma)],
+        series: vec![line(
+            "scale ± σ",
+            "camera",
+            |f| f.scale,
+            |f| f.scale * f.scale_sigma.hypot(f.scale_bias_sigma),
+        )],
     };
     let road = Chart {
         title: "Road seen from the camera",

@@ -4,7 +4,9 @@ use std::sync::mpsc::sync_channel;
 
 use motorcade_dataset::{BadFrame, Frame, Sequence};
 use motorcade_geometry::PinholeCamera;
-use motorcade_odometry::{Odometry, OdometryOptions, Rectangle, RoadMeasurement, StaticMask, UpToScale};
+use motorcade_odometry::{
+    Odometry, OdometryOptions, Rectangle, RoadMeasurement, RoadSight, StaticMask, UpToScale,
+};
 use motorcade_perception::{Detection, Perception, Percepts};
 
 use crate::config::{Config, VehicleMask};
@@ -226,8 +228,8 @@ impl Pass {
         let road = percepts.road.as_ref().filter(|_| config.run.road_mask);
         let usable = |p: &nalgebra::Point2<f64>| hidden.allows(p) && road.is_none_or(|r| r.is_road(p.x, p.y));
         let (scale, segment) = (&mut self.scale, so_far.frames[index].segment);
-        self.stopwatch
-            .time("road", || scale.process(index, segment, &pyramid, so_far, road.is_some(), &boxes, usable));
+        let sight = RoadSight { pyramid: &pyramid, vehicles: &boxes, masked: road.is_some() };
+        self.stopwatch.time("road", || scale.process(index, segment, &sight, so_far, usable));
         if let Some(measured) = self.scale.measurements().last().filter(|m| m.frame == index) {
             self.motion.constrain_scale(measured);
         }

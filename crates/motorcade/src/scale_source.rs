@@ -1,10 +1,8 @@
 //! Where metres come from: the aligned road, or the paper's closed form.
 
-use std::sync::Arc;
-
 use motorcade_geometry::PinholeCamera;
 use motorcade_odometry::{
-    ClosedFormScale, EgoTrajectory, Pyramid, Rectangle, RoadMeasurement, RoadTracker, UpToScale,
+    ClosedFormScale, EgoTrajectory, RoadMeasurement, RoadSight, RoadTracker, UpToScale,
 };
 use nalgebra::{Point2, Vector3};
 
@@ -36,16 +34,14 @@ impl ScaleSource {
         &mut self,
         frame: usize,
         segment: usize,
-        pyramid: &Arc<Pyramid>,
+        sight: &RoadSight<'_>,
         so_far: &UpToScale,
-        masked: bool,
-        vehicles: &[Rectangle],
         usable: impl Fn(&Point2<f64>) -> bool,
     ) {
         let pose_of = |k: usize| so_far.camera_from_world(k);
         match self {
-            Self::Aligned(road) => road.process(frame, segment, pyramid, pose_of, masked, vehicles, usable),
-            Self::ClosedForm(scale) => scale.process(frame, segment, pyramid, pose_of, usable),
+            Self::Aligned(road) => road.process(frame, segment, sight, pose_of, usable),
+            Self::ClosedForm(scale) => scale.process(frame, segment, sight.pyramid, pose_of, usable),
         }
     }
 

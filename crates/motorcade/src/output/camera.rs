@@ -77,7 +77,7 @@ fn frames(out: impl std::io::Write, result: &RunResult) -> std::io::Result<()> {
             ego.inliers.to_string(),
             number(speed),
             number(ego.scale),
-            number(ego.scale_sigma),
+            number(ego.scale_sigma.hypot(ego.scale_bias_sigma)),
             ego.scale_measured.to_string(),
             number((n.z / n.y).atan()),
             number((n.x / n.y).atan()),

@@ -1,0 +1,59 @@
+//! Where a vehicle stood in the earlier picture there is no road to compare with.
+
+mod common;
+
+use common::{CAMERA, HEIGHT_M, Place, street};
+use image::{GrayImage, Luma};
+use motorcade_geometry::{Camera, Pose, World};
+use motorcade_odometry::{
+    Pyramid, Rectangle, RoadMeasurement, RoadOptions, RoadSight, RoadTracker, UpToScale,
+};
+use nalgebra::{Isometry3, Point2};
+use std::sync::Arc;
+
+const FRAMES: usize = 30;
+/// Way between two frames, in the odometry's unit and in metres.
+const STEP_M: f64 = 1.0;
+/// A car that crosses, in two frames of four: the road it hides in the earlier picture is to be seen in the later one \[px\].
+const CROSSING: Rectangle = Rectangle { x1: 150.0, y1: 95.0, x2: 330.0, y2: 165.0 };
+
+fn crosses(frame: usize) -> bool {
+    frame % 4 < 2
+}
+
+fn picture(frame: usize) -> GrayImage {
+    let mut image = street(&CAMERA, &Place::along(STEP_M * frame as f64));
+    let inside = |x: u32, y: u32| CROSSING.contains(&Point2::new(f64::from(x), f64::from(y)));
+    for (x, y, grey) in image.enumerate_pixels_mut().filter(|(x, y, _)| crosses(frame) && inside(*x, *y)) {
+        // Dark, brighter towards the roof.
+        *grey = Luma([20 + (165 - y.min(165)) as u8 + (x % 7) as u8]);
+    }
+    image
+}
+
+/// Median error of the camera's height over the drive, as a share.
+fn error(boxes: &[Rectangle]) -> f64 {
+    let pose = |k: usize| Pose::<World, Camera>::new(Isometry3::translation(0.0, 0.0, STEP_M * k as f64));
+    let poses: Vec<_> = (0..FRAMES).map(pose).collect();
+    let odometry = UpToScale::from_poses(&poses);
+    let mut road = RoadTracker::new(CAMERA, RoadOptions::default());
+    for frame in 0..FRAMES {
+        let pyramid = Arc::new(Pyramid::new(&picture(frame), 3));
+        let vehicles = if crosses(frame) { boxes } else { &[] };
+        let sight = RoadSight { pyramid: &pyramid, vehicles, masked: true };
+        let usable = |p: &Point2<f64>| !vehicles.iter().any(|v| v.contains(p));
+        road.process(frame, 0, &sight, |k| odometry.camera_from_world(k), usable);
+    }
+    let height = |m: &RoadMeasurement| (-m.read_by(&odometry).value.x).exp() / HEIGHT_M - 1.0;
+    let mut errors: Vec<f64> = road.measurements().iter().map(|m| height(m).abs()).collect();
+    assert!(errors.len() > FRAMES / 2, "{} measurements", errors.len());
+    errors.sort_by(f64::total_cmp);
+    errors[errors.len() / 2]
+}
+
+#[test]
+fn a_vehicle_in_the_earlier_picture_does_not_tip_the_road() {
+    let (told, untold) = (error(&[CROSSING]), error(&[]));
+    assert!(told < 0.002, "{told}");
+    assert!(untold > 1.4 * told, "the car is no test: {untold} against {told}");
+}
