@@ -5,7 +5,7 @@ use std::sync::Arc;
 use motorcade_geometry::{
     Camera, Pose, RelativePoseOptions, World, relative_pose, robust::median, triangulate_midpoint,
 };
-use nalgebra::{Matrix2, Point2};
+use nalgebra::{Matrix2, Matrix6, Point2, Vector6};
 
 use super::{CameraFromCamera, CameraFromWorld, Odometry};
 use crate::corners::detect;
@@ -147,6 +147,8 @@ impl Odometry {
         self.add_keyframe(frame, last_pose, pyramid, mask);
         self.last = Some((frame, pyramid.clone(), self.newest_pose(last_pose)));
         self.failures = 0;
+        let doubt = two_view_covariance(&last_pose) / steps;
+        self.out.frames[beginning.first_frame + 1..=frame].iter_mut().for_each(|r| r.covariance += doubt);
         true
     }
 
@@ -206,6 +208,14 @@ impl Odometry {
             record.camera_from_keyframe = pose;
         }
     }
+}
+
+/// What two views alone leave open (6×6 `[ω, ν]`): tracking against their map does not tell, its points err with them. Median
+/// errors on driving pairs (0.9 m ahead, 0.4 px of noise) are 0.015° of rotation and 0.33° of direction.
+fn two_view_covariance(pose: &CameraFromWorld) -> Matrix6<f64> {
+    let (turn, aside) = (0.02_f64.to_radians(), 0.4_f64.to_radians() * pose.translation().norm());
+    let sigmas = Vector6::new(turn, turn, turn, aside, aside, aside);
+    Matrix6::from_diagonal(&sigmas.component_mul(&sigmas))
 }
 
 fn median_flow(first: &[Point2<f64>], now: Option<&Vec<Option<Point2<f64>>>>) -> f64 {
