@@ -6,6 +6,7 @@
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World, robust::Kernel};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Matrix6x3, Point2, Point3, Vector3, Vector6};
 
+use crate::on_road::OnRoad;
 use crate::pose_only::{add_outer, reprojection};
 
 /// One sighting of a point from a pose, by index.
@@ -28,6 +29,8 @@ pub struct BundleProblem {
     pub points: Vec<Point3<f64>>,
     /// Sightings of each point.
     pub sightings: Vec<Vec<Sighting>>,
+    /// For each point whether it lies on the road, and where that is; may be left empty.
+    pub on_road: Vec<Option<OnRoad>>,
     /// What the road says of distances between poses.
     pub lengths: Vec<Length>,
 }
@@ -46,7 +49,7 @@ pub struct Length {
 }
 
 /// Noise of a tracked corner \[px\]: what makes one unit of a length's residual as costly as one of a sighting.
-const PIXEL_SIGMA_PX: f64 = 0.5;
+pub(crate) const PIXEL_SIGMA_PX: f64 = 0.5;
 /// Lengths beyond twice their standard deviation lose weight: a speed bump, a plane that was none.
 const LENGTH_KERNEL: Kernel = Kernel::Cauchy(2.0);
 
@@ -132,7 +135,9 @@ impl BundleProblem {
         let all = points.iter().zip(&self.sightings);
         let seen: f64 =
             all.map(|(point, sightings)| sightings.iter().map(|s| one(point, s)).sum::<f64>()).sum();
-        seen + self.lengths.iter().map(|l| l.cost(poses)).sum::<f64>()
+        let on_road = points.iter().zip(&self.on_road);
+        let told = on_road.filter_map(|(point, o)| o.map(|o| o.cost(&poses[o.pose], point)));
+        seen + told.sum::<f64>() + self.lengths.iter().map(|l| l.cost(poses)).sum::<f64>()
     }
 
     /// Solves in place.
@@ -206,7 +211,7 @@ impl BundleProblem {
         let mut diagonal = vec![Matrix6::<f64>::zeros(); free];
         let mut gradient = DVector::<f64>::zeros(6 * free);
         let mut blocks = Vec::with_capacity(self.points.len());
-        for (point, sightings) in self.points.iter().zip(&self.sightings) {
+        for (index, (point, sightings)) in self.points.iter().zip(&self.sightings).enumerate() {
             let (mut hpp, mut gp) = (Matrix3::zeros(), Vector3::zeros());
             let mut cross = Vec::with_capacity(sightings.len());
             for s in sightings {
@@ -225,6 +230,22 @@ impl BundleProblem {
                     let mut sum = gradient.fixed_rows_mut::<6>(6 * slot);
                     sum += g;
                     cross.push((slot, by_both));
+                }
+            }
+            if let Some(on_road) = self.on_road.get(index).copied().flatten() {
+                let (r, w, j_pose, j_point) = on_road.linearise(&self.poses[on_road.pose], point);
+                hpp += j_point * j_point.transpose() * w;
+                gp += j_point * (r * w);
+                if let Some(slot) = slots[on_road.pose] {
+                    diagonal[slot] += j_pose * j_pose.transpose() * w;
+                    let mut sum = gradient.fixed_rows_mut::<6>(6 * slot);
+                    sum += j_pose * (r * w);
+                    let by_both: Matrix6x3<f64> = j_pose * j_point.transpose() * w;
+                    // The keyframe saw the point: its block is there already.
+                    match cross.iter_mut().find(|(s, _)| *s == slot) {
+                        Some((_, block)) => *block += by_both,
+                        None => cross.push((slot, by_both)),
+                    }
                 }
             }
             for k in 0..3 {

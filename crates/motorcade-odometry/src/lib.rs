@@ -33,6 +33,7 @@ mod klt;
 mod landmark;
 mod nearby_depths;
 mod odometry;
+mod on_road;
 mod options;
 mod pose_only;
 mod pyramid;

@@ -45,6 +45,7 @@ pub struct RoadTracker {
     camera: PinholeCamera,
     options: RoadOptions,
     ring: VecDeque<Earlier>,
+    spare: RoadPixels,
     /// Present plane m in the odometry's unit, and the segment it belongs to.
     plane: Option<Vector3<f64>>,
     /// Normal of the last known plane: a new segment has another unit but the same camera.
@@ -80,6 +81,7 @@ impl RoadTracker {
             camera,
             options,
             ring: VecDeque::new(),
+            spare: RoadPixels::default(),
             plane: None,
             normal: Vector3::y(),
             candidates: [Vec::new(), Vec::new()],
@@ -120,8 +122,8 @@ impl RoadTracker {
             self.seek_anew();
             self.ring.clear();
         }
-        let usable =
-            |p: &Point2<f64>| usable(p) && !sight.vehicles.iter().any(|v| with_shadow(v).contains(p));
+        let road = self.road_pixels(sight, usable);
+        let usable = |p: &Point2<f64>| road.holds(p);
         if let Some(current) = pose_of(frame) {
             let measured = match self.plane {
                 Some(plane) => {
@@ -131,12 +133,21 @@ impl RoadTracker {
             };
             self.measurements.extend(measured);
         }
-        // The memory of the oldest serves the newest.
-        let full = self.ring.len() >= self.options.oldest_frames;
-        let oldest = if full { self.ring.pop_front() } else { None };
-        let mut road = oldest.map(|e| e.road).unwrap_or_default();
-        road.fill(&self.camera, usable);
         self.ring.push_back(Earlier { frame, pyramid: sight.pyramid.clone(), road });
+        if self.ring.len() > self.options.oldest_frames {
+            self.spare = self.ring.pop_front().map(|e| e.road).unwrap_or_default();
+        }
+    }
+
+    /// Where this frame shows road, in the memory of a frame that nobody asks any more.
+    fn road_pixels(&mut self, sight: &RoadSight<'_>, usable: impl Fn(&Point2<f64>) -> bool) -> RoadPixels {
+        let mut road = std::mem::take(&mut self.spare);
+        // Beyond twice the stretch nobody will ask; nor above the horizon.
+        let reach = 2.0 * self.options.far_heights;
+        let near = |p: &Point2<f64>| self.normal.dot(&self.camera.ray(p)) * reach > 1.0;
+        let hidden = |p: &Point2<f64>| sight.vehicles.iter().any(|v| with_shadow(v).contains(p));
+        road.fill(&self.camera, |p| near(p) && usable(p) && !hidden(p));
+        road
     }
 
     #[expect(clippy::too_many_arguments, reason = "the parts of one measurement")]

@@ -7,6 +7,7 @@ use nalgebra::{Point2, Point3, Vector3};
 
 use crate::bundle::{BundleOptions, BundleProblem, Length, Sighting};
 use crate::landmark::Landmark;
+use crate::on_road::OnRoad;
 
 /// A frame whose pose is optimised together with the landmarks.
 #[derive(Clone, Debug)]
@@ -17,12 +18,14 @@ pub struct Keyframe {
     pub camera_from_world: Pose<Camera, World>,
     /// What the road says of the way to the next keyframe.
     pub road: RoadScale,
+    /// The road in its camera's frame, `mᵀX = 1`, once one was seen.
+    pub plane: Option<Vector3<f64>>,
 }
 
 impl Keyframe {
     /// A keyframe that nobody has yet driven on from.
     pub fn new(number: usize, camera_from_world: Pose<Camera, World>) -> Self {
-        Self { number, camera_from_world, road: RoadScale::default() }
+        Self { number, camera_from_world, road: RoadScale::default(), plane: None }
     }
 }
 
@@ -67,6 +70,8 @@ pub struct WindowOptions {
     pub outlier_px: f64,
     /// True lets the road hold the unit of length softly, inside the adjustment.
     pub road_scale: bool,
+    /// True lets points of the own lane lie on the road plane softly, inside the adjustment.
+    pub road_plane: bool,
     /// Bundle adjustment.
     pub bundle: BundleOptions,
 }
@@ -79,6 +84,7 @@ impl Default for WindowOptions {
             least_parallax_rad: 0.5_f64.to_radians(),
             outlier_px: 3.0,
             road_scale: true,
+            road_plane: true,
             bundle: BundleOptions::default(),
         }
     }
@@ -217,6 +223,7 @@ impl Window {
             fixed: (0..self.keyframes.len()).map(|k| k < free_from).collect(),
             points: chosen.iter().filter_map(|i| self.landmarks[*i].point_in_world).collect(),
             sightings: chosen.iter().map(sightings).collect(),
+            on_road: self.all_on_road(&chosen),
             lengths: self.lengths(),
         };
         problem.solve(camera, &self.options.bundle);
@@ -227,6 +234,26 @@ impl Window {
             self.keep_what_agrees(i, point, camera);
         }
         self.landmarks.retain(|l| l.pixel.is_some() || l.point_in_world.is_some());
+    }
+
+    /// Which of the landmarks lie on the road.
+    fn all_on_road(&self, chosen: &[usize]) -> Vec<Option<OnRoad>> {
+        let mut all: Vec<Option<OnRoad>> = chosen.iter().map(|i| self.on_road(&self.landmarks[*i])).collect();
+        let mut counts = vec![0; self.keyframes.len()];
+        all.iter().flatten().for_each(|o| counts[o.pose] += 1);
+        all.iter_mut().flatten().for_each(|o| *o = o.shared_by(counts[o.pose]));
+        all
+    }
+
+    /// Whether a landmark lies on the road as the last keyframe that saw it, and the road, has it.
+    fn on_road(&self, landmark: &Landmark) -> Option<OnRoad> {
+        if !self.options.road_plane || landmark.on_vehicle.is_some() {
+            return None;
+        }
+        let seen = landmark.sightings.iter().rev().filter_map(|(n, _)| self.index_of(*n));
+        let (pose, keyframe, m) =
+            seen.map(|i| (i, &self.keyframes[i])).find_map(|(i, k)| Some((i, k, k.plane?)))?;
+        OnRoad::of(pose, &m, &keyframe.camera_from_world.transform_point(&landmark.point_in_world?))
     }
 
     /// The road's say on the ways between neighbouring keyframes.

@@ -1,7 +1,7 @@
 //! The road's say in the bundle adjustment: soft lengths that keep the camera's height, in the odometry's unit, what it was.
 
-use super::Odometry;
-use crate::road_measurement::RoadMeasurement;
+use super::{CameraFromCamera, Odometry};
+use crate::road_measurement::{RoadMeasurement, road_normal};
 
 impl Odometry {
     /// Takes what the road showed in the last processed frame. The first measurement of a segment says what height is held;
@@ -16,6 +16,20 @@ impl Odometry {
         if let Some(newest) = self.window.newest_mut() {
             newest.road.add(-measured.value.x - held, sigma);
         }
+        self.hold_plane(measured);
+    }
+}
+
+impl Odometry {
+    /// Gives the newest keyframe the road plane, from the first measurement at or after it.
+    fn hold_plane(&mut self, measured: &RoadMeasurement) {
+        let Some(camera_from_world) = self.out.camera_from_world(measured.frame) else { return };
+        let Some(newest) = self.window.newest_mut().filter(|k| k.plane.is_none()) else { return };
+        // mᵀ(R X + t) = 1 in the keyframe's camera: m' = Rᵀm / (1 − mᵀt).
+        let moved: CameraFromCamera = (camera_from_world * newest.camera_from_world.inverse()).cast();
+        let m = -road_normal(measured.value.y, measured.value.z) * measured.value.x.exp();
+        let along = 1.0 - m.dot(&moved.translation());
+        newest.plane = (along > 0.5).then(|| moved.rotation_matrix().tr_mul(&m) / along);
     }
 }
 
