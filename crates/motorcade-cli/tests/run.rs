@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{CENTRE_PX, FOCAL_PX, STEP_M, answer, drive, frame_file, json, no_leftovers, rows, run, street};
+use common::{CAMERA, STEP_M, answer, drive, frame_file, json, no_leftovers, rows, run, street};
 
 #[test]
 fn a_folder_of_frames_becomes_a_metric_trajectory() {
@@ -127,8 +127,8 @@ fn detections_give_vehicles_and_their_ids_stay() {
     let folder = drive(24);
     let line = |frame: u64| {
         // A car that keeps 12 m ahead on the left, 1.6 m wide and 1.5 m high.
-        let px = FOCAL_PX / 12.0;
-        let (x1, x2, y) = (CENTRE_PX.0 - 2.8 * px, CENTRE_PX.0 - 1.2 * px, CENTRE_PX.1);
+        let px = CAMERA.fx / 12.0;
+        let (x1, x2, y) = (CAMERA.cx - 2.8 * px, CAMERA.cx - 1.2 * px, CAMERA.cy);
         format!("{frame},{x1},{y},{x2},{},0.9\n", y + 1.5 * px)
     };
     std::fs::write(folder.path().join("boxes.csv"), (0..24).map(line).collect::<String>()).unwrap();

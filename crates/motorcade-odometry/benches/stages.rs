@@ -138,14 +138,13 @@ fn bundle(criterion: &mut Criterion) {
 
 fn road(criterion: &mut Criterion) {
     let (reference, current) = (pyramid_at(0.0), pyramid_at(2.0 * STEP_M));
-    let everywhere = RoadPixels::default();
     let view = RoadView {
         camera: &CAMERA,
         current: &current,
         reference: &reference,
         reference_from_current: ahead(2.0 * STEP_M).inverse().cast(),
         guess: Vector3::new(0.0, 0.98 / HEIGHT_M, 0.005),
-        road_in_reference: &everywhere,
+        road_in_reference: RoadPixels::everywhere(),
     };
     let (mut scratch, options) = (RoadScratch::default(), RoadOptions::default());
     let mut found = || align_road(black_box(&view), |_| true, &options, &mut scratch);

@@ -45,6 +45,8 @@ pub struct RoadOptions {
     /// streets have on the level. Hilly drives are better served by 0.002, the foot of a hill of 800 m radius
     /// under a car's camera; but then the crown of a flat street passes for height. Zero takes the road as a plane.
     pub curvature_sigma: f64,
+    /// True compares only what was road in the earlier picture, too; false lets vehicles there pass for road.
+    pub both_pictures: bool,
     /// Pixels with a smaller gradient carry no information \[grey levels/px\].
     pub least_gradient: f32,
     /// Pixels used at most on a level.
@@ -72,6 +74,7 @@ impl Default for RoadOptions {
             rotation_sigma_rad: 0.02_f64.to_radians(),
             tilt_sigma_rad: 1.5_f64.to_radians(),
             curvature_sigma: 0.001,
+            both_pictures: true,
             least_gradient: 2.0,
             most_pixels: 8000,
             least_pixels: 300,

@@ -14,6 +14,12 @@ pub struct RoadPixels {
 }
 
 impl RoadPixels {
+    /// Road wherever one asks.
+    pub fn everywhere() -> &'static Self {
+        static EVERYWHERE: RoadPixels = RoadPixels { columns: 0, cells: Vec::new() };
+        &EVERYWHERE
+    }
+
     /// Asks `usable` anew, cell by cell.
     pub fn fill(&mut self, camera: &PinholeCamera, usable: impl Fn(&Point2<f64>) -> bool) {
         let count = |side: u32| (side as usize).div_ceil(CELL_PX);

@@ -172,7 +172,11 @@ impl RoadTracker {
             camera: &self.camera,
             current: pyramid,
             reference: &earlier.pyramid,
-            road_in_reference: &earlier.road,
+            road_in_reference: if self.options.both_pictures {
+                &earlier.road
+            } else {
+                RoadPixels::everywhere()
+            },
             reference_from_current: motion,
             guess: plane,
         };
@@ -237,7 +241,11 @@ impl RoadTracker {
             camera: &self.camera,
             current: pyramid,
             reference: &earlier.pyramid,
-            road_in_reference: &earlier.road,
+            road_in_reference: if self.options.both_pictures {
+                &earlier.road
+            } else {
+                RoadPixels::everywhere()
+            },
             reference_from_current: motion,
             guess,
         };

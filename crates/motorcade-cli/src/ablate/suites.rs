@@ -30,7 +30,7 @@ pub fn odometry() -> Vec<Variant> {
         out.push(paper("median of closed forms", &["scale.average=median"]));
         out.push(paper("median, smoothed", &["scale.average=median", "scale.smoothed=true"]));
     }
-    let rest: [(&str, &[&str]); 9] = [
+    let rest: [(&str, &[&str]); 11] = [
         (
             "road aligned, normal (0, -1, 0), each frame alone",
             &["road.free_normal=false", "scale.smoothed=false"],
@@ -38,6 +38,8 @@ pub fn odometry() -> Vec<Variant> {
         ("road aligned, normal (0, -1, 0), smoothed", &["road.free_normal=false"]),
         ("road aligned, normal free, each frame alone", &["scale.smoothed=false"]),
         ("default without the road inside the adjustment", &["odometry.window.road_scale=false"]),
+        ("default without points on the road plane", &["odometry.window.road_plane=false"]),
+        ("default, vehicles of the earlier picture taken for road", &["road.both_pictures=false"]),
         ("default without a road mask", &["run.road_mask=false"]),
         ("default, all vehicles masked", &["run.vehicle_mask=all"]),
         ("default, no vehicle masked", &["run.vehicle_mask=none"]),

@@ -6,15 +6,15 @@
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
-use image::{GrayImage, Luma};
+use image::GrayImage;
 use tempfile::TempDir;
 
-pub const WIDTH: u32 = 480;
-pub const HEIGHT: u32 = 240;
-pub const FOCAL_PX: f64 = 390.0;
-/// Principal point.
-pub const CENTRE_PX: (f64, f64) = (240.0, 105.0);
-pub const CAMERA_M: f64 = 1.5;
+/// The odometry's tests look at the same street.
+#[path = "../../../motorcade-odometry/tests/common/street.rs"]
+mod scene;
+#[allow(unused_imports, reason = "one test file needs it")]
+pub use scene::CAMERA;
+
 /// Way between two frames.
 pub const STEP_M: f64 = 1.0;
 
@@ -22,44 +22,9 @@ pub const STEP_M: f64 = 1.0;
 pub const CALIBRATION: &str =
     "fx = 390.0\nfy = 390.0\ncx = 240.0\ncy = 105.0\nwidth = 480\nheight = 240\nfps = 10.0\n";
 
-/// Smooth noise, 0 to 1, from a hash of whole numbers.
-fn noise(u: f64, v: f64) -> f64 {
-    let hash = |i: i64, j: i64| {
-        let mut h = (i.wrapping_mul(0x9e37_79b9) ^ j.wrapping_mul(0x85eb_ca6b)) as u64;
-        h = (h ^ (h >> 15)).wrapping_mul(0xd6e8_feb8_6659_fd93);
-        (h ^ (h >> 32)) as u32 as f64 / f64::from(u32::MAX)
-    };
-    let (i, j) = (u.floor(), v.floor());
-    let ease = |t: f64| t * t * (3.0 - 2.0 * t);
-    let (s, t) = (ease(u - i), ease(v - j));
-    let (i, j) = (i as i64, j as i64);
-    let along = |j: i64| hash(i, j) * (1.0 - s) + hash(i + 1, j) * s;
-    along(j) * (1.0 - t) + along(j + 1) * t
-}
-
-/// Two sizes of grain, so that near and far both show corners.
-fn texture(u: f64, v: f64) -> f64 {
-    0.5 * noise(u / 0.4, v / 0.4) + 0.5 * noise(u / 1.5 + 31.0, v / 1.5 + 17.0)
-}
-
 /// A street between two walls, seen from `way_m` along it.
 pub fn street(way_m: f64) -> GrayImage {
-    GrayImage::from_fn(WIDTH, HEIGHT, |u, v| {
-        let x = (f64::from(u) - CENTRE_PX.0) / FOCAL_PX;
-        let y = (f64::from(v) - CENTRE_PX.1) / FOCAL_PX;
-        let to_wall = 6.0 / x.abs().max(1e-9);
-        let to_road = if y > 1e-9 { CAMERA_M / y } else { f64::INFINITY };
-        let depth = to_wall.min(to_road).min(60.0);
-        let value = if depth >= 60.0 {
-            // The end of the street is too far to come nearer.
-            noise(x * 40.0, y * 40.0)
-        } else if to_road < to_wall {
-            texture(x * depth, way_m + depth)
-        } else {
-            texture(y * depth + 40.0 * x.signum(), way_m + depth)
-        };
-        Luma([(40.0 + 175.0 * value) as u8])
-    })
+    scene::street(&scene::CAMERA, &scene::Place::along(way_m))
 }
 
 /// Name of a frame's file.
