@@ -132,6 +132,11 @@ impl Normal {
         Some((self.g.first_chunk_mut()?, self.h.first_chunk_mut()?))
     }
 
+    /// g and H of twelve tangent directions.
+    pub(crate) fn chunks(&self) -> Option<(&[f64; 12], &[f64; 144])> {
+        Some((self.g.first_chunk()?, self.h.first_chunk()?)).filter(|_| self.size == 12)
+    }
+
     fn fill_from_jacobian<F: Factor + ?Sized>(
         &mut self,
         factor: &F,

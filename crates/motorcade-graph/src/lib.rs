@@ -80,6 +80,7 @@ pub mod information;
 mod manifold;
 mod marginalise;
 mod marginals;
+mod memory;
 pub mod numeric;
 mod robust;
 mod simd;

@@ -76,12 +76,20 @@ impl<V: Four> LowerBlocks<V> {
     }
 }
 
-/// Writes `sign` times a 3×3 block at (row, column) of a column-major matrix with leading dimension 12.
+/// Writes `sign` times three columns of six rows at (row, column) of a column-major matrix with leading dimension 12.
 #[inline(always)]
-pub(super) fn put<V: Four>(h: &mut [f64; 144], row: usize, column: usize, m: &Mat3<V>, sign: f64) {
+pub(super) fn put<V: Four>(
+    h: &mut [f64; 144],
+    (row, column): (usize, usize),
+    top: &Mat3<V>,
+    bottom: &Mat3<V>,
+    sign: f64,
+) {
     for j in 0..3 {
         let at = (column + j) * 12 + row;
-        h[at..at + 3].copy_from_slice(&m.0[j].scale(sign).get()[..3]);
+        let (four, two) = V::join(top.0[j].scale(sign), bottom.0[j].scale(sign));
+        h[at..at + 4].copy_from_slice(&four);
+        h[at + 4..at + 6].copy_from_slice(&two);
     }
 }
 

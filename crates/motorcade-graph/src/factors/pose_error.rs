@@ -215,26 +215,28 @@ pub(crate) fn normal_equations<V: Four>(at: &PoseError<'_>, g: &mut [f64; 12], h
     let jacobian = jacobian::<V>(at.residual, &m, &r);
     let a = jacobian.congruence(&jacobian.after(&information));
     let (gx, gy) = jacobian.tr_mul(&wx, &wy);
-    let (gx, gy) = (gx.get(), gy.get());
     let ad = adjoint(&m);
     let a_ad = ad.after(&a);
     let ii = ad.congruence(&a_ad);
-    let (fx, fy) = ad.tr_mul(&gx, &gy);
-    let (fx, fy) = (fx.get(), fy.get());
-    for k in 0..3 {
-        (g[k], g[3 + k], g[6 + k], g[9 + k]) = (-fx[k], -fy[k], gx[k], gy[k]);
-    }
-    put(h, 0, 0, &ii.p, 1.0);
-    put(h, 3, 0, &ii.q, 1.0);
-    put(h, 3, 3, &ii.s, 1.0);
-    put(h, 6, 0, &a_ad[0], -1.0);
-    put(h, 6, 3, &a_ad[1], -1.0);
-    put(h, 9, 0, &a_ad[2], -1.0);
-    put(h, 9, 3, &a_ad[3], -1.0);
-    put(h, 6, 6, &a.p, 1.0);
-    put(h, 9, 6, &a.q, 1.0);
-    put(h, 9, 9, &a.s, 1.0);
+    let (fx, fy) = ad.tr_mul(&gx.get(), &gy.get());
+    put_vector(g, 0, fx.scale(-1.0), fy.scale(-1.0));
+    put_vector(g, 6, gx, gy);
+    let zero = Mat3::identity(0.0);
+    put(h, (0, 0), &ii.p, &ii.q, 1.0);
+    put(h, (0, 3), &zero, &ii.s, 1.0);
+    put(h, (6, 0), &a_ad[0], &a_ad[2], -1.0);
+    put(h, (6, 3), &a_ad[1], &a_ad[3], -1.0);
+    put(h, (6, 6), &a.p, &a.q, 1.0);
+    put(h, (6, 9), &zero, &a.s, 1.0);
     s
+}
+
+/// Writes `[x; y]` from row `at` on.
+#[inline(always)]
+fn put_vector<V: Four>(g: &mut [f64; 12], at: usize, x: V, y: V) {
+    let (four, two) = V::join(x, y);
+    g[at..at + 4].copy_from_slice(&four);
+    g[at + 4..at + 6].copy_from_slice(&two);
 }
 
 #[inline(always)]
