@@ -174,10 +174,26 @@ impl Cholesky {
 
     /// Solves `L y = x` in place, elimination order.
     pub(crate) fn solve_forward(&mut self, symbolic: &Symbolic, x: &mut [f64]) {
+        let _within = self.solve_forward_within(symbolic, x, f64::INFINITY);
+    }
+
+    /// The same and `yᵀ y`, which is `xᵀ H⁻¹ x`; gives up as soon as that is more than `limit`.
+    pub(crate) fn solve_forward_within(
+        &mut self,
+        symbolic: &Symbolic,
+        x: &mut [f64],
+        limit: f64,
+    ) -> Option<f64> {
+        let mut square = 0.0;
         for node in &symbolic.nodes {
             let panel = &self.values[node.panel..node.panel + node.shape.len()];
             forward(symbolic, node, panel, x, &mut self.scratch);
+            square += x[symbolic.pivots(node)].iter().map(|y| y * y).sum::<f64>();
+            if square > limit {
+                return None;
+            }
         }
+        Some(square)
     }
 }
 
