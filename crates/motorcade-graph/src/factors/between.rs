@@ -100,10 +100,10 @@ impl Factor for Between {
             residual.copy_from_slice(&[w[0], w[1], w[2], v[0], v[1], v[2]]);
             return Ok(());
         };
-        let (w, v, minus_first, second) = pose_error::linearise(&at);
+        let (w, v, first, second) = pose_error::linearise(&at);
         residual.copy_from_slice(&[w[0], w[1], w[2], v[0], v[1], v[2]]);
-        jacobian.view_mut((0, 6), (6, 6)).copy_from(&second.to_matrix());
-        jacobian.view_mut((0, 0), (6, 6)).copy_from(&-minus_first.to_matrix());
+        jacobian.view_mut((0, 6), (6, 6)).copy_from(&second);
+        jacobian.view_mut((0, 0), (6, 6)).copy_from(&first);
         Ok(())
     }
 

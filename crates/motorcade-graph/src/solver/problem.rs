@@ -57,7 +57,9 @@ impl Problem {
                 dims.push(value.dof());
             }
         }
-        let (mut places, mut starts) = (Vec::new(), vec![0]);
+        let factors = graph.boxed_factors().len();
+        let (mut places, mut starts) = (Vec::with_capacity(2 * factors), Vec::with_capacity(factors + 1));
+        starts.push(0);
         for (_, factor) in graph.boxed_factors() {
             for &id in factor.variables() {
                 let dof = values.value(id)?.dof() as u32;
@@ -72,7 +74,7 @@ impl Problem {
         {
             return Ok(Self { variables, reused: true, ..last });
         }
-        let mut pairs = Vec::new();
+        let mut pairs = Vec::with_capacity(factors);
         for range in starts.windows(2) {
             let own: &[Place] = &places[range[0] as usize..range[1] as usize];
             for (k, a) in own.iter().enumerate() {
@@ -81,7 +83,7 @@ impl Problem {
             }
         }
         let matrix = BlockMatrix::new(&dims, &pairs);
-        let (mut pairs, mut slot_starts) = (Vec::new(), Vec::new());
+        let (mut pairs, mut slot_starts) = (Vec::with_capacity(3 * factors), Vec::with_capacity(factors));
         for range in starts.windows(2) {
             slot_starts.push(pairs.len() as u32);
             let own = &places[range[0] as usize..range[1] as usize];

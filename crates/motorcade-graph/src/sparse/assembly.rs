@@ -28,7 +28,7 @@ pub(crate) fn add_pair<V: Four>(
 ) {
     for (slot, corner) in slots.blocks.iter().zip([0, 6, 6 * LD + 6]) {
         if let Some(slot) = slot
-            && let Some(block) = matrix.get_mut(slot.offset..).and_then(|m| m.first_chunk_mut())
+            && let Some(block) = matrix.get_mut(slot.offset as usize..).and_then(|m| m.first_chunk_mut())
             && let Some(local) = h.get(corner..).and_then(|h| h.first_chunk())
         {
             match (slot.first, slot.transposed) {

@@ -6,8 +6,8 @@ use crate::memory::Numbers;
 /// Where the block of a pair of variables lives.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Slot {
-    /// First scalar of the block.
-    pub offset: usize,
+    /// First scalar of the block (enough for 32 GiB).
+    pub offset: u32,
     /// True when the stored block is (second, first) of the pair asked for.
     pub transposed: bool,
     /// True for the first share of a block: it is written, not added, so that nothing has to be cleared.
@@ -37,11 +37,12 @@ impl BlockMatrix {
     pub(crate) fn new(dims: &[usize], pairs: &[(u32, u32)]) -> Self {
         let adjacency = adjacency(dims.len(), pairs);
         let symbolic = Symbolic::new(dims, &adjacency);
+        let blocks = dims.len() + adjacency.iter().map(Vec::len).sum::<usize>() / 2;
         let mut out = Self {
             columns: vec![0],
-            rows: Vec::new(),
-            starts: Vec::new(),
-            targets: Vec::new(),
+            rows: Vec::with_capacity(blocks),
+            starts: Vec::with_capacity(blocks),
+            targets: Vec::with_capacity(blocks),
             values: Numbers::default(),
             rhs: vec![0.0; symbolic.len()],
             symbolic,
@@ -106,7 +107,7 @@ impl BlockMatrix {
     /// Slot of the block (i, j), original numbering. `None` when the pair is not in the pattern.
     pub(crate) fn slot(&self, i: u32, j: u32) -> Option<Slot> {
         let (block, transposed) = self.find(i, j)?;
-        Some(Slot { offset: self.starts[block], transposed, first: false })
+        Some(Slot { offset: self.starts[block] as u32, transposed, first: false })
     }
 
     /// Slots of many blocks that are always filled in this order: the first share of each block overwrites what was
@@ -117,7 +118,7 @@ impl BlockMatrix {
             .map(|(i, j)| {
                 let (block, transposed) = self.find(i, j)?;
                 let first = std::mem::replace(&mut first[block], false);
-                Some(Slot { offset: self.starts[block], transposed, first })
+                Some(Slot { offset: self.starts[block] as u32, transposed, first })
             })
             .collect()
     }
@@ -132,7 +133,10 @@ impl BlockMatrix {
         ld: usize,
         (rows, cols): (usize, usize),
     ) {
-        let Some(block) = self.values.get_mut(slot.offset..slot.offset + rows * cols) else { return };
+        let Some(block) = self.values.get_mut(slot.offset as usize..).and_then(|v| v.get_mut(..rows * cols))
+        else {
+            return;
+        };
         if slot.first {
             block.fill(0.0);
         }
@@ -232,7 +236,12 @@ impl BlockMatrix {
 
 /// Neighbour lists without self loops or repetition, increasing.
 fn adjacency(n: usize, pairs: &[(u32, u32)]) -> Vec<Vec<u32>> {
-    let mut near: Vec<Vec<u32>> = vec![Vec::new(); n];
+    let mut counts = vec![0; n];
+    for &(i, j) in pairs {
+        counts[i as usize] += 1;
+        counts[j as usize] += 1;
+    }
+    let mut near: Vec<Vec<u32>> = counts.into_iter().map(Vec::with_capacity).collect();
     for &(i, j) in pairs.iter().filter(|(i, j)| i != j) {
         near[i as usize].push(j);
         near[j as usize].push(i);

@@ -2,7 +2,7 @@
 
 use super::{amd, dissection, supernodes, tree};
 use crate::dense::panel::Shape;
-use tree::ROOT;
+use tree::{ROOT, Upper};
 
 /// A stretch of rows of a child's Schur complement that is also a stretch of its parent's front.
 #[derive(Clone, Copy, Debug)]
@@ -82,9 +82,9 @@ struct Tree {
 
 impl Tree {
     fn new(adjacency: &[Vec<u32>], first: &[u32]) -> Self {
-        let parent = tree::elimination_tree(&tree::upper_pattern(adjacency, first));
+        let parent = tree::elimination_tree(&Upper::new(adjacency, first));
         let order = compose(first, &tree::postorder(&parent));
-        let upper = tree::upper_pattern(adjacency, &order);
+        let upper = Upper::new(adjacency, &order);
         let parent = tree::elimination_tree(&upper);
         let counts = tree::column_counts(&upper, &parent);
         let work = counts.iter().map(|&c| 0.5 * f64::from(c) * f64::from(c)).sum();

@@ -2,28 +2,46 @@
 
 pub(crate) const ROOT: u32 = u32::MAX;
 
-/// For every column its neighbours with a smaller position (the upper pattern), columns in elimination order.
-pub(crate) fn upper_pattern(adjacency: &[Vec<u32>], order: &[u32]) -> Vec<Vec<u32>> {
-    let mut position = vec![0_u32; order.len()];
-    for (k, &i) in order.iter().enumerate() {
-        position[i as usize] = k as u32;
-    }
-    order
-        .iter()
-        .enumerate()
-        .map(|(k, &i)| {
+/// For every column its neighbours with a smaller position, columns in elimination order.
+pub(crate) struct Upper {
+    /// Start of every column in `rows`; one more at the end.
+    starts: Vec<u32>,
+    rows: Vec<u32>,
+}
+
+impl Upper {
+    pub(crate) fn new(adjacency: &[Vec<u32>], order: &[u32]) -> Self {
+        let mut position = vec![0_u32; order.len()];
+        for (k, &i) in order.iter().enumerate() {
+            position[i as usize] = k as u32;
+        }
+        let entries: usize = adjacency.iter().map(Vec::len).sum();
+        let mut out =
+            Self { starts: Vec::with_capacity(order.len() + 1), rows: Vec::with_capacity(entries / 2) };
+        out.starts.push(0);
+        for (k, &i) in order.iter().enumerate() {
             let near = adjacency[i as usize].iter().map(|&j| position[j as usize]);
-            near.filter(|&j| (j as usize) < k).collect()
-        })
-        .collect()
+            out.rows.extend(near.filter(|&j| (j as usize) < k));
+            out.starts.push(out.rows.len() as u32);
+        }
+        out
+    }
+
+    fn columns(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    fn column(&self, k: usize) -> &[u32] {
+        &self.rows[self.starts[k] as usize..self.starts[k + 1] as usize]
+    }
 }
 
 /// Parent of every column (Liu's algorithm with path compression).
-pub(crate) fn elimination_tree(upper: &[Vec<u32>]) -> Vec<u32> {
-    let n = upper.len();
+pub(crate) fn elimination_tree(upper: &Upper) -> Vec<u32> {
+    let n = upper.columns();
     let (mut parent, mut ancestor) = (vec![ROOT; n], vec![ROOT; n]);
     for k in 0..n {
-        for &start in &upper[k] {
+        for &start in upper.column(k) {
             let mut i = start as usize;
             while i < k {
                 let next = ancestor[i];
@@ -117,12 +135,12 @@ impl Forest {
 }
 
 /// Entries of every column of the factor, the diagonal included.
-pub(crate) fn column_counts(upper: &[Vec<u32>], parent: &[u32]) -> Vec<u32> {
-    let n = upper.len();
+pub(crate) fn column_counts(upper: &Upper, parent: &[u32]) -> Vec<u32> {
+    let n = upper.columns();
     let (mut counts, mut mark) = (vec![1_u32; n], vec![ROOT; n]);
     for k in 0..n {
         mark[k] = k as u32;
-        for &start in &upper[k] {
+        for &start in upper.column(k) {
             let mut i = start as usize;
             while mark[i] != k as u32 {
                 mark[i] = k as u32;
