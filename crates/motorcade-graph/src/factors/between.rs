@@ -4,7 +4,7 @@ use nalgebra::{DMatrixView, DMatrixViewMut, DVectorViewMut, Isometry3, Matrix6};
 
 use super::pose_error::{self, PoseError};
 use crate::GraphError;
-use crate::factor::{Factor, Normal, RelativePose};
+use crate::factor::{Factor, Normal, RelativePose, Terms};
 use crate::information;
 use crate::simd;
 use crate::values::{Values, VariableId};
@@ -76,16 +76,8 @@ impl Between {
 }
 
 impl Factor for Between {
-    fn variables(&self) -> &[VariableId] {
-        &self.variables
-    }
-
-    fn dim(&self) -> usize {
-        6
-    }
-
-    fn information(&self) -> DMatrixView<'_, f64> {
-        DMatrixView::from_slice(self.information.as_slice(), 6, 6)
+    fn terms(&self) -> Terms<'_> {
+        Terms::new(&self.variables, &self.information)
     }
 
     fn evaluate(
