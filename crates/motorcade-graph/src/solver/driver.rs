@@ -116,6 +116,11 @@ impl Solver {
         pool.install(|| self.run(graph, true))
     }
 
+    /// Another time limit for the next solve.
+    pub(crate) fn set_time_limit_s(&mut self, limit_s: Option<f64>) {
+        self.options.time_limit_s = limit_s;
+    }
+
     /// Patterns analysed so far: those that were not the one of the solve before.
     #[cfg(test)]
     pub(crate) fn analyses(&self) -> usize {
