@@ -243,6 +243,12 @@ fn parse_format(text: &str) -> Result<Format, String> {
 }
 
 /// More threads than any machine has are a slip of the finger, and starting them takes minutes.
+/// A time from 0 up.
+fn parse_seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok().filter(|s: &f64| s.is_finite() && *s >= 0.0);
+    seconds.ok_or_else(|| "a number of seconds from 0 up".to_owned())
+}
+
 fn parse_threads(text: &str) -> Result<usize, String> {
     let most = 1024;
     text.parse().ok().filter(|n| *n <= most).ok_or_else(|| format!("a number from 0 to {most}"))

@@ -7,6 +7,7 @@ use motorcade_graph::command::{
 use motorcade_graph::solver::{Control, Termination};
 
 use crate::arguments::{CompareArguments, GraphCommand, InfoArguments, OptimiseArguments};
+use crate::progress::interruption;
 use crate::{exit, files};
 
 /// Works on g2o files.
@@ -19,6 +20,7 @@ pub fn graph(command: &GraphCommand) -> anyhow::Result<u8> {
 }
 
 fn optimised(arguments: &OptimiseArguments) -> anyhow::Result<u8> {
+    let cancel = Some(interruption());
     let json =
         arguments.json.as_deref().map(|path| files::beside(path).map(|file| (file, path))).transpose()?;
     let out = files::beside(&arguments.out)?;
@@ -29,19 +31,20 @@ fn optimised(arguments: &OptimiseArguments) -> anyhow::Result<u8> {
             method: arguments.method,
             max_iterations: arguments.iterations,
             threads: arguments.threads,
+            time_limit_s: arguments.time_limit_s,
             ..Options::default()
         },
         cost: arguments.cost,
         robust: arguments.robust.clone(),
         init: arguments.init,
-        control: Control::default(),
+        control: Control { cancel, progress: None },
     })?;
     files::put(out, &arguments.out)?;
     if let Some((file, path)) = json {
         files::write(file, path, &(serde_json::to_string_pretty(&report)? + "\n"))?;
     }
     exit::print(&optimise_text(&report));
-    Ok(exit::FINE)
+    Ok(if report.termination == Termination::Cancelled { exit::INTERRUPTED } else { exit::FINE })
 }
 
 fn optimise_text(r: &OptimiseReport) -> String {
@@ -69,7 +72,7 @@ fn why(termination: Termination) -> &'static str {
         Termination::SmallStep => "converged: steps too small to matter",
         Termination::Iterations => "stopped at the limit of iterations",
         Termination::Time => "stopped at the time limit",
-        Termination::Cancelled => "cancelled",
+        Termination::Cancelled => "interrupted",
         Termination::Stalled => "stalled",
         Termination::NothingToDo => "nothing to do: every vertex is fixed",
     }

@@ -20,6 +20,20 @@ pub struct Reporter {
     interrupted: Arc<AtomicBool>,
 }
 
+/// A flag that the first Ctrl-C raises, to stop and write what there is; the second stops at once.
+pub fn interruption() -> Arc<AtomicBool> {
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&interrupted);
+    // A second handler (tests in one process) is refused; the first one then keeps listening.
+    let _ = ctrlc::set_handler(move || {
+        if flag.swap(true, Ordering::SeqCst) {
+            std::process::exit(i32::from(crate::exit::INTERRUPTED));
+        }
+        eprint("motorcade: stopping; writing what there is (Ctrl-C again to stop at once)");
+    });
+    interrupted
+}
+
 impl Reporter {
     /// Sets up the kind asked for and listens to Ctrl-C: the first asks to stop, the second stops.
     pub fn new(kind: ProgressKind) -> Self {
@@ -28,17 +42,14 @@ impl Reporter {
             ProgressKind::Auto => ProgressKind::Plain,
             other => other,
         };
-        let interrupted = Arc::new(AtomicBool::new(false));
-        let flag = Arc::clone(&interrupted);
-        // A second handler (tests in one process) is refused; the first one then keeps listening.
-        let _ = ctrlc::set_handler(move || {
-            if flag.swap(true, Ordering::SeqCst) {
-                std::process::exit(i32::from(crate::exit::INTERRUPTED));
-            }
-            eprint("motorcade: stopping; writing what there is (Ctrl-C again to stop at once)");
-        });
         let bar = if kind == ProgressKind::Auto { ProgressBar::new(0) } else { ProgressBar::hidden() };
-        Self { kind, bar, stage: Mutex::new(("", None)), last_told: AtomicUsize::new(0), interrupted }
+        Self {
+            kind,
+            bar,
+            stage: Mutex::new(("", None)),
+            last_told: AtomicUsize::new(0),
+            interrupted: interruption(),
+        }
     }
 
     /// Takes the bar away.

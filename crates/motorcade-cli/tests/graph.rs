@@ -70,6 +70,78 @@ fn starts_costs_and_kernels_are_taken() {
 }
 
 #[test]
+fn a_time_limit_stops_and_writes_the_best_so_far() {
+    let folder = tempfile::tempdir().unwrap();
+    square(folder.path());
+    for init in ["auto", "file", "chordal"] {
+        let arguments = format!(
+            "graph optimise square.g2o --out {init}.g2o --json out.json --time-limit-s 0 --init {init}"
+        );
+        answer(folder.path(), &arguments).expect(0, &[]);
+        let report = json(&folder.path().join("out.json"));
+        assert_eq!((report["termination"].as_str(), report["iterations"].as_u64()), (Some("time"), Some(1)));
+        assert!(report["final_cost"].as_f64().unwrap() < 0.5 * report["file_cost"].as_f64().unwrap());
+        let written = answer(folder.path(), &format!("graph compare {init}.g2o square.g2o"));
+        assert!(written.expect(0, &[]).stdout.contains("8 in both"));
+    }
+    for wrong in ["-1", "nan", "soon"] {
+        let arguments = format!("graph optimise square.g2o --out out.g2o --time-limit-s={wrong}");
+        answer(folder.path(), &arguments).expect(1, &["time-limit-s", "seconds"]);
+    }
+    no_leftovers(folder.path());
+}
+
+/// A long chain with loops, its vertices far off: a hundred milliseconds and several iterations.
+#[cfg(unix)]
+fn spiral(path: &Path, n: u32) {
+    let mut text = String::new();
+    for k in 0..n {
+        text += &format!("VERTEX_SE2 {k} {} 0 {}\n", f64::from(k) * 0.1, f64::from(k % 7) * 0.1);
+    }
+    for (step, turn) in [(1, 0.1_f64), (60, 6.0)] {
+        let (x, y) = (turn.sin() / 0.1, (1.0 - turn.cos()) / 0.1);
+        for k in 0..n - step {
+            text += &format!("EDGE_SE2 {k} {} {x} {y} {turn} 1 0 0 1 0 1\n", k + step);
+        }
+    }
+    fs::write(path, text).unwrap();
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_writes_the_best_so_far_and_says_so() {
+    use std::process::{Command, Stdio};
+    use std::time::Duration;
+    let folder = tempfile::tempdir().unwrap();
+    spiral(&folder.path().join("spiral.g2o"), 30_000);
+    let child = Command::new(assert_cmd::cargo::cargo_bin!("motorcade"))
+        .args(["graph", "optimise", "spiral.g2o", "--out", "out.g2o", "--json", "out.json"])
+        .current_dir(folder.path())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // The program listens before it makes the file that becomes out.g2o.
+    while fs::read_dir(folder.path()).unwrap().count() < 2 {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(killed.success());
+    let output = child.wait_with_output().unwrap();
+    let said = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(130), "{said}");
+    assert!(said.contains("writing what there is") && said.contains("interrupted"), "{said}");
+    let report = json(&folder.path().join("out.json"));
+    assert_eq!(report["termination"], "cancelled");
+    let info = answer(folder.path(), "graph info out.g2o --json");
+    let info: serde_json::Value = serde_json::from_str(&info.expect(0, &[]).stdout).unwrap();
+    assert_eq!(info["read"]["vertices_se2"], 30_000);
+    let (written, told) = (info["cost_log"].as_f64().unwrap(), report["final_cost"].as_f64().unwrap());
+    assert!((written / told - 1.0).abs() < 1e-6, "{written} {told}");
+    no_leftovers(folder.path());
+}
+
+#[test]
 fn bad_graphs_are_named_and_leave_nothing() {
     let folder = tempfile::tempdir().unwrap();
     square(folder.path());

@@ -2,7 +2,9 @@
 
 use std::fmt;
 
-use nalgebra::{DMatrixView, DMatrixViewMut, DVectorView, DVectorViewMut};
+use nalgebra::{
+    DMatrixView, DMatrixViewMut, DVectorView, DVectorViewMut, Dim, IsContiguous, Matrix, RawStorage,
+};
 
 use crate::GraphError;
 use crate::values::{Values, VariableId};
@@ -16,17 +18,46 @@ pub struct Loss {
     pub weight: f64,
 }
 
-/// One term `ρ(rᵀ Ω r)` of the cost. Implement [`variables`](Self::variables), [`dim`](Self::dim),
-/// [`information`](Self::information) and [`evaluate`](Self::evaluate); the rest follows.
-pub trait Factor: fmt::Debug + Send + Sync {
+/// What a factor is made of apart from its residual.
+#[derive(Clone, Copy, Debug)]
+pub struct Terms<'a> {
     /// The variables the residual depends on, without repetition.
-    fn variables(&self) -> &[VariableId];
+    pub variables: &'a [VariableId],
+    /// Ω, m×m for a residual of length m, symmetric positive semidefinite.
+    pub information: DMatrixView<'a, f64>,
+}
+
+impl<'a> Terms<'a> {
+    /// Of a matrix of fixed or of dynamic size.
+    pub fn new<R: Dim, C: Dim, S>(variables: &'a [VariableId], information: &'a Matrix<f64, R, C, S>) -> Self
+    where
+        S: RawStorage<f64, R, C> + IsContiguous,
+    {
+        let (rows, columns) = information.shape();
+        Self { variables, information: DMatrixView::from_slice(information.as_slice(), rows, columns) }
+    }
+}
+
+/// One term `ρ(rᵀ Ω r)` of the cost. Implement [`terms`](Self::terms) and [`evaluate`](Self::evaluate); the rest
+/// follows.
+pub trait Factor: fmt::Debug + Send + Sync {
+    /// Variables and information.
+    fn terms(&self) -> Terms<'_>;
+
+    /// The variables the residual depends on, without repetition.
+    fn variables(&self) -> &[VariableId] {
+        self.terms().variables
+    }
 
     /// Length m of the residual.
-    fn dim(&self) -> usize;
+    fn dim(&self) -> usize {
+        self.terms().information.nrows()
+    }
 
     /// Ω, m×m, symmetric positive semidefinite.
-    fn information(&self) -> DMatrixView<'_, f64>;
+    fn information(&self) -> DMatrixView<'_, f64> {
+        self.terms().information
+    }
 
     /// Writes the residual r (m) and, when asked for, the Jacobian: m × Σ dof, the columns of the variables side by
     /// side in the order of [`variables`](Self::variables), derivatives by the right perturbation of each.
@@ -130,6 +161,11 @@ impl Normal {
     /// g and H of two poses, to be overwritten.
     pub(crate) fn chunks_mut(&mut self) -> Option<(&mut [f64; 12], &mut [f64; 144])> {
         Some((self.g.first_chunk_mut()?, self.h.first_chunk_mut()?))
+    }
+
+    /// g and H of twelve tangent directions.
+    pub(crate) fn chunks(&self) -> Option<(&[f64; 12], &[f64; 144])> {
+        Some((self.g.first_chunk()?, self.h.first_chunk()?)).filter(|_| self.size == 12)
     }
 
     fn fill_from_jacobian<F: Factor + ?Sized>(

@@ -80,6 +80,7 @@ pub mod information;
 mod manifold;
 mod marginalise;
 mod marginals;
+mod memory;
 pub mod numeric;
 mod robust;
 mod simd;
@@ -89,7 +90,7 @@ pub mod start;
 mod values;
 
 pub use error::GraphError;
-pub use factor::{Factor, Loss, Normal, RelativePose};
+pub use factor::{Factor, Loss, Normal, RelativePose, Terms};
 pub use fixed_lag::FixedLag;
 pub use graph::{FactorId, Graph};
 pub use manifold::{Manifold, Value, Variable};

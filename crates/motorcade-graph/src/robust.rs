@@ -8,11 +8,11 @@ use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use nalgebra::{DMatrixView, DMatrixViewMut, DVectorViewMut};
+use nalgebra::{DMatrixViewMut, DVectorViewMut};
 
 use crate::GraphError;
-use crate::factor::{Factor, Loss, Normal, RelativePose};
-use crate::values::{Values, VariableId};
+use crate::factor::{Factor, Loss, Normal, RelativePose, Terms};
+use crate::values::Values;
 
 /// A loss function of `s = rᵀ Ω r`.
 pub trait Kernel: fmt::Debug + Send + Sync {
@@ -142,14 +142,8 @@ impl<F: Factor, K: Kernel> Robust<F, K> {
 }
 
 impl<F: Factor, K: Kernel> Factor for Robust<F, K> {
-    fn variables(&self) -> &[VariableId] {
-        self.factor.variables()
-    }
-    fn dim(&self) -> usize {
-        self.factor.dim()
-    }
-    fn information(&self) -> DMatrixView<'_, f64> {
-        self.factor.information()
+    fn terms(&self) -> Terms<'_> {
+        self.factor.terms()
     }
     fn evaluate(
         &self,

@@ -5,6 +5,7 @@
 
 use crate::dense::panel;
 use crate::factors::pose_error;
+use crate::sparse::{assembly, extend};
 
 /// Four numbers side by side.
 pub(crate) trait Four: Copy {
@@ -17,6 +18,8 @@ pub(crate) trait Four: Copy {
     fn scale_add(self, s: f64, sum: Self) -> Self;
     /// Transpose of the upper left 3×3 of three columns.
     fn transpose(columns: [Self; 3]) -> [Self; 3];
+    /// The first three of `top`, then those of `bottom`, as four and two.
+    fn join(top: Self, bottom: Self) -> ([f64; 4], [f64; 2]);
 }
 
 /// For any processor.
@@ -47,6 +50,10 @@ impl Four for Plain {
     #[inline(always)]
     fn transpose([a, b, c]: [Self; 3]) -> [Self; 3] {
         std::array::from_fn(|i| Self([a.0[i], b.0[i], c.0[i], 0.0]))
+    }
+    #[inline(always)]
+    fn join(Self([a, b, c, _]): Self, Self([d, e, f, _]): Self) -> ([f64; 4], [f64; 2]) {
+        ([a, b, c, d], [e, f])
     }
 }
 
@@ -94,6 +101,15 @@ mod avx {
                     Self(_mm256_permute2f128_pd::<0x20>(high, c_high)),
                     Self(_mm256_permute2f128_pd::<0x31>(low, c_low)),
                 ]
+            }
+        }
+        #[inline(always)]
+        fn join(top: Self, bottom: Self) -> ([f64; 4], [f64; 2]) {
+            let mut rest = [0.0; 2];
+            unsafe {
+                let turned = _mm256_permute4x64_pd::<0b00_00_10_01>(bottom.0);
+                _mm_storeu_pd(rest.as_mut_ptr(), _mm256_castpd256_pd128(turned));
+                (Self(_mm256_blend_pd::<0b1000>(top.0, turned)).get(), rest)
             }
         }
     }
@@ -157,6 +173,11 @@ dispatch!(
     (panel: &[f64], shape: panel::Shape, front: &mut [f64])
 );
 dispatch!(
+    /// See [`extend::extend_add`].
+    extend_add = extend::extend_add<Plain, Avx>,
+    (schur: &[f64], ld: usize, place: extend::Place<'_>, target: &mut [f64])
+);
+dispatch!(
     /// See [`pose_error::normal_equations`].
     pose_normal_equations = pose_error::normal_equations<Plain, Avx>,
     (at: &pose_error::PoseError<'_>, g: &mut [f64; 12], h: &mut [f64; 144]) -> f64
@@ -165,4 +186,9 @@ dispatch!(
     /// See [`pose_error::squared_norm`].
     pose_squared_norm = pose_error::squared_norm<Plain, Avx>,
     (at: &pose_error::PoseError<'_>) -> f64
+);
+dispatch!(
+    /// See [`assembly::add_pair`].
+    add_pair = assembly::add_pair<Plain, Avx>,
+    (matrix: &mut [f64], rhs: &mut [f64], share: (&[f64; 12], &[f64; 144]), weight: f64, slots: &assembly::PairSlots)
 );

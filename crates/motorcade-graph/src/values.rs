@@ -119,7 +119,11 @@ impl Values {
 
     /// The value of a variable of a known type, for example `values.get::<Isometry3<f64>>(id)`.
     pub fn get<V: Variable>(&self, id: VariableId) -> Result<&V, GraphError> {
-        V::of(self.value(id)?).ok_or(GraphError::WrongType { variable: id, expected: V::NAME })
+        // Not `ok_or`, which makes the error, and drops it, at every look-up.
+        let Some(value) = V::of(self.value(id)?) else {
+            return Err(GraphError::WrongType { variable: id, expected: V::NAME });
+        };
+        Ok(value)
     }
 
     /// The number in a variable of R^1.

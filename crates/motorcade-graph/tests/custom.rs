@@ -8,8 +8,8 @@ use motorcade_geometry::lie::se3;
 use motorcade_graph::factors::{PosePrior, VectorPrior};
 use motorcade_graph::numeric::jacobian_error;
 use motorcade_graph::solver::Method;
-use motorcade_graph::{Factor, Graph, GraphError, Marginals, Values, VariableId, optimise};
-use nalgebra::{DMatrix, DMatrixView, DMatrixViewMut, DVector, DVectorViewMut, Isometry3, Matrix6};
+use motorcade_graph::{Factor, Graph, GraphError, Marginals, Terms, Values, VariableId, optimise};
+use nalgebra::{DMatrix, DMatrixViewMut, DVector, DVectorViewMut, Isometry3, Matrix6};
 
 /// Distance from b to c is e^λ times the distance from a to b: residual 1, three poses and a number.
 #[derive(Debug)]
@@ -19,14 +19,8 @@ struct Stretch {
 }
 
 impl Factor for Stretch {
-    fn variables(&self) -> &[VariableId] {
-        &self.variables
-    }
-    fn dim(&self) -> usize {
-        1
-    }
-    fn information(&self) -> DMatrixView<'_, f64> {
-        self.information.as_view()
+    fn terms(&self) -> Terms<'_> {
+        Terms::new(&self.variables, &self.information)
     }
     fn evaluate(
         &self,

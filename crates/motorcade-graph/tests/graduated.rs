@@ -3,10 +3,13 @@
 
 mod common;
 
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
 use common::{difference, pose, random, small_drive};
 use motorcade_graph::command::RobustKernel;
 use motorcade_graph::factors::Between;
-use motorcade_graph::solver::{GraduateOptions, graduate};
+use motorcade_graph::solver::{Control, GraduateOptions, Termination, graduate};
 use motorcade_graph::{Gnc, Graph, Options, Robust, optimise};
 use nalgebra::Matrix6;
 
@@ -33,12 +36,32 @@ fn graduation_finds_the_solution_without_outliers() {
     let kernel = Gnc::new(3.55);
     let mut robust = small_drive(11);
     spoil(&mut robust, Some(&kernel));
-    let report = graduate(&mut robust, &kernel, &Options::default(), &GraduateOptions::default()).unwrap();
+    let report =
+        graduate(&mut robust, &kernel, &Options::default(), &GraduateOptions::default(), &Control::default())
+            .unwrap();
     assert!(report.converged() && (kernel.mu() - 1.0).abs() < 1e-12);
     assert!(difference(&clean, &plain) > 0.1);
     assert!(difference(&clean, &robust) < 0.01, "{}", difference(&clean, &robust));
     let broken = GraduateOptions { factor: 1.0, ..Default::default() };
-    assert!(graduate(&mut robust, &kernel, &Options::default(), &broken).is_err());
+    assert!(graduate(&mut robust, &kernel, &Options::default(), &broken, &Control::default()).is_err());
+}
+
+#[test]
+fn graduation_heeds_cancellation_and_time_as_a_whole() {
+    let run = |options: &Options, cancelled: bool| {
+        let kernel = Gnc::new(3.55);
+        let mut graph = small_drive(11);
+        spoil(&mut graph, Some(&kernel));
+        let cancel = Some(Arc::new(AtomicBool::new(cancelled)));
+        let control = Control { cancel, progress: None };
+        let report = graduate(&mut graph, &kernel, options, &GraduateOptions::default(), &control).unwrap();
+        assert!((kernel.mu() - 1.0).abs() < 1e-12);
+        (report.termination, report.iterations.len())
+    };
+    let no_time = Options { time_limit_s: Some(0.0), ..Options::default() };
+    assert_eq!(run(&no_time, false), (Termination::Time, 1));
+    assert_eq!(run(&Options::default(), true), (Termination::Cancelled, 1));
+    assert_eq!(run(&Options::default(), false).0, Termination::Converged);
 }
 
 #[test]

@@ -5,6 +5,7 @@ mod common;
 
 use motorcade_graph::command::{OptimiseReport, OptimiseRequest, Start, compare, info, optimise};
 use motorcade_graph::factors::{Between, PoseResidual};
+use motorcade_graph::solver::Termination;
 use motorcade_graph::{Cauchy, Factor, FactorId, Graph, Options, Robust, g2o};
 
 fn solve(name: &str, cost: PoseResidual, init: Start) -> Option<OptimiseReport> {
@@ -186,6 +187,16 @@ fn automatic_start_is_never_worse_than_the_others() {
             assert!(auto.final_cost <= other.final_cost * (1.0 + 1e-6), "{name} {start:?}");
         }
     }
+}
+
+/// With time for the choice of a start the chordal one is taken here; without, no other than the file's is even tried.
+#[test]
+fn time_limit_is_for_the_choice_of_a_start_too() {
+    let Some(input) = common::shared("posegraphs/sphere_bignoise_vertex3.g2o") else { return };
+    let options = Options { time_limit_s: Some(0.0), ..Options::default() };
+    let report = optimise(&OptimiseRequest { input, options, ..Default::default() }).unwrap();
+    assert_eq!((report.init, report.termination, report.rows.len()), (Start::File, Termination::Time, 1));
+    assert!(report.final_cost < report.file_cost, "{} {}", report.final_cost, report.file_cost);
 }
 
 /// The flow of `graph optimise`: every file is solved from a chordal start, in both residuals; what is written costs,

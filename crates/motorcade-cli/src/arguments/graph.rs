@@ -27,7 +27,10 @@ pub enum GraphCommand {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   motorcade graph optimise sphere.g2o --out solved.g2o --init chordal
-  motorcade graph optimise city.g2o --out solved.g2o --method dogleg --robust cauchy:1.0 --json report.json")]
+  motorcade graph optimise city.g2o --out solved.g2o --method dogleg --robust cauchy:1.0 --json report.json
+  motorcade graph optimise large.g2o --out solved.g2o --time-limit-s 60
+
+Ctrl-C stops after the current iteration and writes the best graph so far (exit code 130).")]
 pub struct OptimiseArguments {
     /// The graph.
     pub input: PathBuf,
@@ -50,6 +53,10 @@ pub struct OptimiseArguments {
     /// Most iterations.
     #[arg(long, default_value_t = 100)]
     pub iterations: usize,
+    /// Most seconds for all of it, the choice of a start included; the best graph so far is written. Looked at between
+    /// iterations, of which there is at least one.
+    #[arg(long, value_name = "SECONDS", value_parser = super::parse_seconds)]
+    pub time_limit_s: Option<f64>,
     /// Threads; the results do not depend on it. 0 takes all cores.
     #[arg(long, default_value_t = 1, value_parser = super::parse_threads)]
     pub threads: usize,

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::str::FromStr;
+use std::time::Instant;
 
 use cpu_time::ProcessTime;
 use serde::Serialize;
@@ -33,7 +34,8 @@ pub struct OptimiseRequest {
     pub input: PathBuf,
     /// Where the optimised graph goes.
     pub output: Option<PathBuf>,
-    /// Method, limits, threads.
+    /// Method, limits, threads. The time limit is for the whole call, reading and the choice of a start included, and is
+    /// looked at between iterations.
     pub options: Options,
     /// Residual of SE(3) edges.
     pub cost: PoseResidual,
@@ -91,6 +93,7 @@ pub struct OptimiseReport {
 /// Reads, optimises and writes a graph.
 pub fn optimise(request: &OptimiseRequest) -> Result<OptimiseReport, GraphError> {
     request.options.validate()?;
+    let start = Instant::now();
     let kernel = request.robust.as_ref().map(|k| k as &dyn KernelSource);
     let mut document = g2o::read(&request.input, &ReadOptions { residual: request.cost, kernel })?;
     let graph = &mut document.graph;
@@ -100,21 +103,21 @@ pub fn optimise(request: &OptimiseRequest) -> Result<OptimiseReport, GraphError>
     let clock = ProcessTime::now();
     let smooth = match (request.init, &request.robust) {
         (_, Some(RobustKernel::Gnc(_))) => None,
-        (Start::Auto, _) => starts::smoothly(graph, &request.options, &request.control)?,
+        (Start::Auto, _) => starts::smoothly(graph, &request.options.remaining(start), &request.control)?,
         _ => None,
     };
     let (init, init_s, optimise_s, report) = match smooth {
         Some(report) => (Start::File, 0.0, clock.elapsed().as_secs_f64(), report),
         None => {
-            let init = starts::begin(graph, request.init, &request.options, &request.control)?;
+            let init = starts::begin(graph, request.init, &request.options, &request.control, start)?;
             let init_s = clock.elapsed().as_secs_f64();
-            let clock = ProcessTime::now();
+            let (clock, options) = (ProcessTime::now(), request.options.remaining(start));
             let report = match &request.robust {
                 Some(RobustKernel::Gnc(kernel)) => {
-                    graduate(graph, kernel, &request.options, &GraduateOptions::default())?
+                    graduate(graph, kernel, &options, &GraduateOptions::default(), &request.control)?
                 }
                 _ => {
-                    let solver = Solver::new(request.options.clone())?;
+                    let solver = Solver::new(options)?;
                     solver.with_control(request.control.clone()).optimise(graph)?
                 }
             };

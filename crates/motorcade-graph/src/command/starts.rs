@@ -3,6 +3,7 @@
 use std::str::FromStr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
+use std::time::Instant;
 
 use serde::Serialize;
 
@@ -53,15 +54,16 @@ const TRIAL: usize = 5;
 /// How much lower, as a fraction, the cost from another start must be to leave the file's.
 const BETTER: f64 = 1e-3;
 
-/// Moves `graph` to the start asked for and returns which it is.
+/// Moves `graph` to the start asked for and returns which it is. `start` is when the time limit of `options` began.
 pub(super) fn begin(
     graph: &mut Graph,
     wanted: Start,
     options: &Options,
     control: &Control,
+    start: Instant,
 ) -> Result<Start, GraphError> {
     match wanted {
-        Start::Auto => return choose(graph, options, control),
+        Start::Auto => return choose(graph, options, control, start),
         Start::File => {}
         Start::SpanningTree => start::spanning_tree(graph)?,
         Start::Chordal => start::chordal(graph)?,
@@ -101,26 +103,46 @@ pub(super) fn smoothly(
     Ok(None)
 }
 
-/// Tries every start for a few iterations and goes back to the best one.
-fn choose(graph: &mut Graph, options: &Options, control: &Control) -> Result<Start, GraphError> {
+/// A start that was tried.
+struct Tried {
+    start: Start,
+    /// The cost it led to.
+    cost: f64,
+    /// Where it began and where it led.
+    values: [Values; 2],
+}
+
+/// Tries every start for a few iterations and goes back to the best one. When the time is over or the solve is cancelled
+/// it stays where the best of those tried so far has led.
+fn choose(
+    graph: &mut Graph,
+    options: &Options,
+    control: &Control,
+    began: Instant,
+) -> Result<Start, GraphError> {
     let file = graph.values().clone();
-    let options = Options { max_iterations: TRIAL.min(options.max_iterations), ..options.clone() };
-    let mut solver = Solver::new(options)?.with_control(Control { progress: None, ..control.clone() });
-    let mut best: (f64, Start, Values) = (f64::INFINITY, Start::File, file.clone());
+    let over = || control.cancelled() || options.out_of_time(began);
+    let short = Options { max_iterations: TRIAL.min(options.max_iterations), ..options.clone() };
+    let mut solver = Solver::new(short)?.with_control(Control { progress: None, ..control.clone() });
+    let mut best: Option<Tried> = None;
     for start in [Start::File, Start::Chordal, Start::SpanningTree] {
+        if best.is_some() && over() {
+            break;
+        }
         *graph.values_mut() = file.clone();
         // A start that cannot be made or solved from does not count, that is all.
-        let made = begin(graph, start, solver.options(), control).is_ok();
+        let made = begin(graph, start, options, control, began).is_ok();
         if !made || (start != Start::File && *graph.values() == file) {
             continue;
         }
         let values = graph.values().clone();
+        solver.set_time_limit_s(options.remaining(began).time_limit_s);
         let cost = solver.optimise(graph).map_or(f64::INFINITY, |report| report.final_cost);
-        if cost < (1.0 - BETTER) * best.0 {
-            best = (cost, start, values);
+        if best.as_ref().is_none_or(|b| cost < (1.0 - BETTER) * b.cost) {
+            best = Some(Tried { start, cost, values: [values, graph.values().clone()] });
         }
     }
-    let (_, start, values) = best;
-    *graph.values_mut() = values;
+    let Some(Tried { start, values: [begun, led], .. }) = best else { return Ok(Start::File) };
+    *graph.values_mut() = if over() { led } else { begun };
     Ok(start)
 }

@@ -47,31 +47,27 @@ pub(crate) struct Pivots {
     pub largest: f64,
 }
 
-/// The tail of `a`, empty where there is none (the first strip has no finished columns).
-#[inline(always)]
-fn from(a: &[f64], start: usize) -> &[f64] {
-    a.get(start..).unwrap_or(&[])
-}
-
-/// `Σ_p a[i, p] · b[j, p]` of an R×N tile, `k` columns of leading dimension `ld`.
+/// `−Σ_p a[i, p] · a[j, p]` of an R×N tile at rows i and j of all `columns`, of leading dimension `ld`.
 #[inline(always)]
 fn product<const R: usize, const N: usize, const FMA: bool>(
-    a: &[f64],
-    b: &[f64],
+    columns: &[f64],
     ld: usize,
-    k: usize,
+    i: usize,
+    j: usize,
 ) -> [[f64; R]; N] {
-    let mut sum = [[0.0; R]; N];
-    for p in 0..k {
+    let (mut sum, mut columns) = ([[0.0; R]; N], columns);
+    // One check a column: that the rows are inside does not change from column to column.
+    while let Some((column, rest)) = columns.split_at_checked(ld) {
+        columns = rest;
         let (Some(x), Some(y)) = (
-            a.get(p * ld..).and_then(|s| s.first_chunk::<R>()),
-            b.get(p * ld..).and_then(|s| s.first_chunk::<N>()),
+            column.get(i..).and_then(|s| s.first_chunk::<R>()),
+            column.get(j..).and_then(|s| s.first_chunk::<N>()),
         ) else {
             break;
         };
-        for j in 0..N {
-            for i in 0..R {
-                sum[j][i] = fma::<FMA>(x[i], y[j], sum[j][i]);
+        for c in 0..N {
+            for r in 0..R {
+                sum[c][r] = fma::<FMA>(-x[r], y[c], sum[c][r]);
             }
         }
     }
@@ -93,12 +89,12 @@ fn diagonal<const N: usize, const FMA: bool>(
     j0: usize,
     pivots: &mut Pivots,
 ) -> Option<Triangle<N>> {
-    let sum = product::<N, N, FMA>(from(done, j0), from(done, j0), ld, j0);
+    let sum = product::<N, N, FMA>(done, ld, j0, j0);
     let mut l = [[0.0; N]; N]; // l[column][row]
     for j in 0..N {
         let column = strip.get(j * ld + j0..)?.first_chunk::<N>()?;
         for i in j..N {
-            l[j][i] = column[i] - sum[j][i];
+            l[j][i] = column[i] + sum[j][i];
         }
     }
     let mut inverse = [0.0; N];
@@ -137,11 +133,11 @@ fn update<const R: usize, const N: usize, const FMA: bool>(
     j0: usize,
     i: usize,
 ) -> Option<()> {
-    let sum = product::<R, N, FMA>(from(done, i), from(done, j0), ld, j0);
+    let sum = product::<R, N, FMA>(done, ld, i, j0);
     for j in 0..N {
         let column = strip.get_mut(j * ld + i..)?.first_chunk_mut::<R>()?;
         for r in 0..R {
-            column[r] -= sum[j][r];
+            column[r] += sum[j][r];
         }
     }
     Some(())
@@ -243,28 +239,35 @@ pub(crate) fn factor<const FMA: bool>(panel: &mut [f64], shape: Shape) -> Option
 }
 
 #[inline(always)]
+fn schur_tile<const R: usize, const N: usize, const FMA: bool>(
+    panel: &[f64],
+    shape: Shape,
+    (i, j): (usize, usize),
+    out: &mut [f64],
+) -> Option<()> {
+    let (below, ldc) = (shape.below_start(), shape.schur_ld());
+    let sum = product::<R, N, FMA>(panel, shape.ld(), below + i, below + j);
+    for c in 0..N {
+        *out.get_mut((j + c) * ldc + i..)?.first_chunk_mut::<R>()? = sum[c];
+    }
+    Some(())
+}
+
+#[inline(always)]
 fn schur_columns<const N: usize, const FMA: bool>(
-    below: &[f64],
+    panel: &[f64],
     shape: Shape,
     j: usize,
     out: &mut [f64],
 ) -> Option<()> {
-    let (ld, ldc) = (shape.ld(), shape.schur_ld());
-    let b = below.get(j..)?;
     // Starting at the tile above the diagonal writes scratch into the upper triangle, which nobody reads.
     let mut i = j / super::LANES * super::LANES;
-    while i + 8 <= ldc {
-        let sum = product::<8, N, FMA>(below.get(i..)?, b, ld, shape.pivots);
-        for c in 0..N {
-            *out.get_mut((j + c) * ldc + i..)?.first_chunk_mut::<8>()? = sum[c].map(|x| -x);
-        }
+    while i + 8 <= shape.schur_ld() {
+        schur_tile::<8, N, FMA>(panel, shape, (i, j), out)?;
         i += 8;
     }
-    if i < ldc {
-        let sum = product::<4, N, FMA>(below.get(i..)?, b, ld, shape.pivots);
-        for c in 0..N {
-            *out.get_mut((j + c) * ldc + i..)?.first_chunk_mut::<4>()? = sum[c].map(|x| -x);
-        }
+    if i < shape.schur_ld() {
+        schur_tile::<4, N, FMA>(panel, shape, (i, j), out)?;
     }
     Some(())
 }
@@ -272,18 +275,18 @@ fn schur_columns<const N: usize, const FMA: bool>(
 /// Writes the lower triangle of `−L21 L21ᵀ`; the upper triangle of `out` is scratch.
 #[inline(always)]
 pub(crate) fn schur<const FMA: bool>(panel: &[f64], shape: Shape, out: &mut [f64]) {
-    let Some(below) = panel.get(shape.below_start()..) else { return };
+    let panel = panel.get(..shape.len()).unwrap_or(&[]);
     let mut j = 0;
     while j + STRIP <= shape.below {
-        let _complete = schur_columns::<STRIP, FMA>(below, shape, j, out);
+        let _complete = schur_columns::<STRIP, FMA>(panel, shape, j, out);
         j += STRIP;
     }
     while j + 3 <= shape.below {
-        let _complete = schur_columns::<3, FMA>(below, shape, j, out);
+        let _complete = schur_columns::<3, FMA>(panel, shape, j, out);
         j += 3;
     }
     while j < shape.below {
-        let _complete = schur_columns::<1, FMA>(below, shape, j, out);
+        let _complete = schur_columns::<1, FMA>(panel, shape, j, out);
         j += 1;
     }
 }

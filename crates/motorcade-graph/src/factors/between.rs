@@ -4,7 +4,7 @@ use nalgebra::{DMatrixView, DMatrixViewMut, DVectorViewMut, Isometry3, Matrix6};
 
 use super::pose_error::{self, PoseError};
 use crate::GraphError;
-use crate::factor::{Factor, Normal, RelativePose};
+use crate::factor::{Factor, Normal, RelativePose, Terms};
 use crate::information;
 use crate::simd;
 use crate::values::{Values, VariableId};
@@ -76,16 +76,8 @@ impl Between {
 }
 
 impl Factor for Between {
-    fn variables(&self) -> &[VariableId] {
-        &self.variables
-    }
-
-    fn dim(&self) -> usize {
-        6
-    }
-
-    fn information(&self) -> DMatrixView<'_, f64> {
-        DMatrixView::from_slice(self.information.as_slice(), 6, 6)
+    fn terms(&self) -> Terms<'_> {
+        Terms::new(&self.variables, &self.information)
     }
 
     fn evaluate(
@@ -100,10 +92,10 @@ impl Factor for Between {
             residual.copy_from_slice(&[w[0], w[1], w[2], v[0], v[1], v[2]]);
             return Ok(());
         };
-        let (w, v, minus_first, second) = pose_error::linearise(&at);
+        let (w, v, first, second) = pose_error::linearise(&at);
         residual.copy_from_slice(&[w[0], w[1], w[2], v[0], v[1], v[2]]);
-        jacobian.view_mut((0, 6), (6, 6)).copy_from(&second.to_matrix());
-        jacobian.view_mut((0, 0), (6, 6)).copy_from(&-minus_first.to_matrix());
+        jacobian.view_mut((0, 6), (6, 6)).copy_from(&second);
+        jacobian.view_mut((0, 0), (6, 6)).copy_from(&first);
         Ok(())
     }
 

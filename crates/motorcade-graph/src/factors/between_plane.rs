@@ -3,7 +3,7 @@
 use nalgebra::{DMatrixView, DMatrixViewMut, DVectorViewMut, Isometry2, Matrix3, Vector2};
 
 use crate::GraphError;
-use crate::factor::Factor;
+use crate::factor::{Factor, Terms};
 use crate::information;
 use crate::values::{Values, VariableId};
 
@@ -32,14 +32,8 @@ impl BetweenPlane {
 }
 
 impl Factor for BetweenPlane {
-    fn variables(&self) -> &[VariableId] {
-        &self.variables
-    }
-    fn dim(&self) -> usize {
-        3
-    }
-    fn information(&self) -> DMatrixView<'_, f64> {
-        DMatrixView::from_slice(self.information.as_slice(), 3, 3)
+    fn terms(&self) -> Terms<'_> {
+        Terms::new(&self.variables, &self.information)
     }
     fn evaluate(
         &self,

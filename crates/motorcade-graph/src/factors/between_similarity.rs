@@ -2,10 +2,10 @@
 
 use motorcade_geometry::lie::sim3::Similarity;
 use motorcade_geometry::lie::so3;
-use nalgebra::{DMatrix, DMatrixView, DMatrixViewMut, DVectorViewMut, Matrix3};
+use nalgebra::{DMatrix, DMatrixViewMut, DVectorViewMut, Matrix3};
 
 use crate::GraphError;
-use crate::factor::Factor;
+use crate::factor::{Factor, Terms};
 use crate::information;
 use crate::values::{Values, VariableId};
 
@@ -41,14 +41,8 @@ impl BetweenSimilarity {
 }
 
 impl Factor for BetweenSimilarity {
-    fn variables(&self) -> &[VariableId] {
-        &self.variables
-    }
-    fn dim(&self) -> usize {
-        7
-    }
-    fn information(&self) -> DMatrixView<'_, f64> {
-        self.information.as_view()
+    fn terms(&self) -> Terms<'_> {
+        Terms::new(&self.variables, &self.information)
     }
     fn evaluate(
         &self,

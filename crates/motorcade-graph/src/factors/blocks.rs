@@ -1,17 +1,17 @@
-//! 6×6 matrices of SE(3) Jacobians, which in `[ω, ν]` order are lower block triangular: `[[a, 0], [b, c]]`.
+//! 6×6 matrices of SE(3) Jacobians, which in `[ω, ν]` order are lower block triangular.
 
 use nalgebra::Matrix6;
 #[cfg(test)]
 use nalgebra::{Vector3, Vector6};
 
-use super::mat3::{Lanes, Mat3};
+use super::mat3::Mat3;
 use crate::simd::Four;
 
-/// `[[a, 0], [b, c]]` with 3×3 blocks.
+/// `[[a, 0], [u·a, c]]` with 3×3 blocks: the shear `[[I, 0], [u, I]]` after `diag(a, c)`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LowerBlocks<V> {
+    pub u: Mat3<V>,
     pub a: Mat3<V>,
-    pub b: Mat3<V>,
     pub c: Mat3<V>,
 }
 
@@ -31,57 +31,48 @@ impl<V: Four> Symmetric<V> {
 }
 
 impl<V: Four> LowerBlocks<V> {
-    /// `self · other`.
-    #[inline(always)]
-    pub(super) fn mul(&self, other: &Self) -> Self {
-        Self {
-            a: self.a.mul(&other.a),
-            b: self.c.mul_add(&other.b, &self.b.mul(&other.a)),
-            c: self.c.mul(&other.c),
-        }
-    }
-
     /// `selfᵀ · [x; y]`.
     #[inline(always)]
-    pub(super) fn tr_mul(&self, x: &Lanes, y: &Lanes) -> (V, V) {
-        let (a, b) = (self.a.transpose().times(x), self.b.transpose().times(y));
-        (a.add(b), self.c.transpose().times(y))
+    pub(super) fn tr_mul(&self, x: V, y: V) -> (V, V) {
+        let y = y.get();
+        let x = self.u.transpose().times(&y).add(x).get();
+        (self.a.transpose().times(&x), self.c.transpose().times(&y))
     }
 
-    /// `m · self` as its four blocks (11, 12, 21, 22).
+    /// `m · self` as its blocks 11, 12, 21, 22, and `selfᵀ · m · self`.
     #[inline(always)]
-    pub(super) fn after(&self, m: &Symmetric<V>) -> [Mat3<V>; 4] {
+    pub(super) fn congruence(&self, m: &Symmetric<V>) -> ([Mat3<V>; 4], Symmetric<V>) {
         let qt = m.q.transpose();
-        [
-            qt.mul_add(&self.b, &m.p.mul(&self.a)),
-            qt.mul(&self.c),
-            m.s.mul_add(&self.b, &m.q.mul(&self.a)),
-            m.s.mul(&self.c),
-        ]
-    }
-
-    /// `selfᵀ · m` where the result is symmetric: only the blocks 11, 21 and 22 are computed.
-    #[inline(always)]
-    pub(super) fn congruence(&self, m: &[Mat3<V>; 4]) -> Symmetric<V> {
-        let (at, bt, ct) = (self.a.transpose(), self.b.transpose(), self.c.transpose());
-        Symmetric { p: bt.mul_add(&m[2], &at.mul(&m[0])), q: ct.mul(&m[2]), s: ct.mul(&m[3]) }
+        let sheared = (qt.mul_add(&self.u, &m.p), m.s.mul_add(&self.u, &m.q));
+        let half = [sheared.0.mul(&self.a), qt.mul(&self.c), sheared.1.mul(&self.a), m.s.mul(&self.c)];
+        let (at, ct) = (self.a.transpose(), self.c.transpose());
+        let p = at.mul(&self.u.transpose().mul_add(&half[2], &half[0]));
+        (half, Symmetric { p, q: ct.mul(&half[2]), s: ct.mul(&half[3]) })
     }
 
     pub(super) fn to_matrix(self) -> Matrix6<f64> {
         let mut m = Matrix6::zeros();
         m.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.a.to_matrix());
-        m.fixed_view_mut::<3, 3>(3, 0).copy_from(&self.b.to_matrix());
+        m.fixed_view_mut::<3, 3>(3, 0).copy_from(&self.u.mul(&self.a).to_matrix());
         m.fixed_view_mut::<3, 3>(3, 3).copy_from(&self.c.to_matrix());
         m
     }
 }
 
-/// Writes `sign` times a 3×3 block at (row, column) of a column-major matrix with leading dimension 12.
+/// Writes `sign` times three columns of six rows at (row, column) of a column-major matrix with leading dimension 12.
 #[inline(always)]
-pub(super) fn put<V: Four>(h: &mut [f64; 144], row: usize, column: usize, m: &Mat3<V>, sign: f64) {
+pub(super) fn put<V: Four>(
+    h: &mut [f64; 144],
+    (row, column): (usize, usize),
+    top: &Mat3<V>,
+    bottom: &Mat3<V>,
+    sign: f64,
+) {
     for j in 0..3 {
         let at = (column + j) * 12 + row;
-        h[at..at + 3].copy_from_slice(&m.0[j].scale(sign).get()[..3]);
+        let (four, two) = V::join(top.0[j].scale(sign), bottom.0[j].scale(sign));
+        h[at..at + 4].copy_from_slice(&four);
+        h[at + 4..at + 6].copy_from_slice(&two);
     }
 }
 

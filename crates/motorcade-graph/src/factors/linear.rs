@@ -1,9 +1,9 @@
 //! What is left of variables that were marginalised.
 
-use nalgebra::{DMatrix, DMatrixView, DMatrixViewMut, DVector, DVectorView, DVectorViewMut};
+use nalgebra::{DMatrix, DMatrixViewMut, DVector, DVectorView, DVectorViewMut};
 
 use crate::GraphError;
-use crate::factor::Factor;
+use crate::factor::{Factor, Terms};
 use crate::manifold::{Manifold, Value};
 use crate::values::{Values, VariableId};
 
@@ -58,14 +58,8 @@ impl LinearPrior {
 }
 
 impl Factor for LinearPrior {
-    fn variables(&self) -> &[VariableId] {
-        &self.variables
-    }
-    fn dim(&self) -> usize {
-        self.offset.len()
-    }
-    fn information(&self) -> DMatrixView<'_, f64> {
-        self.information.as_view()
+    fn terms(&self) -> Terms<'_> {
+        Terms::new(&self.variables, &self.information)
     }
     fn evaluate(
         &self,

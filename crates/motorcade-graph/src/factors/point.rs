@@ -4,7 +4,7 @@ use motorcade_geometry::lie::so3;
 use nalgebra::{DMatrixView, DMatrixViewMut, DVector, DVectorViewMut, Isometry3, Matrix3, Point3, Vector3};
 
 use crate::GraphError;
-use crate::factor::Factor;
+use crate::factor::{Factor, Terms};
 use crate::information;
 use crate::values::{Values, VariableId};
 
@@ -32,14 +32,8 @@ impl PoseToPoint {
 }
 
 impl Factor for PoseToPoint {
-    fn variables(&self) -> &[VariableId] {
-        &self.variables
-    }
-    fn dim(&self) -> usize {
-        3
-    }
-    fn information(&self) -> DMatrixView<'_, f64> {
-        DMatrixView::from_slice(self.information.as_slice(), 3, 3)
+    fn terms(&self) -> Terms<'_> {
+        Terms::new(&self.variables, &self.information)
     }
     fn evaluate(
         &self,

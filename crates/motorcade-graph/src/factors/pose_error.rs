@@ -1,7 +1,7 @@
 //! Residual, Jacobians and normal equations of a measured motion between two poses; see [`Between`](super::Between)
 //! for the equations. Generic over the register type and inlined into one function for each build.
 
-use nalgebra::{Isometry3, Quaternion};
+use nalgebra::{Isometry3, Matrix6, Quaternion};
 
 use super::between::PoseResidual;
 use super::blocks::{LowerBlocks, Symmetric, put};
@@ -64,12 +64,32 @@ struct Residual {
 pub(super) struct Turn {
     /// ω·ω \[rad²\].
     t2: f64,
-    /// Sine and cosine of half the angle.
-    half: (f64, f64),
+    /// Sine and cosine of half the angle; none for small ones, which take series.
+    half: Option<(f64, f64)>,
 }
 
-/// Below this sine of half the angle the series of the logarithm is exact.
-const SMALL: f64 = 1e-4;
+/// Squared sine of half the angle (0.2 rad in all) below which the series here are exact to the last bits. Residuals near
+/// the minimum are that small; they are spared three square roots, four divisions and an arc tangent, all in one chain.
+const SMALL: f64 = 0.01;
+
+/// `Σ c_k x^k`.
+#[inline(always)]
+fn series<const N: usize>(x: f64, c: [f64; N]) -> f64 {
+    c.iter().rev().fold(0.0, |sum, c| sum * x + c)
+}
+
+/// `asin(n) / n` of n².
+const ARC_SINE: [f64; 9] = [
+    1.0,
+    1.0 / 6.0,
+    3.0 / 40.0,
+    5.0 / 112.0,
+    35.0 / 1152.0,
+    63.0 / 2816.0,
+    231.0 / 13312.0,
+    143.0 / 10240.0,
+    6435.0 / 557_056.0,
+];
 
 impl Residual {
     #[inline(always)]
@@ -77,17 +97,18 @@ impl Residual {
         let q = &m.error_q;
         let imaginary = [q.i, q.j, q.k, 0.0];
         if kind == PoseResidual::Mqt {
-            return Self { w: imaginary, v: m.error_t, turn: Turn { t2: 0.0, half: (0.0, 1.0) } };
+            return Self { w: imaginary, v: m.error_t, turn: Turn { t2: 0.0, half: None } };
         }
-        let n = dot(&imaginary, &imaginary).sqrt();
-        // atan2 keeps its precision near 0 and near π alike.
-        let factor = if n < SMALL {
-            2.0 / q.w - 2.0 * n * n / (3.0 * q.w * q.w * q.w)
+        let n2 = dot(&imaginary, &imaginary);
+        let (factor, half) = if n2 < SMALL {
+            (2.0 * series(n2, ARC_SINE), None)
         } else {
-            2.0 * n.atan2(q.w) / n
+            // atan2 keeps its precision near π.
+            let n = n2.sqrt();
+            (2.0 * n.atan2(q.w) / n, Some((n, q.w)))
         };
         let w = [q.i * factor, q.j * factor, q.k * factor, 0.0];
-        let turn = Turn { t2: dot(&w, &w), half: (n, q.w) };
+        let turn = Turn { t2: dot(&w, &w), half };
         // Jl⁻¹(ω) t = t − ½ ω×t + c ω×(ω×t)
         let wt = cross(&w, &m.error_t);
         let v = {
@@ -103,17 +124,26 @@ impl Turn {
     #[cfg(test)]
     pub(super) fn of(w: &nalgebra::Vector3<f64>) -> Self {
         let t2 = w.norm_squared();
-        Self { t2, half: (0.5 * t2.sqrt()).sin_cos() }
+        let (sin, cos) = (0.5 * t2.sqrt()).sin_cos();
+        Self { t2, half: (sin * sin >= SMALL).then_some((sin, cos)) }
     }
 
     /// c of `Jl⁻¹ = I − ½ω^ + c ω^ω^`.
     #[inline(always)]
     fn inverse_coefficient(self) -> f64 {
         let t2 = self.t2;
-        if t2 < 1e-6 {
-            return 1.0 / 12.0 + t2 / 720.0;
-        }
-        let (sin, cos) = self.half;
+        let Some((sin, cos)) = self.half else {
+            // |B_2k| / (2k)!, Bernoulli's numbers
+            const C: [f64; 6] = [
+                1.0 / 12.0,
+                1.0 / 720.0,
+                1.0 / 30_240.0,
+                1.0 / 1_209_600.0,
+                1.0 / 47_900_160.0,
+                691.0 / 1_307_674_368_000.0,
+            ];
+            return series(t2, C);
+        };
         (1.0 - 0.5 * t2.sqrt() * cos / sin) / t2
     }
 
@@ -121,16 +151,45 @@ impl Turn {
     #[inline(always)]
     fn q_coefficients(self) -> (f64, f64, f64) {
         let t2 = self.t2;
-        let t4 = t2 * t2;
-        if t2 < 0.0009 {
+        let Some((sin, cos)) = self.half else {
             return (
-                1.0 / 6.0 - t2 / 120.0 + t4 / 5040.0,
-                1.0 / 24.0 - t2 / 720.0 + t4 / 40320.0,
-                1.0 / 120.0 - t2 / 2520.0 + t4 / 120_960.0,
+                series(
+                    t2,
+                    [
+                        1.0 / 6.0,
+                        -1.0 / 120.0,
+                        1.0 / 5040.0,
+                        -1.0 / 362_880.0,
+                        1.0 / 39_916_800.0,
+                        -1.0 / 6_227_020_800.0,
+                    ],
+                ),
+                series(
+                    t2,
+                    [
+                        1.0 / 24.0,
+                        -1.0 / 720.0,
+                        1.0 / 40_320.0,
+                        -1.0 / 3_628_800.0,
+                        1.0 / 479_001_600.0,
+                        -1.0 / 87_178_291_200.0,
+                    ],
+                ),
+                // (k − 1) / (2k + 1)! from k = 2 on
+                series(
+                    t2,
+                    [
+                        1.0 / 120.0,
+                        -1.0 / 2520.0,
+                        1.0 / 120_960.0,
+                        -1.0 / 9_979_200.0,
+                        1.0 / 1_245_404_160.0,
+                        -1.0 / 217_945_728_000.0,
+                    ],
+                ),
             );
-        }
-        let t = t2.sqrt();
-        let (sin, cos) = self.half;
+        };
+        let (t, t4) = (t2.sqrt(), t2 * t2);
         let (s, k) = (2.0 * sin * cos, 1.0 - 2.0 * sin * sin);
         ((t - s) / (t2 * t), (t2 + 2.0 * k - 2.0) / (2.0 * t4), (2.0 * t - 3.0 * s + t * k) / (2.0 * t4 * t))
     }
@@ -154,7 +213,7 @@ pub(super) fn log_jacobian<V: Four>(w: &Lanes, v: &Lanes, turn: Turn) -> LowerBl
         .plus_outer(-a, w, v)
         .plus_outer(-a, v, w)
         .plus_outer(2.0 * c * s, w, w);
-    LowerBlocks { a: j, b: j.mul(&minus_q.mul(&j)), c: j }
+    LowerBlocks { u: j.mul(&minus_q), a: j, c: j }
 }
 
 #[inline(always)]
@@ -163,7 +222,7 @@ fn jacobian<V: Four>(kind: PoseResidual, m: &Motions<V>, r: &Residual) -> LowerB
         PoseResidual::Log => log_jacobian::<V>(&r.w, &r.v, r.turn),
         PoseResidual::Mqt => LowerBlocks {
             a: Mat3::identity(0.5 * m.error_q.w).plus(&Mat3::hat(&r.w, 0.5)),
-            b: Mat3::identity(0.0),
+            u: Mat3::identity(0.0),
             c: m.error_rotation,
         },
     }
@@ -172,15 +231,15 @@ fn jacobian<V: Four>(kind: PoseResidual, m: &Motions<V>, r: &Residual) -> LowerB
 /// `Ad(Xj⁻¹ Xi) = [[R, 0], [t^ R, R]]`.
 #[inline(always)]
 fn adjoint<V: Four>(m: &Motions<V>) -> LowerBlocks<V> {
-    LowerBlocks { a: m.rotation, b: Mat3::hat(&m.translation, 1.0).mul(&m.rotation), c: m.rotation }
+    LowerBlocks { u: Mat3::hat(&m.translation, 1.0), a: m.rotation, c: m.rotation }
 }
 
 /// Residual, J_i and J_j.
-pub(super) fn linearise(at: &PoseError<'_>) -> (Lanes, Lanes, LowerBlocks<Plain>, LowerBlocks<Plain>) {
+pub(super) fn linearise(at: &PoseError<'_>) -> (Lanes, Lanes, Matrix6<f64>, Matrix6<f64>) {
     let m = at.motions::<Plain>();
     let r = Residual::new(at.residual, &m);
-    let j = jacobian::<Plain>(at.residual, &m, &r);
-    (r.w, r.v, j.mul(&adjoint(&m)), j)
+    let j = jacobian::<Plain>(at.residual, &m, &r).to_matrix();
+    (r.w, r.v, -j * adjoint(&m).to_matrix(), j)
 }
 
 /// `[ω, ν]` of the residual.
@@ -213,28 +272,29 @@ pub(crate) fn normal_equations<V: Four>(at: &PoseError<'_>, g: &mut [f64; 12], h
     let information = Symmetric::new(at.information);
     let (wx, wy, s) = weigh::<V>(&r, &information);
     let jacobian = jacobian::<V>(at.residual, &m, &r);
-    let a = jacobian.congruence(&jacobian.after(&information));
-    let (gx, gy) = jacobian.tr_mul(&wx, &wy);
-    let (gx, gy) = (gx.get(), gy.get());
+    let (_, a) = jacobian.congruence(&information);
+    let (gx, gy) = jacobian.tr_mul(V::new(wx), V::new(wy));
     let ad = adjoint(&m);
-    let a_ad = ad.after(&a);
-    let ii = ad.congruence(&a_ad);
-    let (fx, fy) = ad.tr_mul(&gx, &gy);
-    let (fx, fy) = (fx.get(), fy.get());
-    for k in 0..3 {
-        (g[k], g[3 + k], g[6 + k], g[9 + k]) = (-fx[k], -fy[k], gx[k], gy[k]);
-    }
-    put(h, 0, 0, &ii.p, 1.0);
-    put(h, 3, 0, &ii.q, 1.0);
-    put(h, 3, 3, &ii.s, 1.0);
-    put(h, 6, 0, &a_ad[0], -1.0);
-    put(h, 6, 3, &a_ad[1], -1.0);
-    put(h, 9, 0, &a_ad[2], -1.0);
-    put(h, 9, 3, &a_ad[3], -1.0);
-    put(h, 6, 6, &a.p, 1.0);
-    put(h, 9, 6, &a.q, 1.0);
-    put(h, 9, 9, &a.s, 1.0);
+    let (a_ad, ii) = ad.congruence(&a);
+    let (fx, fy) = ad.tr_mul(gx, gy);
+    put_vector(g, 0, fx.scale(-1.0), fy.scale(-1.0));
+    put_vector(g, 6, gx, gy);
+    let zero = Mat3::identity(0.0);
+    put(h, (0, 0), &ii.p, &ii.q, 1.0);
+    put(h, (0, 3), &zero, &ii.s, 1.0);
+    put(h, (6, 0), &a_ad[0], &a_ad[2], -1.0);
+    put(h, (6, 3), &a_ad[1], &a_ad[3], -1.0);
+    put(h, (6, 6), &a.p, &a.q, 1.0);
+    put(h, (6, 9), &zero, &a.s, 1.0);
     s
+}
+
+/// Writes `[x; y]` from row `at` on.
+#[inline(always)]
+fn put_vector<V: Four>(g: &mut [f64; 12], at: usize, x: V, y: V) {
+    let (four, two) = V::join(x, y);
+    g[at..at + 4].copy_from_slice(&four);
+    g[at + 4..at + 6].copy_from_slice(&two);
 }
 
 #[inline(always)]

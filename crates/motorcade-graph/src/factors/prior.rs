@@ -4,7 +4,7 @@ use motorcade_geometry::lie::se3;
 use nalgebra::{DMatrix, DMatrixView, DMatrixViewMut, DVector, DVectorViewMut, Isometry3, Matrix6};
 
 use crate::GraphError;
-use crate::factor::Factor;
+use crate::factor::{Factor, Terms};
 use crate::information;
 use crate::values::{Values, VariableId};
 
@@ -29,14 +29,8 @@ impl PosePrior {
 }
 
 impl Factor for PosePrior {
-    fn variables(&self) -> &[VariableId] {
-        &self.variables
-    }
-    fn dim(&self) -> usize {
-        6
-    }
-    fn information(&self) -> DMatrixView<'_, f64> {
-        DMatrixView::from_slice(self.information.as_slice(), 6, 6)
+    fn terms(&self) -> Terms<'_> {
+        Terms::new(&self.variables, &self.information)
     }
     fn evaluate(
         &self,
@@ -78,14 +72,8 @@ impl VectorPrior {
 }
 
 impl Factor for VectorPrior {
-    fn variables(&self) -> &[VariableId] {
-        &self.variables
-    }
-    fn dim(&self) -> usize {
-        self.measurement.len()
-    }
-    fn information(&self) -> DMatrixView<'_, f64> {
-        self.information.as_view()
+    fn terms(&self) -> Terms<'_> {
+        Terms::new(&self.variables, &self.information)
     }
     fn evaluate(
         &self,

@@ -116,6 +116,11 @@ impl Solver {
         pool.install(|| self.run(graph, true))
     }
 
+    /// Another time limit for the next solve.
+    pub(crate) fn set_time_limit_s(&mut self, limit_s: Option<f64>) {
+        self.options.time_limit_s = limit_s;
+    }
+
     /// Patterns analysed so far: those that were not the one of the solve before.
     #[cfg(test)]
     pub(crate) fn analyses(&self) -> usize {
@@ -325,17 +330,15 @@ impl Run<'_> {
     /// minimum H hardly changes, so several such steps cost less than a factorisation. `None` where one is better.
     fn chord(&mut self) -> Result<Option<Outcome>, GraphError> {
         let Some(last) = self.settled.take() else { return Ok(None) };
-        if !self.linear.again(self.problem, &mut self.timings) {
-            return Ok(None);
-        }
         let before = self.cost;
-        let predicted = damped_decrease(&self.problem.matrix.rhs, &self.linear.delta, 0.0);
         let small = self.options.relative_decrease * before;
-        let contraction = predicted / last;
-        let steps = if predicted <= small { 1.0 } else { 1.0 + (small / predicted).ln() / contraction.ln() };
-        if !(contraction < 1.0 && steps <= 2.0 + self.problem.factorisation_in_steps()) {
+        // Each step shrinks the promise by the same factor c: 1 + ln(small / predicted) / ln c steps with c = predicted / last
+        // are to cost no more than the factorisation.
+        let most = 2.0 + self.problem.factorisation_in_steps();
+        let limit = last * (small / last).min(1.0).powf(1.0 / most);
+        let Some(predicted) = self.linear.again(self.problem, limit, &mut self.timings) else {
             return Ok(None);
-        }
+        };
         // Cheap steps, but refused more often: no linearisation on trust.
         let trusting = std::mem::take(&mut self.trusting);
         let trial = self.try_step(predicted)?;

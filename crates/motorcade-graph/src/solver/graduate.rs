@@ -1,7 +1,9 @@
 //! Graduated non-convexity: a robust solve that starts convex.
 
+use std::time::Instant;
+
 use super::driver::Solver;
-use super::options::Options;
+use super::options::{Control, Options};
 use super::report::Report;
 use crate::GraphError;
 use crate::graph::Graph;
@@ -27,6 +29,9 @@ impl Default for GraduateOptions {
 /// Solves a graph whose doubtful factors are wrapped in clones of `kernel`: first as plain least squares, then with
 /// falling μ down to Geman–McClure, then to convergence. Returns the report of the last solve.
 ///
+/// The time limit of `options` is for all rounds together; when it is over, or `control` cancels, what is left is one
+/// iteration at μ = 1.
+///
 /// μ starts where the worst residual of the *solved* least-squares graph is still in the convex part; a start from
 /// unsolved values, where doubtful factors may be met exactly, would say nothing.
 pub fn graduate(
@@ -34,13 +39,16 @@ pub fn graduate(
     kernel: &Gnc,
     options: &Options,
     schedule: &GraduateOptions,
+    control: &Control,
 ) -> Result<Report, GraphError> {
     if schedule.factor.is_nan() || schedule.factor <= 1.0 {
         let reason = format!("{} must be above 1", schedule.factor);
         return Err(GraphError::Option { name: "factor", reason });
     }
     kernel.set_mu(f64::INFINITY);
-    let mut solver = Solver::new(options.clone())?;
+    let start = Instant::now();
+    let quiet = Control { progress: None, ..control.clone() };
+    let mut solver = Solver::new(options.clone())?.with_control(quiet.clone());
     solver.optimise(graph)?;
     let mut worst = 0.0_f64;
     for (_, factor) in graph.factors() {
@@ -48,9 +56,13 @@ pub fn graduate(
     }
     let mut mu = (2.0 * worst / (kernel.c * kernel.c)).max(1.0);
     let short = Options { max_iterations: schedule.iterations_per_round, ..options.clone() };
-    let mut round_solver = Solver::new(short)?;
+    let mut round_solver = Solver::new(short)?.with_control(quiet);
     for _ in 0..schedule.max_rounds {
+        if control.cancelled() || options.out_of_time(start) {
+            break;
+        }
         kernel.set_mu(mu);
+        round_solver.set_time_limit_s(options.remaining(start).time_limit_s);
         round_solver.optimise(graph)?;
         if mu <= 1.0 {
             break;
@@ -58,5 +70,6 @@ pub fn graduate(
         mu = (mu / schedule.factor).max(1.0);
     }
     kernel.set_mu(1.0);
-    solver.optimise(graph)
+    solver.set_time_limit_s(options.remaining(start).time_limit_s);
+    solver.with_control(control.clone()).optimise(graph)
 }

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::report::Iteration;
 use crate::GraphError;
@@ -92,6 +92,17 @@ impl Options {
     pub(crate) fn time_limit(&self) -> Option<Duration> {
         self.time_limit_s.map(Duration::from_secs_f64)
     }
+
+    /// The same with what is left of the time limit for work begun at `start`.
+    pub(crate) fn remaining(&self, start: Instant) -> Self {
+        let left = self.time_limit_s.map(|limit| (limit - start.elapsed().as_secs_f64()).max(0.0));
+        Self { time_limit_s: left, ..self.clone() }
+    }
+
+    /// True when nothing is left of it.
+    pub(crate) fn out_of_time(&self, start: Instant) -> bool {
+        self.remaining(start).time_limit_s == Some(0.0)
+    }
 }
 
 /// Called with every finished iteration.
@@ -115,5 +126,20 @@ impl Control {
 impl fmt::Debug for Control {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Control").field("cancel", &self.cancel).finish_non_exhaustive()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_left_of_a_time_limit_shrinks_to_nothing() {
+        let Some(start) = Instant::now().checked_sub(Duration::from_secs(2)) else { return };
+        let limited = |s| Options { time_limit_s: Some(s), ..Options::default() };
+        let left = limited(60.0).remaining(start).time_limit_s.unwrap_or(0.0);
+        assert!((50.0..=58.0).contains(&left), "{left}");
+        assert!(limited(1.0).out_of_time(start) && !limited(60.0).out_of_time(start));
+        assert!(!Options::default().out_of_time(start));
     }
 }

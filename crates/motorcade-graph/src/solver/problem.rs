@@ -6,7 +6,8 @@ use crate::GraphError;
 use crate::factor::{Factor, Normal};
 use crate::graph::Graph;
 use crate::manifold::{Manifold, Value};
-use crate::sparse::{BlockMatrix, Slot};
+use crate::simd;
+use crate::sparse::{BlockMatrix, PairSlots, Slot};
 use crate::values::{Values, VariableId};
 
 const FIXED: u32 = u32::MAX;
@@ -30,8 +31,8 @@ pub(crate) struct Problem {
     places: Vec<Place>,
     /// Start of each factor in `places`.
     starts: Vec<u32>,
-    /// Slots of all block pairs (k ≥ l) of each factor, one after the other; unused for fixed variables.
-    slots: Vec<Slot>,
+    /// Slots of all block pairs (k ≥ l) of each factor, one after the other; none for fixed variables.
+    slots: Vec<Option<Slot>>,
     slot_starts: Vec<u32>,
     /// Cost, weight and share of the factors linearised in parallel.
     batch: Vec<(f64, f64, Normal)>,
@@ -56,7 +57,9 @@ impl Problem {
                 dims.push(value.dof());
             }
         }
-        let (mut places, mut starts) = (Vec::new(), vec![0]);
+        let factors = graph.boxed_factors().len();
+        let (mut places, mut starts) = (Vec::with_capacity(2 * factors), Vec::with_capacity(factors + 1));
+        starts.push(0);
         for (_, factor) in graph.boxed_factors() {
             for &id in factor.variables() {
                 let dof = values.value(id)?.dof() as u32;
@@ -71,7 +74,7 @@ impl Problem {
         {
             return Ok(Self { variables, reused: true, ..last });
         }
-        let mut pairs = Vec::new();
+        let mut pairs = Vec::with_capacity(factors);
         for range in starts.windows(2) {
             let own: &[Place] = &places[range[0] as usize..range[1] as usize];
             for (k, a) in own.iter().enumerate() {
@@ -80,17 +83,15 @@ impl Problem {
             }
         }
         let matrix = BlockMatrix::new(&dims, &pairs);
-        let (mut slots, mut slot_starts) = (Vec::new(), Vec::new());
-        let unused = Slot { offset: usize::MAX, transposed: false };
+        let (mut pairs, mut slot_starts) = (Vec::with_capacity(3 * factors), Vec::with_capacity(factors));
         for range in starts.windows(2) {
-            slot_starts.push(slots.len() as u32);
+            slot_starts.push(pairs.len() as u32);
             let own = &places[range[0] as usize..range[1] as usize];
             for (k, a) in own.iter().enumerate() {
-                for b in &own[..=k] {
-                    slots.push(matrix.slot(a.block, b.block).unwrap_or(unused));
-                }
+                pairs.extend(own[..=k].iter().map(|b| (a.block, b.block)));
             }
         }
+        let slots = matrix.slots(pairs.into_iter());
         Ok(Self { variables, matrix, places, starts, slots, slot_starts, batch: Vec::new(), reused: false })
     }
 
@@ -110,7 +111,7 @@ impl Problem {
         values: &Values,
         parallel: bool,
     ) -> Result<f64, GraphError> {
-        self.matrix.clear();
+        self.matrix.rhs.fill(0.0);
         let mut total = Sum::default();
         let factors = graph.boxed_factors();
         if !parallel {
@@ -148,6 +149,15 @@ impl Problem {
     /// Adds one factor's share.
     #[inline]
     fn scatter(&mut self, f: usize, weight: f64, normal: &Normal) {
+        if let [a, b] = self.places(f)
+            && let Some(share) = normal.chunks().filter(|_| a.dof == 6)
+            && let Some(blocks) = self.slots[self.slot_starts[f] as usize..].first_chunk()
+        {
+            let start = |p: &Place| (p.block != FIXED).then(|| self.matrix.range(p.block).start);
+            let slots = PairSlots { blocks: *blocks, rhs: [start(a), start(b)] };
+            simd::add_pair(&mut self.matrix.values, &mut self.matrix.rhs, share, weight, &slots);
+            return;
+        }
         let n = normal.size();
         let (from, to) = (self.starts[f] as usize, self.starts[f + 1] as usize);
         let mut slot = self.slot_starts[f] as usize;
@@ -157,10 +167,9 @@ impl Problem {
             let mut column = 0;
             for l in from..=k {
                 let b = self.places[l];
-                if a.block != FIXED && b.block != FIXED {
+                if let Some(slot) = self.slots[slot] {
                     let local = &normal.h()[column * n + row..];
-                    let size = (a.dof as usize, b.dof as usize);
-                    self.matrix.add(self.slots[slot], weight, local, n, size);
+                    self.matrix.add(slot, weight, local, n, (a.dof as usize, b.dof as usize));
                 }
                 slot += 1;
                 column += b.dof as usize;

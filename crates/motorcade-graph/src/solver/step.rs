@@ -36,14 +36,15 @@ impl Linear {
         self.backward(problem, timings)
     }
 
-    /// The same with the factor of an earlier step.
-    pub(crate) fn again(&mut self, problem: &Problem, timings: &mut Timings) -> bool {
+    /// The same with the factor of an earlier step; returns the decrease it promises, none where that is more than
+    /// `limit`, which shows before all is solved.
+    pub(crate) fn again(&mut self, problem: &Problem, limit: f64, timings: &mut Timings) -> Option<f64> {
         let start = Instant::now();
         self.delta.clear();
         self.delta.extend_from_slice(&problem.matrix.rhs);
-        self.factor.solve_forward(&problem.matrix.symbolic, &mut self.delta);
+        let promised = self.factor.solve_forward_within(&problem.matrix.symbolic, &mut self.delta, limit);
         timings.solve_s += start.elapsed().as_secs_f64();
-        self.backward(problem, timings)
+        promised.filter(|_| self.backward(problem, timings))
     }
 
     fn backward(&mut self, problem: &Problem, timings: &mut Timings) -> bool {

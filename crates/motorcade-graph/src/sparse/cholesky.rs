@@ -5,18 +5,22 @@
 //! for even and one for odd depths: the complements of a node's children are then always the top of one stack while
 //! its own grows on the other, so nothing is moved and nothing is allocated after the first factorisation.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
+use super::extend::Place;
 use super::matrix::BlockMatrix;
 use super::symbolic::{Node, Symbolic};
 use super::tree::ROOT;
+use crate::memory::Numbers;
 use crate::simd;
 
 /// A factor; reused from one factorisation to the next.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Cholesky {
     /// All panels.
-    pub values: Vec<f64>,
+    pub values: Numbers,
     stacks: [Stack; 2],
     plan: Plan,
     /// Smallest and largest diagonal entry of L.
@@ -47,16 +51,16 @@ impl Cholesky {
     ) -> Result<(), NotPositiveDefinite> {
         let symbolic = &matrix.symbolic;
         if self.values.len() != symbolic.factor_len {
-            self.values = vec![0.0; symbolic.factor_len];
+            self.values = Numbers::zeros(symbolic.factor_len);
         }
         self.pivots = (f64::INFINITY, 0.0);
         if !self.plan.ready {
             self.plan = Plan { roots: independent_subtrees(symbolic), ready: true };
+            self.stacks = Stack::pair(symbolic, 0..symbolic.nodes.len());
         }
         if !parallel || self.plan.roots.len() < 2 {
             let [even, odd] = &mut self.stacks;
-            even.top = 0;
-            odd.top = 0;
+            (even.top, odd.top) = (0, 0);
             let mut work = Work { matrix, lambda, base: 0, values: &mut self.values, stacks: [even, odd] };
             for (s, node) in symbolic.nodes.iter().enumerate() {
                 merge(&mut self.pivots, work.eliminate(s, &mut [])?);
@@ -78,7 +82,7 @@ impl Cholesky {
         let symbolic = &matrix.symbolic;
         // Cut the factor into the subtrees' ranges and the gaps between them.
         let mut pieces: Vec<(u32, &mut [f64])> = Vec::new();
-        let (mut rest, mut at) = (self.values.as_mut_slice(), 0);
+        let (mut rest, mut at) = (&mut *self.values, 0);
         for &root in &self.plan.roots {
             let node = &symbolic.nodes[root as usize];
             let start = symbolic.nodes[node.first_descendant as usize].panel;
@@ -92,8 +96,8 @@ impl Cholesky {
             .into_par_iter()
             .map(|(root, values)| {
                 let first = symbolic.nodes[root as usize].first_descendant as usize;
-                let (mut even, mut odd, mut pivots) =
-                    (Stack::default(), Stack::default(), (f64::INFINITY, 0.0));
+                let [mut even, mut odd] = Stack::pair(symbolic, first..root as usize + 1);
+                let mut pivots = (f64::INFINITY, 0.0);
                 let base = symbolic.nodes[first].panel;
                 let mut work = Work { matrix, lambda, base, values, stacks: [&mut even, &mut odd] };
                 for s in first..=root as usize {
@@ -108,14 +112,13 @@ impl Cholesky {
             })
             .collect();
         let done = done?;
-        let mut tops: Vec<Vec<f64>> = vec![Vec::new(); symbolic.nodes.len()];
+        let mut tops: Vec<Numbers> = vec![Numbers::default(); symbolic.nodes.len()];
         for (&root, (pivots, top)) in self.plan.roots.iter().zip(done) {
             merge(&mut self.pivots, pivots);
             tops[root as usize] = top;
         }
         let [even, odd] = &mut self.stacks;
-        even.top = 0;
-        odd.top = 0;
+        (even.top, odd.top) = (0, 0);
         let mut work = Work { matrix, lambda, base: 0, values: &mut self.values, stacks: [even, odd] };
         let mut roots = self.plan.roots.iter().peekable();
         let mut s = 0;
@@ -171,10 +174,26 @@ impl Cholesky {
 
     /// Solves `L y = x` in place, elimination order.
     pub(crate) fn solve_forward(&mut self, symbolic: &Symbolic, x: &mut [f64]) {
+        let _within = self.solve_forward_within(symbolic, x, f64::INFINITY);
+    }
+
+    /// The same and `yᵀ y`, which is `xᵀ H⁻¹ x`; gives up as soon as that is more than `limit`.
+    pub(crate) fn solve_forward_within(
+        &mut self,
+        symbolic: &Symbolic,
+        x: &mut [f64],
+        limit: f64,
+    ) -> Option<f64> {
+        let mut square = 0.0;
         for node in &symbolic.nodes {
             let panel = &self.values[node.panel..node.panel + node.shape.len()];
             forward(symbolic, node, panel, x, &mut self.scratch);
+            square += x[symbolic.pivots(node)].iter().map(|y| y * y).sum::<f64>();
+            if square > limit {
+                return None;
+            }
         }
+        Some(square)
     }
 }
 
@@ -203,17 +222,27 @@ fn merge(pivots: &mut (f64, f64), new: (f64, f64)) {
 /// A stack of Schur complements. What lies above the top is old and is overwritten, not cleared.
 #[derive(Clone, Debug, Default)]
 struct Stack {
-    values: Vec<f64>,
+    values: Numbers,
     top: usize,
 }
 
 impl Stack {
+    /// The stacks, even and odd, for a pass over the supernodes of a range.
+    fn pair(symbolic: &Symbolic, range: Range<usize>) -> [Self; 2] {
+        let (mut top, mut most) = ([0_usize; 2], [0; 2]);
+        let size = |node: &Node| if node.parent == ROOT { 0 } else { node.shape.schur_len() };
+        for node in &symbolic.nodes[range] {
+            let own = node.depth as usize % 2;
+            top[own] += size(node);
+            most[own] = most[own].max(top[own]);
+            top[1 - own] -= node.children.iter().map(|&c| size(&symbolic.nodes[c as usize])).sum::<usize>();
+        }
+        most.map(|len| Self { values: Numbers::zeros(len), top: 0 })
+    }
+
     fn push(&mut self, len: usize) -> &mut [f64] {
         let from = self.top;
         self.top += len;
-        if self.values.len() < self.top {
-            self.values.resize(self.top, 0.0);
-        }
         &mut self.values[from..self.top]
     }
 }
@@ -230,7 +259,7 @@ struct Work<'a> {
 
 impl Work<'_> {
     /// Eliminates supernode `s`; `tops` holds Schur complements of children finished elsewhere.
-    fn eliminate(&mut self, s: usize, tops: &mut [Vec<f64>]) -> Result<(f64, f64), NotPositiveDefinite> {
+    fn eliminate(&mut self, s: usize, tops: &mut [Numbers]) -> Result<(f64, f64), NotPositiveDefinite> {
         let symbolic = &self.matrix.symbolic;
         let node = &symbolic.nodes[s];
         let start = node.panel - self.base;
@@ -240,7 +269,7 @@ impl Work<'_> {
         let parity = node.depth as usize % 2;
         let [even, odd] = &mut self.stacks;
         let (own, theirs) = if parity == 0 { (even, odd) } else { (odd, even) };
-        let on_stack = |c: u32| tops.get(c as usize).is_none_or(Vec::is_empty);
+        let on_stack = |c: u32| tops.get(c as usize).is_none_or(|t| t.is_empty());
         let size = |c: u32| symbolic.nodes[c as usize].shape.schur_len();
         let children_len: usize = node.children.iter().filter(|&&c| on_stack(c)).map(|&c| size(c)).sum();
         let children_start = theirs.top - children_len;
@@ -278,49 +307,16 @@ impl Work<'_> {
 
 /// Adds the columns of a child's Schur complement that are pivots of the parent.
 fn add_to_panel(child: &Node, parent: &Node, schur: &[f64], panel: &mut [f64]) {
-    let (ldc, ld) = (child.shape.schur_ld(), parent.shape.ld());
-    for (k, run) in child.runs.iter().enumerate() {
-        if run.parent as usize >= parent.shape.pivots {
-            break;
-        }
-        for j in 0..run.len as usize {
-            let source = &schur[(run.child as usize + j) * ldc..(run.child as usize + j + 1) * ldc];
-            let target = &mut panel[(run.parent as usize + j) * ld..(run.parent as usize + j + 1) * ld];
-            add_column(&child.runs[k..], j, 0, source, target);
-        }
-    }
+    let columns = child.pivot_runs(parent);
+    let place = Place { runs: &child.runs, columns, shift: 0, ld: parent.shape.ld() };
+    simd::extend_add(schur, child.shape.schur_ld(), place, panel);
 }
 
 /// Adds the columns of a child's Schur complement that lie below the parent's pivots.
 fn add_to_schur(child: &Node, parent: &Node, schur: &[f64], out: &mut [f64]) {
-    let (ldc, ld, below) = (child.shape.schur_ld(), parent.shape.schur_ld(), parent.shape.below_start());
-    for (k, run) in child.runs.iter().enumerate() {
-        let Some(column) = (run.parent as usize).checked_sub(below) else { continue };
-        for j in 0..run.len as usize {
-            let source = &schur[(run.child as usize + j) * ldc..(run.child as usize + j + 1) * ldc];
-            let target = &mut out[(column + j) * ld..(column + j + 1) * ld];
-            add_column(&child.runs[k..], j, below, source, target);
-        }
-    }
-}
-
-/// Adds one column below its diagonal: row `skip` of the first run on, then the other runs.
-#[inline]
-fn add_column(
-    runs: &[super::symbolic::Run],
-    mut skip: usize,
-    shift: usize,
-    source: &[f64],
-    target: &mut [f64],
-) {
-    for run in runs {
-        let (from, to) = (run.child as usize + skip, run.parent as usize + skip - shift);
-        let len = run.len as usize - skip;
-        for (t, s) in target[to..to + len].iter_mut().zip(&source[from..from + len]) {
-            *t += s;
-        }
-        skip = 0;
-    }
+    let runs = &child.runs[child.pivot_runs(parent)..];
+    let (shift, ld) = (parent.shape.below_start(), parent.shape.schur_ld());
+    simd::extend_add(schur, child.shape.schur_ld(), Place { runs, columns: runs.len(), shift, ld }, out);
 }
 
 /// Roots of disjoint subtrees of at most a sixteenth of the work each.

@@ -1,14 +1,17 @@
 //! A symmetric block matrix with a fixed pattern, stored as the lower blocks in elimination order.
 
 use super::symbolic::Symbolic;
+use crate::memory::Numbers;
 
 /// Where the block of a pair of variables lives.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Slot {
-    /// First scalar of the block.
-    pub offset: usize,
+    /// First scalar of the block (enough for 32 GiB).
+    pub offset: u32,
     /// True when the stored block is (second, first) of the pair asked for.
     pub transposed: bool,
+    /// True for the first share of a block: it is written, not added, so that nothing has to be cleared.
+    pub first: bool,
 }
 
 /// Symmetric block-sparse matrix and right-hand side. Blocks are column-major; of diagonal blocks only the lower
@@ -24,7 +27,7 @@ pub(crate) struct BlockMatrix {
     starts: Vec<usize>,
     /// Place of every block in the factor's panels.
     targets: Vec<usize>,
-    pub values: Vec<f64>,
+    pub values: Numbers,
     /// In elimination order.
     pub rhs: Vec<f64>,
 }
@@ -34,12 +37,13 @@ impl BlockMatrix {
     pub(crate) fn new(dims: &[usize], pairs: &[(u32, u32)]) -> Self {
         let adjacency = adjacency(dims.len(), pairs);
         let symbolic = Symbolic::new(dims, &adjacency);
+        let blocks = dims.len() + adjacency.iter().map(Vec::len).sum::<usize>() / 2;
         let mut out = Self {
             columns: vec![0],
-            rows: Vec::new(),
-            starts: Vec::new(),
-            targets: Vec::new(),
-            values: Vec::new(),
+            rows: Vec::with_capacity(blocks),
+            starts: Vec::with_capacity(blocks),
+            targets: Vec::with_capacity(blocks),
+            values: Numbers::default(),
             rhs: vec![0.0; symbolic.len()],
             symbolic,
         };
@@ -58,7 +62,7 @@ impl BlockMatrix {
             }
             out.find_targets(k, from);
         }
-        out.values = vec![0.0; start];
+        out.values = Numbers::zeros(start);
         out
     }
 
@@ -90,13 +94,33 @@ impl BlockMatrix {
         self.rhs.fill(0.0);
     }
 
-    /// Slot of the block (i, j), original numbering. `None` when the pair is not in the pattern.
-    pub(crate) fn slot(&self, i: u32, j: u32) -> Option<Slot> {
+    /// Index of the block (i, j), original numbering, and whether it is stored transposed. `None` when the pair is not
+    /// in the pattern.
+    fn find(&self, i: u32, j: u32) -> Option<(usize, bool)> {
         let (p, q) = (*self.symbolic.position.get(i as usize)?, *self.symbolic.position.get(j as usize)?);
         let (row, column, transposed) = if p >= q { (p, q, false) } else { (q, p, true) };
         let (from, to) = (self.columns[column as usize] as usize, self.columns[column as usize + 1] as usize);
         let k = self.rows[from..to].binary_search(&row).ok()?;
-        Some(Slot { offset: self.starts[from + k], transposed })
+        Some((from + k, transposed))
+    }
+
+    /// Slot of the block (i, j), original numbering. `None` when the pair is not in the pattern.
+    pub(crate) fn slot(&self, i: u32, j: u32) -> Option<Slot> {
+        let (block, transposed) = self.find(i, j)?;
+        Some(Slot { offset: self.starts[block] as u32, transposed, first: false })
+    }
+
+    /// Slots of many blocks that are always filled in this order: the first share of each block overwrites what was
+    /// there, so the matrix need not be cleared.
+    pub(crate) fn slots(&self, pairs: impl Iterator<Item = (u32, u32)>) -> Vec<Option<Slot>> {
+        let mut first = vec![true; self.starts.len()];
+        pairs
+            .map(|(i, j)| {
+                let (block, transposed) = self.find(i, j)?;
+                let first = std::mem::replace(&mut first[block], false);
+                Some(Slot { offset: self.starts[block] as u32, transposed, first })
+            })
+            .collect()
     }
 
     /// Adds `scale` times the rows×cols block of `local` (column-major, leading dimension `ld`) at `slot`.
@@ -109,19 +133,12 @@ impl BlockMatrix {
         ld: usize,
         (rows, cols): (usize, usize),
     ) {
-        let Some(block) = self.values.get_mut(slot.offset..slot.offset + rows * cols) else { return };
-        if (rows, cols) == (6, 6)
-            && let (Some(block), 12) = (block.first_chunk_mut::<36>(), ld)
-            && let Some(local) = local.first_chunk::<66>()
-        {
-            // The case of pose graphs, unrolled.
-            for j in 0..6 {
-                for i in 0..6 {
-                    let x = if slot.transposed { local[12 * i + j] } else { local[12 * j + i] };
-                    block[6 * j + i] += scale * x;
-                }
-            }
+        let Some(block) = self.values.get_mut(slot.offset as usize..).and_then(|v| v.get_mut(..rows * cols))
+        else {
             return;
+        };
+        if slot.first {
+            block.fill(0.0);
         }
         if slot.transposed {
             for (i, column) in block.chunks_exact_mut(cols).enumerate() {
@@ -139,10 +156,9 @@ impl BlockMatrix {
     }
 
     /// Adds to the right-hand side of block `i` (original numbering).
-    #[inline]
     pub(crate) fn add_rhs(&mut self, i: u32, scale: f64, local: &[f64]) {
-        let start = self.symbolic.offsets[self.symbolic.position[i as usize] as usize];
-        for (x, y) in self.rhs[start..].iter_mut().zip(local) {
+        let range = self.range(i);
+        for (x, y) in self.rhs[range].iter_mut().zip(local) {
             *x += scale * y;
         }
     }
@@ -220,7 +236,12 @@ impl BlockMatrix {
 
 /// Neighbour lists without self loops or repetition, increasing.
 fn adjacency(n: usize, pairs: &[(u32, u32)]) -> Vec<Vec<u32>> {
-    let mut near: Vec<Vec<u32>> = vec![Vec::new(); n];
+    let mut counts = vec![0; n];
+    for &(i, j) in pairs {
+        counts[i as usize] += 1;
+        counts[j as usize] += 1;
+    }
+    let mut near: Vec<Vec<u32>> = counts.into_iter().map(Vec::with_capacity).collect();
     for &(i, j) in pairs.iter().filter(|(i, j)| i != j) {
         near[i as usize].push(j);
         near[j as usize].push(i);

@@ -2,7 +2,7 @@
 
 use super::{amd, dissection, supernodes, tree};
 use crate::dense::panel::Shape;
-use tree::ROOT;
+use tree::{ROOT, Upper};
 
 /// A stretch of rows of a child's Schur complement that is also a stretch of its parent's front.
 #[derive(Clone, Copy, Debug)]
@@ -40,6 +40,13 @@ pub(crate) struct Node {
     pub depth: u32,
 }
 
+impl Node {
+    /// How many of the runs are pivots of the parent.
+    pub(crate) fn pivot_runs(&self, parent: &Self) -> usize {
+        self.runs.iter().take_while(|r| (r.parent as usize) < parent.shape.pivots).count()
+    }
+}
+
 /// The analysed pattern.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Symbolic {
@@ -75,9 +82,9 @@ struct Tree {
 
 impl Tree {
     fn new(adjacency: &[Vec<u32>], first: &[u32]) -> Self {
-        let parent = tree::elimination_tree(&tree::upper_pattern(adjacency, first));
+        let parent = tree::elimination_tree(&Upper::new(adjacency, first));
         let order = compose(first, &tree::postorder(&parent));
-        let upper = tree::upper_pattern(adjacency, &order);
+        let upper = Upper::new(adjacency, &order);
         let parent = tree::elimination_tree(&upper);
         let counts = tree::column_counts(&upper, &parent);
         let work = counts.iter().map(|&c| 0.5 * f64::from(c) * f64::from(c)).sum();
@@ -100,17 +107,11 @@ impl Symbolic {
         let Tree { order, parent, counts, .. } = tree;
         let sizes: Vec<usize> = order.iter().map(|&i| dims[i as usize]).collect();
         let groups = supernodes::amalgamate(&parent, &counts, &sizes);
-        Self::from_groups(dims, adjacency, &order, &parent, groups)
+        let groups = sort_groups(&parent, &counts, groups);
+        Self::from_groups(dims, adjacency, &order, groups)
     }
 
-    fn from_groups(
-        dims: &[usize],
-        adjacency: &[Vec<u32>],
-        order: &[u32],
-        parent: &[u32],
-        groups: Vec<Vec<u32>>,
-    ) -> Self {
-        let groups = sort_groups(parent, groups);
+    fn from_groups(dims: &[usize], adjacency: &[Vec<u32>], order: &[u32], groups: Vec<Vec<u32>>) -> Self {
         let columns: Vec<u32> = groups.iter().flatten().copied().collect();
         let order = compose(order, &columns);
         let mut out = Self { position: vec![0; order.len()], ..Self::default() };
@@ -270,26 +271,24 @@ fn compose(outer: &[u32], inner: &[u32]) -> Vec<u32> {
     inner.iter().map(|&k| outer[k as usize]).collect()
 }
 
-/// Brings groups into postorder of their tree, so that every subtree is a range.
-fn sort_groups(parent: &[u32], groups: Vec<Vec<u32>>) -> Vec<Vec<u32>> {
+/// Brings groups, children before parents, into a postorder of their tree, so that every subtree is a range.
+fn sort_groups(parent: &[u32], counts: &[u32], groups: Vec<Vec<u32>>) -> Vec<Vec<u32>> {
     let mut group_of = vec![0_u32; parent.len()];
     for (g, columns) in groups.iter().enumerate() {
         for &k in columns {
             group_of[k as usize] = g as u32;
         }
     }
-    let above: Vec<u32> = groups
-        .iter()
-        .enumerate()
-        .map(|(g, columns)| {
-            // The last column of a group is its top: its parent lies outside.
-            match columns.last().map_or(ROOT, |&k| parent[k as usize]) {
-                ROOT => ROOT,
-                p if group_of[p as usize] == g as u32 => ROOT,
-                p => group_of[p as usize],
-            }
-        })
-        .collect();
+    // The last column of a group is its top: its parent lies outside.
+    let top = |columns: &Vec<u32>| columns.last().map_or(0, |&k| k as usize);
+    let above = |columns| match parent[top(columns)] {
+        ROOT => ROOT,
+        p => group_of[p as usize],
+    };
+    let above: Vec<u32> = groups.iter().map(above).collect();
+    // Blocks of the Schur complement.
+    let size: Vec<usize> = groups.iter().map(|columns| (counts[top(columns)] as usize - 1).pow(2)).collect();
     let mut groups: Vec<Option<Vec<u32>>> = groups.into_iter().map(Some).collect();
-    tree::postorder(&above).into_iter().filter_map(|g| groups[g as usize].take()).collect()
+    let order = tree::postorder_for_stack(&above, &size);
+    order.into_iter().filter_map(|g| groups[g as usize].take()).collect()
 }

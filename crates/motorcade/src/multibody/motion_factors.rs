@@ -3,8 +3,8 @@
 //! In the body frame the residuals do not depend on where the world's origin lies.
 
 use motorcade_geometry::lie::se3;
-use motorcade_graph::{Factor, GraphError, Values, VariableId};
-use nalgebra::{DMatrix, DMatrixView, DMatrixViewMut, DVectorViewMut, Isometry3, Matrix6};
+use motorcade_graph::{Factor, GraphError, Terms, Values, VariableId};
+use nalgebra::{DMatrix, DMatrixViewMut, DVectorViewMut, Isometry3, Matrix6};
 
 /// Constant body velocity over three poses (6): `r = log((A⁻¹)(B))`, A = V₀⁻¹V₁, B = V₁⁻¹V₂.
 #[derive(Debug)]
@@ -21,14 +21,8 @@ impl SteadyMotion {
 }
 
 impl Factor for SteadyMotion {
-    fn variables(&self) -> &[VariableId] {
-        &self.variables
-    }
-    fn dim(&self) -> usize {
-        6
-    }
-    fn information(&self) -> DMatrixView<'_, f64> {
-        self.information.as_view()
+    fn terms(&self) -> Terms<'_> {
+        Terms::new(&self.variables, &self.information)
     }
     fn evaluate(
         &self,
@@ -76,14 +70,8 @@ impl NoSideSlip {
 }
 
 impl Factor for NoSideSlip {
-    fn variables(&self) -> &[VariableId] {
-        &self.variables
-    }
-    fn dim(&self) -> usize {
-        4
-    }
-    fn information(&self) -> DMatrixView<'_, f64> {
-        self.information.as_view()
+    fn terms(&self) -> Terms<'_> {
+        Terms::new(&self.variables, &self.information)
     }
     fn evaluate(
         &self,
