@@ -11,6 +11,7 @@ use nalgebra::{Matrix3, Matrix6, Point3, RowVector3, RowVector6, Vector3, Vector
 
 use crate::ground::GroundFrame;
 use crate::silhouette::{Touching, standing_pose, touching};
+use crate::trajectory::BySize;
 use motorcade_shape::{Dimensions, SizePrior};
 
 /// A box and which of its edges are the vehicle's own: left, top, right, bottom.
@@ -70,6 +71,21 @@ pub struct SingleView {
     pub(crate) information: Matrix6<f64>,
     pub(crate) gradient: Vector6<f64>,
     pub(crate) state: Vector6<f64>,
+    /// Camera-frame directions of (ahead, left, above).
+    axes: Matrix3<f64>,
+}
+
+impl SingleView {
+    /// The place this box would have been given with another size, to first order: where the gradient by the place vanishes,
+    /// the implicit function theorem on the normal equations gives `∂place/∂size = −H_pp⁻¹ H_ps`. The covariance is `H_pp⁻¹`.
+    pub(crate) fn with_size(&self, size: &Dimensions) -> Option<(Point3<f64>, BySize)> {
+        let block = |r: usize, c: usize| self.information.fixed_view::<3, 3>(r, c).into_owned();
+        let inverse = block(0, 0).try_inverse()?;
+        let slope = self.axes * -inverse * block(0, 3);
+        let covariance = self.axes * inverse * self.axes.transpose();
+        let place = self.position_in_camera + slope * (size.to_vector() - self.size.to_vector());
+        Some((place, BySize { size: *size, slope, covariance }))
+    }
 }
 
 /// Standard deviation of a detector's edge \[px\]: a floor, and a share of the box for its habits (mirrors, shadows).
@@ -153,6 +169,7 @@ pub fn locate(
         information,
         gradient,
         state,
+        axes,
     })
 }
 
@@ -257,6 +274,34 @@ mod tests {
                 assert!(((there.pixel - here[edge].pixel) / 1e-6 - analytic).abs() < 1e-3, "{edge} {k}");
             }
         }
+    }
+
+    #[test]
+    fn the_place_moves_with_the_size_as_differences_say() {
+        // The box of this size, and the size held tightly at its value and at its neighbours.
+        let size = Vector3::new(4.2, 1.7, 1.5);
+        let pose = standing_pose(&ground().point(18.0, -2.5, 0.0), &ground().direction_of(0.5), &ground().up);
+        let bbox = image_box(&CAMERA, &pose, VehicleClass::Car, &Dimensions::from_vector(&size)).unwrap();
+        let seen = SeenBox::new(bbox, VehicleClass::Car, &CAMERA, &[]);
+        let held = |size: &Vector3<f64>| {
+            let sigma = Dimensions::from_vector(&Vector3::repeat(1e-5));
+            let prior = SizePrior { mean: Dimensions::from_vector(size), sigma };
+            locate(&CAMERA, &ground(), &seen, 0.5, &prior).unwrap()
+        };
+        let (_, by_size) = held(&size).with_size(&Dimensions::from_vector(&size)).unwrap();
+        for k in 0..3 {
+            let h = 1e-3 * Vector3::ith(k, 1.0);
+            let numeric =
+                (held(&(size + h)).position_in_camera - held(&(size - h)).position_in_camera) / 2e-3;
+            let analytic = by_size.slope.column(k);
+            assert!((numeric - analytic).norm() < 0.01 * (1.0 + numeric.norm()), "{k}: {numeric} {analytic}");
+        }
+        // A higher car with the same box stands further away.
+        assert!(by_size.slope[(2, 2)] > 3.0, "{}", by_size.slope);
+        // From a looser prior the same place follows, by the slope.
+        let loose = locate(&CAMERA, &ground(), &seen, 0.5, &size_prior(VehicleClass::Car)).unwrap();
+        let (place, _) = loose.with_size(&Dimensions::from_vector(&size)).unwrap();
+        assert!((place - held(&size).position_in_camera).norm() < 0.3);
     }
 
     #[test]
