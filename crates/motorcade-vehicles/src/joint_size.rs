@@ -49,9 +49,30 @@ impl JointSize {
         })
     }
 
+    /// Covariance of the proportions, the scale held (3×3).
+    pub(crate) fn proportions(&self) -> Matrix3<f64> {
+        let d = self.size.to_vector();
+        self.covariance - d * d.transpose() * scale_variance(&self.size, &self.covariance)
+    }
+
+    /// Information of the size as one frame shows it, its scale held: the proportions are as uncertain as they are, and what one
+    /// drawing of a body hides (mirrors, shadows) is a frame's own.
+    pub(crate) fn scale_held(&self) -> Option<Matrix3<f64>> {
+        /// What the scale is held to: enough to keep the equations regular.
+        const HELD: f64 = 0.003;
+        let d = self.size.to_vector();
+        (self.proportions() + d * d.transpose() * HELD.powi(2)).try_inverse()
+    }
+
     /// Standard deviations, at least 2 cm: sizes of a vehicle's outline mean no more.
     pub(crate) fn as_prior(&self) -> SizePrior {
         let sigma = Vector3::from_fn(|k, _| self.covariance[(k, k)].max(0.0).sqrt().max(0.02));
         SizePrior { mean: self.size, sigma: Dimensions::from_vector(&sigma) }
     }
+}
+
+/// Variance of the logarithm of a size's scale: `1 / (dᵀ Σ⁻¹ d)` for a size d of covariance Σ, all proportions kept.
+pub(crate) fn scale_variance(size: &Dimensions, covariance: &Matrix3<f64>) -> f64 {
+    let d = size.to_vector();
+    covariance.try_inverse().map_or(0.0, |information| 1.0 / d.dot(&(information * d)))
 }

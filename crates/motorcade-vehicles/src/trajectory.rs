@@ -1,9 +1,10 @@
 //! One vehicle's way through the world, and what it is made from.
 
+use crate::joint_size::scale_variance;
 use motorcade_geometry::{Camera, Pose, Vehicle, World};
 use motorcade_perception::{BoundingBox, VehicleClass};
 use motorcade_shape::Dimensions;
-use nalgebra::{Matrix3, Matrix6, Matrix6x3, Point3, Vector3};
+use nalgebra::{Matrix3, Matrix6, Point3, Vector3, Vector6};
 
 /// Which side of the road traffic keeps to; decides only which way a parked vehicle is taken to face, which its box
 /// cannot tell.
@@ -67,18 +68,18 @@ pub struct Measured {
     pub covariance: Matrix6<f64>,
 }
 
-/// What one source of one frame says of a vehicle of a known size, and how that depends on the size: errors of the size are
-/// common to all frames of a track, what remains is a frame's own.
+/// What one source of one frame says of a vehicle of a known scale, and how that depends on the scale: a wrong scale is common
+/// to all frames of a track, what remains is a frame's own.
 #[derive(Clone, Copy, Debug)]
 pub struct Sighting {
     /// Box, keypoints or given.
     pub source: Source,
     /// Pose in the camera if the vehicle has the track's size \[m\].
     pub camera_from_vehicle: Pose<Camera, Vehicle>,
-    /// Covariance of the pose with the size held (6×6 `[ω, ν]`, vehicle frame).
+    /// Covariance of the pose with the scale of the size held (6×6 `[ω, ν]`, vehicle frame).
     pub covariance: Matrix6<f64>,
-    /// Derivative of the pose's tangent by (length, width, height) (6×3) \[1/m, m/m\].
-    pub by_size: Matrix6x3<f64>,
+    /// Derivative of the pose's tangent by the logarithm of the scale, all proportions kept \[rad, m\].
+    pub by_scale: Vector6<f64>,
 }
 
 /// A vehicle and its way.
@@ -99,6 +100,21 @@ pub struct VehicleTrajectory {
 }
 
 impl VehicleTrajectory {
+    /// Variance of the logarithm of the size's scale, all proportions kept.
+    pub fn scale_variance(&self) -> f64 {
+        scale_variance(&self.size, &self.size_covariance)
+    }
+
+    /// The size made larger by a factor whose logarithm is `shift`, now known with this variance of its scale.
+    pub fn rescale(&mut self, shift: f64, variance: f64) {
+        let d = self.size.to_vector();
+        let scale = d * d.transpose();
+        let proportions = self.size_covariance - scale * self.scale_variance();
+        let factor = shift.exp();
+        self.size = Dimensions::from_vector(&(d * factor));
+        self.size_covariance = (proportions + scale * variance) * (factor * factor);
+    }
+
     /// Standard deviations of the size.
     pub fn size_sigma(&self) -> Dimensions {
         Dimensions::from_vector(&self.size_covariance.diagonal().map(|v| v.max(0.0).sqrt()))

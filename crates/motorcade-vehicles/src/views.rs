@@ -2,13 +2,13 @@
 
 use motorcade_geometry::PinholeCamera;
 use motorcade_shape::{Dimensions, SizePrior};
-use nalgebra::{Matrix3, Matrix6, Matrix6x3, Point3, Vector3};
+use nalgebra::{Matrix3, Matrix6, Point3, Vector3, Vector6};
 
 use crate::ground::GroundFrame;
 use crate::joint_size::JointSize;
 use crate::motion::Place;
 use crate::silhouette::standing_pose;
-use crate::single_view::{SingleView, locate};
+use crate::single_view::{SingleView, locate_sized};
 use crate::tracker::{Track, TrackBox};
 use crate::trajectory::{GivenTrack, GivenView, Measured, Sighting, Source};
 
@@ -30,12 +30,17 @@ pub(crate) struct Story<'a> {
 }
 
 impl Story<'_> {
-    /// Places every box; headings are relative to each frame's camera.
-    fn place_boxes(&self, headings: &[f64], prior: &SizePrior) -> Vec<(usize, SingleView)> {
+    /// Places every box with a size of this mean and information; headings are relative to each frame's camera.
+    fn place_boxes(
+        &self,
+        headings: &[f64],
+        mean: &Dimensions,
+        size_information: &Matrix3<f64>,
+    ) -> Vec<(usize, SingleView)> {
         let one = |b: &TrackBox| {
             let heading = headings.get(b.frame - self.start)?;
             let ground = self.grounds.get(b.frame)?;
-            Some((b.frame, locate(self.camera, ground, &b.seen, *heading, prior)?))
+            Some((b.frame, locate_sized(self.camera, ground, &b.seen, *heading, mean, size_information)?))
         };
         self.track.boxes.iter().filter_map(one).collect()
     }
@@ -58,7 +63,10 @@ pub(crate) struct Views {
 impl Views {
     /// Places every box with the given headings, joins what all boxes say of the size, and places them again with it.
     pub(crate) fn of(story: &Story<'_>, headings: &[f64]) -> Option<Self> {
-        let place_all = |prior: &SizePrior| story.place_boxes(headings, prior);
+        let place_all = |prior: &SizePrior| {
+            let information = Matrix3::from_diagonal(&prior.sigma.to_vector().map(|s| 1.0 / (s * s)));
+            story.place_boxes(headings, &prior.mean, &information)
+        };
         let size = JointSize::of(&place_all(&story.prior), story.given.size.as_ref(), &story.prior)?;
         let views = fuse(&place_all(&size.as_prior()), &story.given.views);
         (!views.is_empty()).then_some(Self { views, size })
@@ -97,54 +105,57 @@ impl Views {
     /// What each source of each frame says if the vehicle has the track's size, with the frame. Boxes take the headings
     /// (relative to each frame's camera), other sources have their own.
     pub(crate) fn sightings(&self, story: &Story<'_>, headings: &[f64]) -> Vec<(usize, Sighting)> {
-        // Held, but for what keeps the equations regular.
-        let held = Dimensions::from_vector(&Vector3::repeat(1e-3));
-        let boxes = story.place_boxes(headings, &SizePrior { mean: self.size.size, sigma: held });
+        let information = self.size.scale_held();
+        let place = |information: &Matrix3<f64>| story.place_boxes(headings, &self.size.size, information);
+        let boxes = information.as_ref().map_or_else(Vec::new, place);
         let of_box = |(frame, view): &(usize, SingleView)| {
             let ground = story.grounds.get(*frame)?;
             let forward = ground.direction_of(*headings.get(frame - story.start)?);
-            Some((*frame, sighting_of_box(view, &self.size.size, ground, &forward)?))
+            Some((*frame, self.sighting_of_box(view, information.as_ref()?, ground, &forward)?))
         };
         let of_given = |given: &GivenView| {
             let ground = story.grounds.get(given.frame)?;
-            Some((given.frame, sighting_of_given(given, &self.size.size, ground)))
+            Some((given.frame, self.sighting_of_given(given, ground)))
         };
         boxes.iter().filter_map(of_box).chain(story.given.views.iter().filter_map(of_given)).collect()
     }
-}
 
-fn sighting_of_box(
-    view: &SingleView,
-    size: &Dimensions,
-    ground: &GroundFrame,
-    forward: &Vector3<f64>,
-) -> Option<Sighting> {
-    let (place, by_size) = view.with_size(size)?;
-    let pose = standing_pose(&place, forward, &ground.up);
-    let r = pose.rotation_matrix();
-    Some(Sighting {
-        source: Source::Box,
-        camera_from_vehicle: pose,
-        covariance: pose_covariance(&(r.transpose() * by_size.covariance * r), HEADING_SIGMA_RAD),
-        by_size: tangent(&(r.transpose() * by_size.slope)),
-    })
-}
+    fn sighting_of_box(
+        &self,
+        view: &SingleView,
+        size_information: &Matrix3<f64>,
+        ground: &GroundFrame,
+        forward: &Vector3<f64>,
+    ) -> Option<Sighting> {
+        let by_scale = view.by_mean_size(size_information)? * self.size.size.to_vector();
+        let pose = standing_pose(&view.position_in_camera, forward, &ground.up);
+        let r = pose.rotation_matrix();
+        Some(Sighting {
+            source: Source::Box,
+            camera_from_vehicle: pose,
+            covariance: pose_covariance(&(r.transpose() * view.covariance * r), HEADING_SIGMA_RAD),
+            by_scale: tangent(&(r.transpose() * by_scale)),
+        })
+    }
 
-fn sighting_of_given(given: &GivenView, size: &Dimensions, ground: &GroundFrame) -> Sighting {
-    let (place, slope, covariance) = match given.by_size {
-        Some(by) => {
-            let shift = by.slope * (size.to_vector() - by.size.to_vector());
-            (given.position_in_camera + shift, by.slope, by.covariance)
+    fn sighting_of_given(&self, given: &GivenView, ground: &GroundFrame) -> Sighting {
+        let size = self.size.size.to_vector();
+        let (place, by_scale, covariance) = match given.by_size {
+            Some(by) => {
+                let proportions = by.slope * self.size.proportions() * by.slope.transpose();
+                let shift = by.slope * (size - by.size.to_vector());
+                (given.position_in_camera + shift, by.slope * size, by.covariance + proportions)
+            }
+            None => (given.position_in_camera, Vector3::zeros(), given.covariance),
+        };
+        let pose = standing_pose(&place, &given.forward_in_camera, &ground.up);
+        let r = pose.rotation_matrix();
+        Sighting {
+            source: given.source,
+            camera_from_vehicle: pose,
+            covariance: pose_covariance(&(r.transpose() * covariance * r), given.heading_sigma_rad),
+            by_scale: tangent(&(r.transpose() * by_scale)),
         }
-        None => (given.position_in_camera, Matrix3::zeros(), given.covariance),
-    };
-    let pose = standing_pose(&place, &given.forward_in_camera, &ground.up);
-    let r = pose.rotation_matrix();
-    Sighting {
-        source: given.source,
-        camera_from_vehicle: pose,
-        covariance: pose_covariance(&(r.transpose() * covariance * r), given.heading_sigma_rad),
-        by_size: tangent(&(r.transpose() * slope)),
     }
 }
 
@@ -159,10 +170,8 @@ fn pose_covariance(place: &Matrix3<f64>, heading_sigma_rad: f64) -> Matrix6<f64>
 }
 
 /// A slope of the place as one of the tangent `[ω, ν]`.
-fn tangent(slope: &Matrix3<f64>) -> Matrix6x3<f64> {
-    let mut out = Matrix6x3::zeros();
-    out.fixed_view_mut::<3, 3>(3, 0).copy_from(slope);
-    out
+fn tangent(slope: &Vector3<f64>) -> Vector6<f64> {
+    Vector6::new(0.0, 0.0, 0.0, slope.x, slope.y, slope.z)
 }
 
 /// One view a frame: what boxes and given poses say, weighted by their covariances.

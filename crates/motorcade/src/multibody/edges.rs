@@ -5,7 +5,7 @@ use motorcade_graph::factors::{Between, VectorPrior};
 use motorcade_graph::{Factor, GraphError, Robust, VariableId};
 use motorcade_odometry::{EgoFrame, EgoTrajectory};
 use motorcade_vehicles::{Measured, Sighting, VehicleState, VehicleTrajectory};
-use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector6};
+use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 
 use super::GraphOptions;
 use super::classes::{ClassScales, EdgeClass};
@@ -48,19 +48,22 @@ pub(crate) struct Own<'a> {
     pub(crate) nodes: &'a [VariableId],
     /// Where they start.
     pub(crate) starts: &'a [Pose<World, Vehicle>],
-    /// Its length, width and height \[m\], when views share it.
-    pub(crate) size: Option<VariableId>,
+    /// The logarithm of its height \[m\], its size's scale, when views share it.
+    pub(crate) scale: Option<VariableId>,
 }
 
 /// A vehicle that moves with less probability is one node.
 const STANDING: f64 = 0.5;
+
+/// The rear axle lies this share of the length behind the middle, on cars, vans, lorries and buses alike.
+const REAR_AXLE: f64 = 0.3;
 
 /// True for a vehicle that is one node, seen from many cameras.
 pub(crate) fn stands(vehicle: &VehicleTrajectory, options: &GraphOptions) -> bool {
     vehicle.p_moving < STANDING && !options.constant_weights
 }
 
-/// True when all views of a vehicle share one variable for its size.
+/// True when all views of a vehicle share one variable for the scale of its size.
 pub(crate) fn shares_size(options: &GraphOptions) -> bool {
     options.shared_size && !options.constant_weights
 }
@@ -97,16 +100,16 @@ pub(crate) fn of_vehicle(
     let options = build.options;
     let mut out = Vec::new();
     if options.camera_vehicle {
-        match own.size {
-            Some(size) => {
-                let sized = sized_sightings(vehicle, own.nodes, size, build);
+        match own.scale {
+            Some(scale) => {
+                let sized = sized_sightings(vehicle, own.nodes, scale, build);
                 out.extend(sized.into_iter().map(|(class, s)| Edge::classed(s, class, build)));
             }
             None => out.extend(views(vehicle, own.nodes, build)?),
         }
     }
-    if let Some(size) = own.size {
-        out.push(Edge::fixed(size_prior(vehicle, size)?));
+    if let Some(scale) = own.scale {
+        out.push(Edge::fixed(scale_prior(vehicle, scale, options)?));
     }
     if options.vehicle_vehicle && !stands(vehicle, options) {
         out.extend(if options.constant_weights {
@@ -119,11 +122,11 @@ pub(crate) fn of_vehicle(
     Ok(out)
 }
 
-/// Camera–vehicle edges that share the vehicle's size: what each source of each frame says, the size held.
+/// Camera–vehicle edges that share the scale of the vehicle's size: what each source of each frame says, the scale held.
 pub(crate) fn sized_sightings(
     vehicle: &VehicleTrajectory,
     nodes: &[VariableId],
-    size: VariableId,
+    scale: VariableId,
     build: &Build<'_>,
 ) -> Vec<(EdgeClass, SizedSighting)> {
     let share = correlated_frames(vehicle, build.options);
@@ -131,7 +134,7 @@ pub(crate) fn sized_sightings(
         let (camera, node) = (build.cameras[state.frame], *node);
         let one = move |sighting: &Sighting| {
             let information = inverse(&(sighting.covariance * share));
-            let factor = SizedSighting::new([camera, node, size], sighting, &vehicle.size, information);
+            let factor = SizedSighting::new([camera, node, scale], sighting, &vehicle.size, information);
             (EdgeClass::of(sighting.source), factor)
         };
         state.sightings.iter().map(one).collect::<Vec<_>>()
@@ -139,17 +142,25 @@ pub(crate) fn sized_sightings(
     vehicle.states.iter().zip(nodes).flat_map(of_state).collect()
 }
 
-/// What is known of the size from its class and from each frame alone.
-fn size_prior(vehicle: &VehicleTrajectory, size: VariableId) -> Result<VectorPrior, GraphError> {
-    let covariance = vehicle.size_covariance;
-    let information = covariance.try_inverse().unwrap_or_else(|| Matrix3::identity() * 1e4);
-    let information = (information + information.transpose()) * 0.5;
-    let mean = vehicle.size.to_vector();
-    VectorPrior::new(
-        size,
-        DVector::from_column_slice(mean.as_slice()),
-        DMatrix::from_column_slice(3, 3, information.as_slice()),
-    )
+/// What is known of the scale from the vehicle's class and from each frame alone, at the weight of [`scale_weight`].
+fn scale_prior(
+    vehicle: &VehicleTrajectory,
+    scale: VariableId,
+    options: &GraphOptions,
+) -> Result<VectorPrior, GraphError> {
+    /// Sizes mean no more: outlines are those of a drawing.
+    const LEAST_SIGMA: f64 = 0.005;
+    let variance = vehicle.scale_variance().max(LEAST_SIGMA * LEAST_SIGMA);
+    let mean = DVector::from_element(1, vehicle.size.height_m.ln());
+    VectorPrior::new(scale, mean, DMatrix::from_element(1, 1, scale_weight(options) / variance))
+}
+
+/// How much more the prior of a scale counts than views do in the graph. Views count there as one in `correlated_frames`; of
+/// the scale they tell less, because errors of depth that last (plane, slope, the detector's habit: two seconds, 20 frames) look
+/// like a scale. What counts is the ratio of both, and the variance found is that many times too small.
+pub(crate) fn scale_weight(options: &GraphOptions) -> f64 {
+    const LASTING_FRAMES: f64 = 20.0;
+    (LASTING_FRAMES / options.correlated_frames).max(1.0)
 }
 
 /// Camera–vehicle edges without a common size: what each frame says of the vehicle.
@@ -198,6 +209,7 @@ fn motion(vehicle: &VehicleTrajectory, nodes: &[VariableId], build: &Build<'_>) 
     // Per step of a tenth of a second: 0.03 rad of yaw (0.3 rad/s per s over 0.1 s), 1.5 m/s² along, 0.5 m/s² across.
     let sigmas = [0.01, 0.01, 0.004, 0.02, 0.01, 0.01];
     let information = Matrix6::from_diagonal(&Vector6::from_fn(|k, _| 1.0 / (sigmas[k] * sigmas[k])));
+    let rear_axle_m = REAR_AXLE * vehicle.size.length_m;
     let mut out: Vec<Edge> = Vec::new();
     for w in nodes.windows(3) {
         let steady = SteadyMotion::new([w[0], w[1], w[2]], &information);
@@ -206,7 +218,7 @@ fn motion(vehicle: &VehicleTrajectory, nodes: &[VariableId], build: &Build<'_>) 
     for (w, state) in nodes.windows(2).zip(&vehicle.states) {
         // Standing still a vehicle's heading does not show in its motion; the factor then says nothing of it anyway.
         let sideways = if state.speed_mps.abs() > 1.0 { 0.02 } else { 0.05 };
-        let rolling = NoSideSlip::new([w[0], w[1]], [0.01, 0.01, sideways, 0.03]);
+        let rolling = NoSideSlip::new([w[0], w[1]], rear_axle_m, [0.01, 0.01, sideways, 0.03]);
         out.push(Edge::classed(rolling, EdgeClass::NoSideSlip, build));
     }
     out

@@ -77,11 +77,11 @@ fn candidates(
         let is_box = sighting.source == Source::Box;
         let there = if is_box { Pose::from_parts(pose.rotation(), seen.translation()) } else { seen };
         let place: Matrix3<f64> = sighting.covariance.fixed_view::<3, 3>(3, 3).into_owned();
-        let slope = sighting.by_size.fixed_view::<3, 3>(3, 0);
-        let size = slope * vehicle.size_covariance * slope.transpose();
+        let slope = sighting.by_scale.fixed_rows::<3>(3);
+        let scale = slope * slope.transpose() * vehicle.scale_variance();
         Some(Candidate {
             pose: there * pose.inverse() * *reference,
-            place_variance: CORRELATED * (place + size).trace(),
+            place_variance: CORRELATED * (place + scale).trace(),
             heading_variance: (!is_box).then_some(sighting.covariance[(2, 2)]),
         })
     };

@@ -3,8 +3,8 @@
 //! | edge | default | paper |
 //! |---|---|---|
 //! | camera–camera | odometry with its covariance | odometry, λ = constant |
-//! | camera–vehicle | each frame's box and keypoints, their covariances with the size held, Cauchy | the pose of all sources together, λ high up to 45 m, low beyond |
-//! | size | one variable a vehicle, shared by its camera–vehicle edges, with what is known of it | – |
+//! | camera–vehicle | each frame's box and keypoints, their covariances with the scale of the size held, Cauchy | the pose of all sources together, λ high up to 45 m, low beyond |
+//! | scale of the size | one variable a vehicle, shared by its camera–vehicle edges, with what is known of it | – |
 //! | vehicle–vehicle | steady motion and no side slip | difference of road-plane places, λ high beyond 45 m |
 //!
 //! By default a vehicle that stands is one node, a landmark seen from many cameras, and the cameras are held: the lengths of
@@ -23,8 +23,8 @@ use motorcade_geometry::{Pose, Vehicle, World, lie::se3::adjoint};
 use motorcade_graph::factors::Between;
 use motorcade_graph::{FactorId, Graph, GraphError, Marginals, Options, Report, VariableId, optimise};
 use motorcade_odometry::{EgoFrame, EgoTrajectory};
-use motorcade_vehicles::{Dimensions, VehicleState, VehicleTrajectory};
-use nalgebra::{DVector, Isometry3, Matrix3, Matrix6, Vector3};
+use motorcade_vehicles::{VehicleState, VehicleTrajectory};
+use nalgebra::{Isometry3, Matrix6, Vector3};
 use serde::{Deserialize, Serialize};
 
 use classes::{ClassScales, EdgeClass};
@@ -80,8 +80,8 @@ pub struct GraphOptions {
     pub kernel_scale: f64,
     /// Variance of a camera–vehicle edge is multiplied by this: boxes of neighbouring frames err alike.
     pub correlated_frames: f64,
-    /// Views of a vehicle share a variable for its size; false puts the size's uncertainty into each view's covariance, as
-    /// if views had sizes of their own.
+    /// Views of a vehicle share a variable for the scale of its size; false puts the size's uncertainty into each view's
+    /// covariance, as if views had sizes of their own.
     pub shared_size: bool,
     /// Times the scale of the covariances of each class of edges is re-estimated from its residuals; 0 leaves them.
     pub variance_rounds: usize,
@@ -153,7 +153,7 @@ pub struct Multibody {
 struct Body {
     /// One node a state; a standing vehicle repeats its node.
     nodes: Vec<VariableId>,
-    size: Option<VariableId>,
+    scale: Option<VariableId>,
     /// Edges to the cameras.
     sightings: Vec<(EdgeClass, SizedSighting)>,
 }
@@ -222,10 +222,10 @@ impl Multibody {
             };
             nodes.push(id);
         }
-        let size =
-            edges::shares_size(build.options).then(|| self.graph.add_variable(size_value(&vehicle.size)));
-        let sightings = size.map_or_else(Vec::new, |s| edges::sized_sightings(vehicle, &nodes, s, build));
-        Body { nodes, size, sightings }
+        let scale =
+            edges::shares_size(build.options).then(|| self.graph.add_variable(vehicle.size.height_m.ln()));
+        let sightings = scale.map_or_else(Vec::new, |s| edges::sized_sightings(vehicle, &nodes, s, build));
+        Body { nodes, scale, sightings }
     }
 
     /// Optimises the graph and puts the result, with covariances, into the trajectories.
@@ -258,8 +258,8 @@ impl Multibody {
                 state.covariance =
                     vehicle_covariance(&self.graph, &marginals, frame, &placed, [camera, *id])?;
             }
-            if let Some(size) = body.size {
-                tell_size(&self.graph, &marginals, size, vehicle)?;
+            if let Some(scale) = body.scale {
+                tell_size(&self.graph, &marginals, scale, vehicle, options)?;
             }
         }
         Ok(report)
@@ -287,8 +287,8 @@ impl Multibody {
             }
         }
         for (class, sighting) in self.vehicles.iter().flat_map(|b| &b.sightings) {
-            let [camera, vehicle, size] = sighting.nodes();
-            let (pose, information) = sighting.at(&size_of(&self.graph, size)?);
+            let [camera, vehicle, scale] = sighting.nodes();
+            let (pose, information) = sighting.at(values.scalar(scale)?);
             let information = information / self.scales.get(*class);
             edges.push(Between::new(copy(&camera)?, copy(&vehicle)?, pose, information)?);
         }
@@ -302,7 +302,7 @@ impl Multibody {
 
 impl Body {
     fn own<'a>(&'a self, starts: &'a [Pose<World, Vehicle>]) -> Own<'a> {
-        Own { nodes: &self.nodes, starts, size: self.size }
+        Own { nodes: &self.nodes, starts, scale: self.scale }
     }
 }
 
@@ -328,26 +328,16 @@ pub(crate) fn place(state: &mut VehicleState, placed: &Pose<World, Vehicle>) {
     state.world_from_vehicle = *placed;
 }
 
-/// The value of a size's variable.
-pub(crate) fn size_value(size: &Dimensions) -> DVector<f64> {
-    DVector::from_column_slice(size.to_vector().as_slice())
-}
-
-fn size_of(graph: &Graph, size: VariableId) -> Result<Vector3<f64>, GraphError> {
-    let value = graph.values().get::<DVector<f64>>(size)?;
-    Ok(Vector3::from_fn(|k, _| value.get(k).copied().unwrap_or(0.0)))
-}
-
-/// Puts the size, refined by all views together, and its covariance into a trajectory.
+/// Puts the size, its scale refined by all views together, and its covariance into a trajectory.
 pub(crate) fn tell_size(
     graph: &Graph,
     marginals: &Marginals,
-    size: VariableId,
+    scale: VariableId,
     vehicle: &mut VehicleTrajectory,
+    options: &GraphOptions,
 ) -> Result<(), GraphError> {
-    let dense = marginals.covariance(size)?;
-    vehicle.size = Dimensions::from_vector(&size_of(graph, size)?);
-    vehicle.size_covariance = Matrix3::from_fn(|r, c| dense[(r, c)]);
+    let variance = marginals.covariance(scale)?[(0, 0)] * edges::scale_weight(options);
+    vehicle.rescale(graph.values().scalar(scale)? - vehicle.size.height_m.ln(), variance);
     Ok(())
 }
 

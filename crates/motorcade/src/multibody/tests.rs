@@ -4,7 +4,7 @@ use motorcade_geometry::{Camera, Pose, Vehicle, World};
 use motorcade_odometry::{EgoTrajectory, UpToScale};
 use motorcade_perception::VehicleClass;
 use motorcade_vehicles::{Dimensions, Sighting, Source, VehicleState, VehicleTrajectory};
-use nalgebra::{Matrix3, Matrix6, Matrix6x3, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -72,7 +72,7 @@ fn seen(source: Source, truth: &Pose<World, Vehicle>, frame: usize, off: &Vector
         source,
         camera_from_vehicle: (camera(frame).inverse() * *truth).retract(off),
         covariance: Matrix6::from_diagonal(&sigmas().map(|s| s * s)),
-        by_size: Matrix6x3::zeros(),
+        by_scale: Vector6::zeros(),
     }
 }
 
@@ -177,32 +177,30 @@ fn few_residuals_leave_covariances_as_they_are() {
 
 #[test]
 fn views_of_a_parked_car_from_many_distances_tell_its_size() {
-    // 12 cm higher than its class' mean: each view puts it the nearer the further away it is seen from.
-    let (truth, higher_m) = (on_road(4.0, 95.0, 0.0), 0.12);
+    // 8 % larger than thought: each view puts it the nearer the further away it is seen from.
+    let (truth, larger) = (on_road(4.0, 95.0, 0.0), 0.08);
+    // Depth over height of the car, as boxes have it.
     let slope = |frame: usize| {
         let place = (camera(frame).inverse() * truth).translation();
         let ray = truth.inverse().transform_vector(&camera(frame).transform_vector(&place));
-        let mut by_size = Matrix6x3::zeros();
-        // Depth over height of the car, as boxes have it.
-        by_size.fixed_view_mut::<3, 1>(3, 2).copy_from(&(ray / SIZE.height_m));
-        by_size
+        Vector6::new(0.0, 0.0, 0.0, ray.x, ray.y, ray.z)
     };
     let noise = noise(7, 0.3);
     let sightings = |k: usize| {
-        let by_size = slope(k);
-        let off = noise[k] - by_size * Vector3::new(0.0, 0.0, higher_m);
-        vec![Sighting { by_size, ..seen(Source::Box, &truth, k, &off) }]
+        let by_scale = slope(k);
+        vec![Sighting { by_scale, ..seen(Source::Box, &truth, k, &(noise[k] - by_scale * larger)) }]
     };
     let standing = || vehicle(|_| truth, sightings, 0.01);
-    let before = standing().size_sigma().height_m;
+    let before = standing().scale_variance().sqrt();
     let (found, _) = solved(standing(), &GraphOptions::default());
-    let off_m = found.size.height_m - (SIZE.height_m + higher_m);
-    let sigma_m = found.size_sigma().height_m;
-    assert!(off_m.abs() < 0.04 && sigma_m < 0.5 * before, "{off_m} m, sigma {sigma_m} m after {before} m");
-    assert!(off_m.abs() < 3.0 * sigma_m);
-    // What nothing tells stays as it was known.
-    assert!((found.size_sigma().length_m - standing().size_sigma().length_m).abs() < 1e-6);
+    let (off, sigma) = ((found.size.height_m / SIZE.height_m).ln() - larger, found.scale_variance().sqrt());
+    assert!(off.abs() < 0.02 && off.abs() < 3.0 * sigma, "{off}, sigma {sigma}");
+    assert!(sigma < 0.5 * before, "{sigma} after {before}");
+    // Proportions are kept.
+    assert!((found.size.length_m / found.size.height_m - SIZE.length_m / SIZE.height_m).abs() < 1e-9);
     let (place_m, _) = worst(&found, |_| truth);
-    // Views with sizes of their own cannot tell.
-    assert!(place_m < 1.0, "{place_m} m");
+    // Without a common scale the views agree on a place that is too near for all of them.
+    let apart = GraphOptions { shared_size: false, ..GraphOptions::default() };
+    let (blind, _) = solved(standing(), &apart);
+    assert!(place_m < 0.8 && (blind.size.height_m - SIZE.height_m).abs() < 1e-9, "{place_m} m");
 }

@@ -1,4 +1,4 @@
-//! The multi-object graph of a window of frames. Measurements within the window are put in anew with every frame, as sizes,
+//! The multi-object graph of a window of frames. Measurements within the window are put in anew with every frame, as scales_of,
 //! headings and scales become better known; what leaves it stays as a prior on what remains.
 
 use std::collections::{BTreeMap, VecDeque};
@@ -12,7 +12,7 @@ use nalgebra::Isometry3;
 use super::OnlineOptions;
 use crate::multibody::classes::ClassScales;
 use crate::multibody::edges::{self, Build, Own};
-use crate::multibody::{GraphOptions, place, size_value, starts, tell_size, vehicle_covariance};
+use crate::multibody::{GraphOptions, place, starts, tell_size, vehicle_covariance};
 
 /// A vehicle whose front end turns by more was taken for the wrong way round, and begins anew \[rad\].
 const FLIPPED_RAD: f64 = 1.0;
@@ -28,8 +28,8 @@ pub(super) struct WindowGraph {
     first: usize,
     cameras: VecDeque<VariableId>,
     vehicles: BTreeMap<usize, Nodes>,
-    /// Of each vehicle, where views share it.
-    sizes: BTreeMap<usize, VariableId>,
+    /// Scale of the size of each vehicle, where views share it.
+    scales_of: BTreeMap<usize, VariableId>,
     /// Windows are too short to re-estimate covariances: all stay at 1.
     scales: ClassScales,
 }
@@ -83,7 +83,7 @@ impl WindowGraph {
             none => none.insert(Solver::new(settings)?),
         };
         solver.optimise(&mut self.graph)?;
-        self.tell_newest(ego, vehicles, &nodes)?;
+        self.tell_newest(ego, vehicles, &nodes, options)?;
         if self.cameras.len() >= online.lag_frames {
             self.retire_oldest()?;
         }
@@ -125,8 +125,8 @@ impl WindowGraph {
         for vehicle in vehicles {
             let starts = starts(vehicle, ego, options);
             let own = self.vehicle_nodes(first, vehicle, &starts, options);
-            let size = self.size_node(vehicle, options);
-            all.extend(edges::of_vehicle(vehicle, &Own { nodes: &own, starts: &starts, size }, &build)?);
+            let scale = self.scale_node(vehicle, options);
+            all.extend(edges::of_vehicle(vehicle, &Own { nodes: &own, starts: &starts, scale }, &build)?);
             nodes.push(own);
         }
         for edge in all {
@@ -135,11 +135,11 @@ impl WindowGraph {
         Ok(nodes)
     }
 
-    /// The size of a vehicle, where views share it.
-    fn size_node(&mut self, vehicle: &VehicleTrajectory, options: &GraphOptions) -> Option<VariableId> {
-        let Self { graph, sizes, .. } = self;
-        let new = || graph.add_variable(size_value(&vehicle.size));
-        edges::shares_size(options).then(|| *sizes.entry(vehicle.id).or_insert_with(new))
+    /// The scale of a vehicle's size, where views share it.
+    fn scale_node(&mut self, vehicle: &VehicleTrajectory, options: &GraphOptions) -> Option<VariableId> {
+        let Self { graph, scales_of, .. } = self;
+        let new = || graph.add_variable(vehicle.size.height_m.ln());
+        edges::shares_size(options).then(|| *scales_of.entry(vehicle.id).or_insert_with(new))
     }
 
     /// The node of each state; new ones where there are none yet.
@@ -172,6 +172,7 @@ impl WindowGraph {
         ego: &mut EgoTrajectory,
         vehicles: &mut [VehicleTrajectory],
         nodes: &[Vec<VariableId>],
+        options: &GraphOptions,
     ) -> Result<(), GraphError> {
         let pose = |id: VariableId| self.graph.values().get::<Isometry3<f64>>(id).copied();
         let (Some(camera), Some(newest)) = (self.cameras.back(), ego.frames.len().checked_sub(1)) else {
@@ -188,8 +189,8 @@ impl WindowGraph {
             let placed: Pose<World, Vehicle> = Pose::new(pose(*node)?);
             state.covariance = vehicle_covariance(&self.graph, &marginals, frame, &placed, [*camera, *node])?;
             place(state, &placed);
-            if let Some(size) = self.sizes.get(&vehicle.id) {
-                tell_size(&self.graph, &marginals, *size, vehicle)?;
+            if let Some(size) = self.scales_of.get(&vehicle.id) {
+                tell_size(&self.graph, &marginals, *size, vehicle, options)?;
             }
         }
         Ok(())
@@ -234,7 +235,7 @@ impl WindowGraph {
 
     fn retire_vehicle(&mut self, id: usize) -> Result<(), GraphError> {
         let mut nodes = self.vehicles.remove(&id).map_or_else(Vec::new, |n| n.all());
-        nodes.extend(self.sizes.remove(&id));
+        nodes.extend(self.scales_of.remove(&id));
         retire(&mut self.graph, &nodes)
     }
 
