@@ -1,8 +1,10 @@
 //! The family of cars the prior is made from: real models by their published dimensions.
 //!
-//! Length, width (without mirrors), height and wheelbase are from the manufacturers' data sheets. Front overhang, tyre
-//! diameter, and the heights and places of bonnet, windows and roof are estimates of this project from the models' general
-//! proportions, good to about 5 cm.
+//! Length, width (without mirrors), height and wheelbase are those of the manufacturers' data sheets as remembered, not copied from
+//! them: single figures may be off by a centimetre or a model year. What is independent of our memory: the proportions of three
+//! real cars in `tests/catalogue.rs` (figures of the package `commonroad-vehicle-models`), and the published shape prior in
+//! `tests/published.rs`. Front overhang, tyre diameter, and the heights and places of bonnet, windows and roof are estimates of
+//! this project from the models' general proportions, good to about 5 cm.
 
 use crate::blueprint::Blueprint;
 use crate::body_type::BodyType;

@@ -20,14 +20,21 @@
 //! assert!((car.position_in_camera.z - 21.0).abs() < 1.5);
 //! ```
 
+mod estimate;
 mod ground;
+mod headings;
+mod joint_size;
 mod motion;
 mod silhouette;
 mod single_view;
 mod size;
+mod slow_error;
+mod states;
 mod tracker;
 mod trajectory;
+mod views;
 
+pub use estimate::estimate_track;
 pub use ground::GroundFrame;
 pub use motion::{Moving, Place, probability_moving, smooth_motion, standing_place};
 pub use motorcade_shape::{Dimensions, SizePrior};
@@ -36,5 +43,6 @@ pub use single_view::{SeenBox, SingleView, locate};
 pub use size::size_prior;
 pub use tracker::{Track, TrackBox, Tracker, TrackerOptions, track_vehicles};
 pub use trajectory::{
-    GivenView, Measured, Source, TrafficSide, VehicleState, VehicleTrajectory, estimate_track,
+    BySize, GivenTrack, GivenView, Measured, Sighting, SizeEvidence, Source, TrafficSide, VehicleState,
+    VehicleTrajectory,
 };

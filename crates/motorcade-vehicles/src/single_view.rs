@@ -70,6 +70,24 @@ pub struct SingleView {
     pub(crate) information: Matrix6<f64>,
     pub(crate) gradient: Vector6<f64>,
     pub(crate) state: Vector6<f64>,
+    /// Camera-frame directions of (ahead, left, above).
+    axes: Matrix3<f64>,
+}
+
+impl SingleView {
+    /// How the place depends on the mean of the size it was found with: by the implicit function theorem on the normal equations,
+    /// with the prior's information W,
+    ///
+    /// ```text
+    /// H = [H_pp, H_ps; H_sp, H_ss + W]     ∂place/∂mean = (H⁻¹)_ps W  (→ −H_pp⁻¹ H_ps for a size that is held)
+    /// ```
+    pub(crate) fn by_mean_size(&self, size_information: &Matrix3<f64>) -> Option<Matrix3<f64>> {
+        let mut h = self.information;
+        let mut block = h.fixed_view_mut::<3, 3>(3, 3);
+        block += size_information;
+        let inverse = h.cholesky()?.inverse();
+        Some(self.axes * inverse.fixed_view::<3, 3>(0, 3) * size_information)
+    }
 }
 
 /// Standard deviation of a detector's edge \[px\]: a floor, and a share of the box for its habits (mirrors, shadows).
@@ -95,6 +113,19 @@ pub fn locate(
     heading_rad: f64,
     prior: &SizePrior,
 ) -> Option<SingleView> {
+    let information = Matrix3::from_diagonal(&prior.sigma.to_vector().map(|s| 1.0 / (s * s)));
+    locate_sized(camera, ground, seen, heading_rad, &prior.mean, &information)
+}
+
+/// The same for a size known with an information (3×3) \[1/m²\].
+pub(crate) fn locate_sized(
+    camera: &PinholeCamera,
+    ground: &GroundFrame,
+    seen: &SeenBox,
+    heading_rad: f64,
+    mean: &Dimensions,
+    size_information: &Matrix3<f64>,
+) -> Option<SingleView> {
     if seen.edges.iter().filter(|e| **e).count() < 2 || !(seen.edges[1] || seen.edges[3]) {
         return None;
     }
@@ -102,8 +133,8 @@ pub fn locate(
     let (axes, foot) = (axes(ground), ground.foot());
     let rotation =
         standing_pose(&Point3::origin(), &ground.direction_of(heading_rad), &ground.up).rotation_matrix();
-    let mut x = start(camera, ground, seen, prior)?;
-    let (mean, sigma) = (prior.mean.to_vector(), prior.sigma.to_vector());
+    let mut x = start(camera, ground, seen, mean)?;
+    let mean = mean.to_vector();
     let mut last = None;
     for _ in 0..12 {
         let (place, size) = (foot + axes * x.fixed_rows::<3>(0), x.fixed_rows::<3>(3).into_owned());
@@ -123,11 +154,10 @@ pub fn locate(
         h[(2, 2)] += height_weight;
         g[2] += height_weight * x[2];
         let (information, gradient) = (h, g);
-        for k in 0..3 {
-            let w = 1.0 / (sigma[k] * sigma[k]);
-            h[(3 + k, 3 + k)] += w;
-            g[3 + k] += w * (x[3 + k] - mean[k]);
-        }
+        let mut block = h.fixed_view_mut::<3, 3>(3, 3);
+        block += size_information;
+        let mut rows = g.fixed_rows_mut::<3>(3);
+        rows += size_information * (size - mean);
         let factor = h.cholesky()?;
         let mut step = factor.solve(&-g);
         last = Some((x, factor, (information, gradient), chi2));
@@ -153,6 +183,7 @@ pub fn locate(
         information,
         gradient,
         state,
+        axes,
     })
 }
 
@@ -165,17 +196,17 @@ fn start(
     camera: &PinholeCamera,
     ground: &GroundFrame,
     seen: &SeenBox,
-    prior: &SizePrior,
+    mean: &Dimensions,
 ) -> Option<Vector6<f64>> {
     let b = &seen.bbox;
     let centre = camera.ray(&nalgebra::Point2::new(0.5 * (b.x1 + b.x2), b.y2));
     // Equation (1): where the ray through the bottom edge meets the road; else depth from the vehicle's height.
     let on_road = -ground.up.dot(&centre) / ground.height_m;
-    let by_height = b.height() / (camera.fy * prior.mean.height_m);
+    let by_height = b.height() / (camera.fy * mean.height_m);
     let inverse_depth = if seen.edges[3] && on_road > 0.005 { on_road } else { by_height };
     let depth = 1.0 / inverse_depth.clamp(0.004, 0.5);
     let point: Vector3<f64> = centre * depth - ground.foot();
-    let size = prior.mean.to_vector();
+    let size = mean.to_vector();
     let ahead = point.dot(&ground.ahead()) + 0.25 * size.x;
     (ahead > 1.0)
         .then(|| Vector6::new(ahead.max(3.0), point.dot(&ground.left()), 0.0, size.x, size.y, size.z))
@@ -257,6 +288,30 @@ mod tests {
                 assert!(((there.pixel - here[edge].pixel) / 1e-6 - analytic).abs() < 1e-3, "{edge} {k}");
             }
         }
+    }
+
+    #[test]
+    fn the_place_moves_with_the_size_as_differences_say() {
+        // The box of this size, and the size held tightly at its value and at its neighbours.
+        let size = Vector3::new(4.2, 1.7, 1.5);
+        let pose = standing_pose(&ground().point(18.0, -2.5, 0.0), &ground().direction_of(0.5), &ground().up);
+        let bbox = image_box(&CAMERA, &pose, VehicleClass::Car, &Dimensions::from_vector(&size)).unwrap();
+        let seen = SeenBox::new(bbox, VehicleClass::Car, &CAMERA, &[]);
+        let held = |size: &Vector3<f64>| {
+            let sigma = Dimensions::from_vector(&Vector3::repeat(1e-5));
+            let prior = SizePrior { mean: Dimensions::from_vector(size), sigma };
+            locate(&CAMERA, &ground(), &seen, 0.5, &prior).unwrap()
+        };
+        let slope = held(&size).by_mean_size(&(Matrix3::identity() * 1e10)).unwrap();
+        for k in 0..3 {
+            let h = 1e-3 * Vector3::ith(k, 1.0);
+            let numeric =
+                (held(&(size + h)).position_in_camera - held(&(size - h)).position_in_camera) / 2e-3;
+            let analytic = slope.column(k);
+            assert!((numeric - analytic).norm() < 0.01 * (1.0 + numeric.norm()), "{k}: {numeric} {analytic}");
+        }
+        // A higher car with the same box stands further away.
+        assert!(slope[(2, 2)] > 3.0, "{slope}");
     }
 
     #[test]

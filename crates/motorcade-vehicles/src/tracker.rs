@@ -56,6 +56,8 @@ pub struct Track {
     pub boxes: Vec<TrackBox>,
 }
 
+/// Times are nanoseconds made seconds: a gap of exactly the longest must count as one \[s\].
+const ROUNDING_S: f64 = 1e-6;
 /// Two boxes that overlap more are the same vehicle seen twice.
 const DOUBLED_IOU: f64 = 0.5;
 
@@ -154,7 +156,7 @@ impl Tracker {
         }
         let (keep, gone): (Vec<Live>, Vec<Live>) = std::mem::take(&mut self.live)
             .into_iter()
-            .partition(|l| ground.time_s - l.seen.1.time_s <= options.longest_gap_s);
+            .partition(|l| ground.time_s - l.seen.1.time_s <= options.longest_gap_s + ROUNDING_S);
         self.live = keep;
         self.report(gone)
     }

@@ -5,8 +5,8 @@
 use motorcade_geometry::{PinholeCamera, Pose};
 use motorcade_perception::{BoundingBox, Detection, VehicleClass};
 use motorcade_vehicles::{
-    GivenView, GroundFrame, Source, Track, TrackerOptions, TrafficSide, estimate_track, image_box,
-    size_prior, standing_pose, track_vehicles,
+    GivenTrack, GivenView, GroundFrame, Source, Track, TrackerOptions, TrafficSide, estimate_track,
+    image_box, size_prior, standing_pose, track_vehicles,
 };
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -88,6 +88,84 @@ fn a_vehicle_is_known_again_after_a_gap() {
     assert_eq!(tracks[0].boxes.last().unwrap().frame, 49);
 }
 
+/// The camera drives at 10 m/s and turns left by that many radians a second from 1 s to 4 s.
+fn turning(frames: usize, rate_radps: f64) -> Vec<GroundFrame> {
+    let (mut place, mut yaw) = (Vector3::zeros(), 0.0_f64);
+    let mut one = |k: usize| {
+        let rotation = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), yaw);
+        let world_from_camera = Pose::from_parts(rotation, place);
+        place += rotation * Vector3::z();
+        yaw -= if (10..40).contains(&k) { 0.1 * rate_radps } else { 0.0 };
+        GroundFrame { world_from_camera, ..grounds(k + 1, 1.65)[k] }
+    };
+    (0..frames).map(&mut one).collect()
+}
+
+/// Boxes of a car that drives straight on in the world, hidden in some frames.
+fn boxes_of(
+    grounds: &[GroundFrame],
+    start: Vector3<f64>,
+    velocity: Vector3<f64>,
+    hidden: std::ops::Range<usize>,
+) -> Vec<Vec<Detection>> {
+    let one = |(k, ground): (usize, &GroundFrame)| {
+        let camera_from_world = ground.world_from_camera.inverse();
+        let place = camera_from_world.transform_point(&(start + velocity * ground.time_s).into());
+        let nose = camera_from_world.transform_vector(&velocity).normalize();
+        let pose = standing_pose(&place, &nose, &ground.up);
+        let bbox = image_box(&CAMERA, &pose, VehicleClass::Car, &size_prior(VehicleClass::Car).mean)?;
+        let bbox = bbox.clipped(CAMERA.width, CAMERA.height);
+        // A detector's edges move by a pixel from frame to frame.
+        let jitter = |n: usize| ((k * 7 + n * 3) % 5) as f64 * 0.5 - 1.0;
+        let bbox = BoundingBox {
+            x1: bbox.x1 + jitter(0),
+            y1: bbox.y1 + jitter(1),
+            x2: bbox.x2 + jitter(2),
+            y2: bbox.y2 + jitter(3),
+        };
+        let seen = bbox.width() > 5.0 && bbox.height() > 5.0 && !hidden.contains(&k);
+        seen.then_some(Detection { bbox, score: 0.8, class: VehicleClass::Car, external_id: None })
+    };
+    grounds.iter().enumerate().map(|ground| one(ground).into_iter().collect()).collect()
+}
+
+#[test]
+fn a_vehicle_is_known_again_after_two_seconds() {
+    // Hidden for 20 frames of a tenth of a second: oncoming, ahead at the camera's speed, ahead and faster, parked.
+    let straight = grounds(55, 1.65);
+    let turned = turning(55, 0.3);
+    /// Name, camera, place at first \[m\], velocity \[m/s\].
+    type Case<'a> = (&'a str, &'a [GroundFrame], Vector3<f64>, Vector3<f64>);
+    let cars: [Case<'_>; 5] = [
+        ("oncoming", &straight, Vector3::new(-3.5, 1.65, 120.0), Vector3::new(0.0, 0.0, -12.0)),
+        ("ahead", &straight, Vector3::new(0.0, 1.65, 20.0), Vector3::new(0.0, 0.0, 10.0)),
+        ("faster", &straight, Vector3::new(-3.5, 1.65, 15.0), Vector3::new(0.0, 0.0, 14.0)),
+        ("parked", &straight, Vector3::new(4.0, 1.65, 85.0), Vector3::new(0.0, 0.0, 1e-3)),
+        // The camera turns left by 0.6 rad while nothing is seen; the car has gone on to the left before it.
+        ("turn", &turned, Vector3::new(-3.0, 1.65, 22.0), Vector3::new(-5.0, 0.0, 9.0)),
+    ];
+    for (name, grounds, start, velocity) in cars {
+        let detections = boxes_of(grounds, start, velocity, 15..35);
+        let seen = |range: std::ops::Range<usize>| range.filter(|k| !detections[*k].is_empty()).count();
+        assert!(seen(0..15) >= 12 && seen(35..55) >= 10, "{name} is out of the picture: no test");
+        let tracks = track_vehicles(&CAMERA, grounds, &detections, &TrackerOptions::default());
+        let spans: Vec<_> =
+            tracks.iter().map(|t| (t.boxes[0].frame, t.boxes.last().unwrap().frame)).collect();
+        assert_eq!(tracks.len(), 1, "{name}: {spans:?}");
+    }
+}
+
+#[test]
+fn another_vehicle_after_a_gap_is_another_vehicle() {
+    // One drives away and is hidden; two seconds later one stands far from where that one would be.
+    let straight = grounds(55, 1.65);
+    let away = boxes_of(&straight, Vector3::new(0.0, 1.65, 15.0), Vector3::new(0.0, 0.0, 18.0), 15..55);
+    let parked = boxes_of(&straight, Vector3::new(4.0, 1.65, 85.0), Vector3::new(0.0, 0.0, 1e-3), 0..35);
+    let both: Vec<Vec<Detection>> = away.into_iter().zip(parked).map(|(a, b)| [a, b].concat()).collect();
+    let tracks = track_vehicles(&CAMERA, &straight, &both, &TrackerOptions::default());
+    assert_eq!(tracks.len(), 2);
+}
+
 #[test]
 fn a_second_box_on_a_vehicle_is_no_second_vehicle() {
     let tracks = link(20, |_| {
@@ -120,7 +198,7 @@ fn sixty_vehicles_in_a_frame_and_one_frame_of_a_vehicle() {
 #[test]
 fn given_poses_that_are_flipped_are_turned() {
     let grounds = grounds(30, 1.65);
-    let given: Vec<GivenView> = (0..30)
+    let views: Vec<GivenView> = (0..30)
         .map(|frame| {
             let ground = &grounds[frame];
             // Parked across the street; every third view, the first among them, has it the wrong way round.
@@ -130,10 +208,13 @@ fn given_poses_that_are_flipped_are_turned() {
                 position_in_camera: ground.point(45.0 - frame as f64, -4.0, 0.0),
                 forward_in_camera: ground.direction_of(1.2) * sign,
                 covariance: Matrix3::identity() * 0.25,
+                heading_sigma_rad: 0.15,
+                by_size: None,
                 source: Source::Given,
             }
         })
         .collect();
+    let given = GivenTrack { views, size: None };
     let track = Track { id: 1, class: VehicleClass::Car, boxes: Vec::new() };
     let vehicle = estimate_track(&CAMERA, &grounds, &track, &given, TrafficSide::Right).unwrap();
     assert!(vehicle.p_moving < 0.5 && vehicle.states.len() == 30);

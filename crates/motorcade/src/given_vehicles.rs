@@ -9,7 +9,7 @@ use std::path::Path;
 
 use motorcade_geometry::PinholeCamera;
 use motorcade_perception::Detection;
-use motorcade_vehicles::{GivenView, GroundFrame, SeenBox, Source, Track, TrackBox};
+use motorcade_vehicles::{GivenTrack, GivenView, GroundFrame, SeenBox, Source, Track, TrackBox};
 use nalgebra::{Matrix3, Point3, Vector3};
 use serde::Deserialize;
 
@@ -70,6 +70,9 @@ fn read_one(path: &Path) -> Result<Vec<GivenPose>> {
 /// common to all frames of a vehicle.
 const DEPTH_SHARE: f64 = 0.08;
 
+/// Headings of such poses scatter by 5 to 10° from frame to frame.
+const HEADING_SIGMA_RAD: f64 = 0.15;
+
 /// Tracks and views from given poses. A detection with the same identity in the same frame becomes the track's box.
 pub(crate) fn given_tracks(
     poses: &[GivenPose],
@@ -77,7 +80,7 @@ pub(crate) fn given_tracks(
     grounds: &[GroundFrame],
     detections: &[Vec<Detection>],
     camera: &PinholeCamera,
-) -> Vec<(Track, Vec<GivenView>)> {
+) -> Vec<(Track, GivenTrack)> {
     let rows: BTreeMap<u64, usize> = numbers.iter().enumerate().map(|(row, number)| (*number, row)).collect();
     let mut by_track: BTreeMap<i64, Vec<GivenView>> = BTreeMap::new();
     for pose in poses {
@@ -101,7 +104,7 @@ pub(crate) fn given_tracks(
         }
         let class =
             boxes.first().map_or(motorcade_perception::VehicleClass::Car, |b: &TrackBox| b.seen.class);
-        (Track { id: usize::try_from(id).unwrap_or(0), class, boxes }, views)
+        (Track { id: usize::try_from(id).unwrap_or(0), class, boxes }, GivenTrack { views, size: None })
     };
     by_track.into_iter().map(one).collect()
 }
@@ -123,6 +126,8 @@ fn view(pose: &GivenPose, frame: usize, ground: &GroundFrame) -> GivenView {
         position_in_camera: Point3::from(position),
         forward_in_camera: forward,
         covariance,
+        heading_sigma_rad: HEADING_SIGMA_RAD,
+        by_size: None,
         source: Source::Given,
     }
 }

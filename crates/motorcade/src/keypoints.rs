@@ -12,7 +12,7 @@ use motorcade_perception::{BoundingBox, VehicleClass};
 use motorcade_shape::{
     FitOptions, Layout, Observation, RoadPlane, SeenKeypoint, ShapeFit, ShapeFitter, ShapePrior,
 };
-use motorcade_vehicles::{GivenView, GroundFrame, Source, Track, TrackBox, size_prior};
+use motorcade_vehicles::{GivenTrack, GivenView, GroundFrame, Source, Track, TrackBox, size_prior};
 use nalgebra::{Matrix3, Point2, Point3};
 use serde::Deserialize;
 
@@ -160,12 +160,13 @@ impl<'a> KeypointViews<'a> {
     }
 
     /// A view for each frame of a track that has keypoints; none of vehicles the prior knows nothing of.
-    pub(crate) fn of(&self, track: &Track) -> Vec<GivenView> {
+    pub(crate) fn of(&self, track: &Track) -> GivenTrack {
         match track.class {
             VehicleClass::Car | VehicleClass::Van => {
-                track.boxes.iter().filter_map(|b| self.view(b, track.class)).collect()
+                let views = track.boxes.iter().filter_map(|b| self.view(b, track.class)).collect();
+                GivenTrack { views, size: None }
             }
-            _ => Vec::new(),
+            _ => GivenTrack::default(),
         }
     }
 
@@ -202,6 +203,8 @@ fn view(frame: usize, fit: &ShapeFit) -> GivenView {
         position_in_camera: Point3::from(fit.camera_from_vehicle.translation()),
         forward_in_camera: r.column(0).into_owned(),
         covariance: r * place * r.transpose() * CORRELATED_FRAMES,
+        heading_sigma_rad: fit.covariance[(2, 2)].max(0.0).sqrt().max(0.05),
+        by_size: None,
         source: Source::Keypoints,
     }
 }

@@ -5,7 +5,7 @@ use motorcade_geometry::PinholeCamera;
 use motorcade_odometry::{EgoFrame, EgoTrajectory};
 use motorcade_perception::Perception;
 use motorcade_shape::ShapePrior;
-use motorcade_vehicles::{GivenView, GroundFrame, Track, VehicleTrajectory, estimate_track, track_vehicles};
+use motorcade_vehicles::{GivenTrack, GroundFrame, Track, VehicleTrajectory, estimate_track, track_vehicles};
 
 use crate::config::Config;
 use crate::error::Result;
@@ -65,7 +65,7 @@ pub fn conclude(
     let grounds = grounds(&ego, &frames, start_ns);
     progress.begin("vehicles", None);
     let numbers: Vec<u64> = frames.iter().map(|f| f.number).collect();
-    let tracks: Vec<(Track, Vec<GivenView>)> = stopwatch.time("tracking", || match &given.vehicles {
+    let tracks: Vec<(Track, GivenTrack)> = stopwatch.time("tracking", || match &given.vehicles {
         Some(poses) => given_tracks(poses, &numbers, &grounds, &detections, &camera),
         None => {
             let tracks = track_vehicles(&camera, &grounds, &detections, &config.tracker);
@@ -74,7 +74,7 @@ pub fn conclude(
     });
     let side = config.vehicles.traffic_side;
     let estimate =
-        |(track, views): &(Track, Vec<GivenView>)| estimate_track(&camera, &grounds, track, views, side);
+        |(track, given): &(Track, GivenTrack)| estimate_track(&camera, &grounds, track, given, side);
     let mut vehicles: Vec<VehicleTrajectory> =
         stopwatch.time("vehicles", || tracks.iter().filter_map(estimate).collect());
     progress.begin("graph", None);
@@ -113,11 +113,11 @@ pub(crate) fn with_keypoints(
     numbers: &[u64],
     camera: &PinholeCamera,
     grounds: &[GroundFrame],
-) -> Vec<(Track, Vec<GivenView>)> {
+) -> Vec<(Track, GivenTrack)> {
     let table = given.keypoints.as_ref();
     let keypoints = table.map(|table| KeypointViews::new(table, given, numbers, camera, grounds));
-    let views = |t: &Track| keypoints.as_ref().map_or_else(Vec::new, |k| k.of(t));
-    tracks.into_iter().map(|t| (views(&t), t)).map(|(views, t)| (t, views)).collect()
+    let of = |t: &Track| keypoints.as_ref().map_or_else(GivenTrack::default, |k| k.of(t));
+    tracks.into_iter().map(|t| (of(&t), t)).map(|(given, t)| (t, given)).collect()
 }
 
 type Solved = (Option<Multibody>, Option<motorcade_graph::Report>);

@@ -59,7 +59,15 @@ pub fn graph() -> Vec<Variant> {
         variant("default, no graph", Preset::Default, &["graph.enabled=false"]),
         variant("default without camera_vehicle", Preset::Default, &[&off(1)]),
         variant("default without vehicle_vehicle", Preset::Default, &[&off(2)]),
+        variant("default, sizes not shared", Preset::Default, &["graph.shared_size=false"]),
+        variant("default, started by the front end", Preset::Default, &["graph.medoid_start=false"]),
+        variant("default, variance factors of classes", Preset::Default, &["graph.variance_rounds=3"]),
     ];
+    for share in ["1.0", "2.0", "8.0"] {
+        let set = format!("graph.correlated_frames={share}");
+        let name = format!("default, correlated_frames = {share}");
+        out.push(variant(name, Preset::Default, &[&set]));
+    }
     for (preset, name) in [(Preset::Default, "camera free"), (Preset::Paper, "paper")] {
         let mut add = |name: String, set: &[&str]| {
             out.push(variant(name, preset, &[&["graph.hold_camera=false"], set].concat()));

@@ -69,6 +69,12 @@ fn asked<T: std::str::FromStr>(what: &str, usual: T) -> T {
     std::env::var(format!("MOTORCADE_SUITE_{what}")).ok().and_then(|v| v.parse().ok()).unwrap_or(usual)
 }
 
+/// `MOTORCADE_SUITE_SET="stage.key=value ..."` asks for other settings than those the bounds are for.
+fn settings() -> Config {
+    let asked = std::env::var("MOTORCADE_SUITE_SET").unwrap_or_default();
+    asked.split_whitespace().fold(Config::default(), |config, set| config.set(set).unwrap())
+}
+
 pub fn run(case: &Case) -> Outcome {
     let scenario = Scenario::by_name(case.name).unwrap();
     let render = RenderOptions { weather: case.weather, ..RenderOptions::default() }
@@ -89,7 +95,7 @@ pub fn run(case: &Case) -> Outcome {
         ..PerceptionOptions::default()
     };
     let perception = Perception::open(&perception, sequence.size()).unwrap();
-    let config = Config::default();
+    let config = settings();
     let height_m = scenario.plan.rig.height_m;
     let result =
         motorcade::run(&sequence, &perception, &Given::default(), height_m, &config, 1, &Silent).unwrap();

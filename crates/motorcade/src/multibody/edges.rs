@@ -1,127 +1,225 @@
 //! The edges of the multi-object graph, for the whole drive or a window of it.
 
-use motorcade_graph::factors::Between;
-use motorcade_graph::{Cauchy, Dcs, Factor, GemanMcClure, GraphError, Huber, Robust, VariableId};
-use motorcade_odometry::EgoTrajectory;
-use motorcade_vehicles::{Measured, VehicleState, VehicleTrajectory};
-use nalgebra::{Matrix6, Vector6};
+use motorcade_geometry::{Pose, Vehicle, World};
+use motorcade_graph::factors::{Between, VectorPrior};
+use motorcade_graph::{Factor, GraphError, Robust, VariableId};
+use motorcade_odometry::{EgoFrame, EgoTrajectory};
+use motorcade_vehicles::{Measured, Sighting, VehicleState, VehicleTrajectory};
+use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 
+use super::GraphOptions;
+use super::classes::{ClassScales, EdgeClass};
 use super::motion_factors::{NoSideSlip, SteadyMotion};
-use super::{GraphKernel, GraphOptions};
+use super::sized_sighting::SizedSighting;
 
 /// An edge, not yet in a graph.
-pub(crate) type Edge = Box<dyn Factor>;
+pub(crate) struct Edge {
+    /// What it counts for when covariances are re-estimated; `None` for what only holds a node.
+    pub(crate) class: Option<EdgeClass>,
+    pub(crate) factor: Box<dyn Factor>,
+}
+
+impl Edge {
+    /// Whose covariance is taken as it is.
+    fn fixed(factor: impl Factor + 'static) -> Self {
+        Self { class: None, factor: Box::new(factor) }
+    }
+    /// Under the kernel of its class, at the class' factor.
+    fn classed(factor: impl Factor + 'static, class: EdgeClass, build: &Build<'_>) -> Self {
+        let kernel = build.scales.kernel(class, build.options);
+        Self { class: Some(class), factor: Box::new(Robust::new(factor, kernel)) }
+    }
+}
+
+/// What all edges of a graph are made with.
+#[derive(Clone, Copy)]
+pub(crate) struct Build<'a> {
+    pub(crate) ego: &'a EgoTrajectory,
+    /// `cameras[k]` is the node of frame k of `ego`.
+    pub(crate) cameras: &'a [VariableId],
+    pub(crate) options: &'a GraphOptions,
+    pub(crate) scales: &'a ClassScales,
+}
+
+/// The nodes of a vehicle.
+#[derive(Clone, Copy)]
+pub(crate) struct Own<'a> {
+    /// One a state.
+    pub(crate) nodes: &'a [VariableId],
+    /// Where they start.
+    pub(crate) starts: &'a [Pose<World, Vehicle>],
+    /// The logarithm of its height \[m\], its size's scale, when views share it.
+    pub(crate) scale: Option<VariableId>,
+}
 
 /// A vehicle that moves with less probability is one node.
 const STANDING: f64 = 0.5;
+
+/// The rear axle lies this share of the length behind the middle, on cars, vans, lorries and buses alike.
+const REAR_AXLE: f64 = 0.3;
 
 /// True for a vehicle that is one node, seen from many cameras.
 pub(crate) fn stands(vehicle: &VehicleTrajectory, options: &GraphOptions) -> bool {
     vehicle.p_moving < STANDING && !options.constant_weights
 }
 
-/// Camera–camera edges: odometry. `cameras[k]` is the node of frame k of `ego`.
-pub(crate) fn of_cameras(
-    cameras: &[VariableId],
-    ego: &EgoTrajectory,
-    options: &GraphOptions,
-) -> Result<Vec<Edge>, GraphError> {
+/// True when all views of a vehicle share one variable for the scale of its size.
+pub(crate) fn shares_size(options: &GraphOptions) -> bool {
+    options.shared_size && !options.constant_weights
+}
+
+/// Camera–camera edges: odometry.
+pub(crate) fn of_cameras(build: &Build<'_>) -> Result<Vec<Edge>, GraphError> {
+    let Build { ego, cameras, options, .. } = build;
     if !options.camera_camera {
         return Ok(Vec::new());
     }
-    let one =
-        |(nodes, frames): (&[VariableId], &[motorcade_odometry::EgoFrame])| -> Result<Edge, GraphError> {
-            let step = frames[0].world_from_camera.inverse() * frames[1].world_from_camera;
-            let information = if options.constant_weights {
-                Matrix6::identity() * options.lambda_camera
-            } else {
-                inverse(&frames[1].step_covariance)
-            };
-            Ok(Box::new(Between::new(nodes[0], nodes[1], *step.isometry(), information)?))
+    let one = |(nodes, frames): (&[VariableId], &[EgoFrame])| -> Result<Edge, GraphError> {
+        let step = frames[0].world_from_camera.inverse() * frames[1].world_from_camera;
+        let information = if options.constant_weights {
+            Matrix6::identity() * options.lambda_camera
+        } else {
+            inverse(&frames[1].step_covariance)
         };
+        let edge = Between::new(nodes[0], nodes[1], *step.isometry(), information)?;
+        Ok(if options.constant_weights {
+            Edge::fixed(edge)
+        } else {
+            Edge::classed(edge, EdgeClass::Odometry, build)
+        })
+    };
     cameras.windows(2).zip(ego.frames.windows(2)).map(one).collect()
 }
 
-/// All edges of a vehicle; `nodes[i]` is that of its i-th state.
+/// All edges of a vehicle.
 pub(crate) fn of_vehicle(
     vehicle: &VehicleTrajectory,
-    nodes: &[VariableId],
-    cameras: &[VariableId],
-    ego: &EgoTrajectory,
-    options: &GraphOptions,
+    own: &Own<'_>,
+    build: &Build<'_>,
 ) -> Result<Vec<Edge>, GraphError> {
+    let options = build.options;
     let mut out = Vec::new();
     if options.camera_vehicle {
-        out.extend(sightings(vehicle, nodes, cameras, options)?);
+        match own.scale {
+            Some(scale) => {
+                let sized = sized_sightings(vehicle, own.nodes, scale, build);
+                out.extend(sized.into_iter().map(|(class, s)| Edge::classed(s, class, build)));
+            }
+            None => out.extend(views(vehicle, own.nodes, build)?),
+        }
+    }
+    if let Some(scale) = own.scale {
+        out.push(Edge::fixed(scale_prior(vehicle, scale, options)?));
     }
     if options.vehicle_vehicle && !stands(vehicle, options) {
         out.extend(if options.constant_weights {
-            road_plane_steps(vehicle, nodes, ego, options)?
+            road_plane_steps(vehicle, own.nodes, build)?
         } else {
-            motion(vehicle, nodes)
+            motion(vehicle, own.nodes, build)
         });
     }
-    out.extend(ties(vehicle, nodes, cameras, ego)?);
+    out.extend(ties(vehicle, own, build)?);
     Ok(out)
 }
 
-/// Camera–vehicle edges: what each frame says of the vehicle.
-fn sightings(
+/// Camera–vehicle edges that share the scale of the vehicle's size: what each source of each frame says, the scale held.
+pub(crate) fn sized_sightings(
     vehicle: &VehicleTrajectory,
     nodes: &[VariableId],
-    cameras: &[VariableId],
-    options: &GraphOptions,
-) -> Result<Vec<Edge>, GraphError> {
-    let seen = vehicle.states.iter().filter(|s| s.measured.is_some()).count();
-    // All views of a standing vehicle share their errors of size and slope.
-    let share = if stands(vehicle, options) {
-        options.correlated_frames.max(seen as f64 / 4.0)
-    } else {
-        options.correlated_frames
+    scale: VariableId,
+    build: &Build<'_>,
+) -> Vec<(EdgeClass, SizedSighting)> {
+    let share = correlated_frames(vehicle, build.options);
+    let of_state = |(state, node): (&VehicleState, &VariableId)| {
+        let (camera, node) = (build.cameras[state.frame], *node);
+        let one = move |sighting: &Sighting| {
+            let information = inverse(&(sighting.covariance * share));
+            let factor = SizedSighting::new([camera, node, scale], sighting, &vehicle.size, information);
+            (EdgeClass::of(sighting.source), factor)
+        };
+        state.sightings.iter().map(one).collect::<Vec<_>>()
     };
+    vehicle.states.iter().zip(nodes).flat_map(of_state).collect()
+}
+
+/// What is known of the scale from the vehicle's class and from each frame alone, at the weight of [`scale_weight`].
+fn scale_prior(
+    vehicle: &VehicleTrajectory,
+    scale: VariableId,
+    options: &GraphOptions,
+) -> Result<VectorPrior, GraphError> {
+    /// Sizes mean no more: outlines are those of a drawing.
+    const LEAST_SIGMA: f64 = 0.005;
+    let variance = vehicle.scale_variance().max(LEAST_SIGMA * LEAST_SIGMA);
+    let mean = DVector::from_element(1, vehicle.size.height_m.ln());
+    VectorPrior::new(scale, mean, DMatrix::from_element(1, 1, scale_weight(options) / variance))
+}
+
+/// How much more the prior of a scale counts than views do in the graph. Views count there as one in `correlated_frames`; of
+/// the scale they tell less, because errors of depth that last (plane, slope, the detector's habit: two seconds, 20 frames) look
+/// like a scale. What counts is the ratio of both, and the variance found is that many times too small.
+pub(crate) fn scale_weight(options: &GraphOptions) -> f64 {
+    const LASTING_FRAMES: f64 = 20.0;
+    (LASTING_FRAMES / options.correlated_frames).max(1.0)
+}
+
+/// Camera–vehicle edges without a common size: what each frame says of the vehicle.
+fn views(
+    vehicle: &VehicleTrajectory,
+    nodes: &[VariableId],
+    build: &Build<'_>,
+) -> Result<Vec<Edge>, GraphError> {
+    let share = correlated_frames(vehicle, build.options);
     let one = |(state, node): (&VehicleState, &VariableId)| {
-        state.measured.as_ref().map(|m| sighting(m, cameras[state.frame], *node, share, options))
+        state.measured.as_ref().map(|m| view(m, build.cameras[state.frame], *node, share, build))
     };
     vehicle.states.iter().zip(nodes).filter_map(one).collect()
 }
 
-fn sighting(
+/// What the variance of a camera–vehicle edge is multiplied by: frames err alike.
+fn correlated_frames(vehicle: &VehicleTrajectory, options: &GraphOptions) -> f64 {
+    let seen = vehicle.states.iter().filter(|s| s.measured.is_some()).count();
+    // All views of a standing vehicle share their errors of slope, and of size where that is no variable.
+    if stands(vehicle, options) {
+        options.correlated_frames.max(seen as f64 / 4.0)
+    } else {
+        options.correlated_frames
+    }
+}
+
+fn view(
     measured: &Measured,
     camera: VariableId,
     vehicle: VariableId,
     share: f64,
-    options: &GraphOptions,
+    build: &Build<'_>,
 ) -> Result<Edge, GraphError> {
-    let pose = *measured.camera_from_vehicle.isometry();
+    let (options, pose) = (build.options, *measured.camera_from_vehicle.isometry());
     if options.constant_weights {
         let near = pose.translation.vector.z <= options.near_limit_m;
         let lambda = if near { options.lambda_trusted } else { options.lambda_doubted };
-        return Ok(Box::new(Between::new(camera, vehicle, pose, Matrix6::identity() * lambda)?));
+        return Ok(Edge::fixed(Between::new(camera, vehicle, pose, Matrix6::identity() * lambda)?));
     }
     let edge = Between::new(camera, vehicle, pose, inverse(&(measured.covariance * share)))?;
-    let c = options.kernel_scale;
-    Ok(match options.kernel {
-        GraphKernel::None => Box::new(edge),
-        GraphKernel::Huber => Box::new(Robust::new(edge, Huber { c })),
-        GraphKernel::Cauchy => Box::new(Robust::new(edge, Cauchy { c })),
-        GraphKernel::GemanMcClure => Box::new(Robust::new(edge, GemanMcClure { c })),
-        GraphKernel::Dcs => Box::new(Robust::new(edge, Dcs { phi: c * c })),
-    })
+    Ok(Edge::classed(edge, EdgeClass::Box, build))
 }
 
 /// Vehicle–vehicle edges: steady motion, no side slip.
-fn motion(vehicle: &VehicleTrajectory, nodes: &[VariableId]) -> Vec<Edge> {
+fn motion(vehicle: &VehicleTrajectory, nodes: &[VariableId], build: &Build<'_>) -> Vec<Edge> {
     // Per step of a tenth of a second: 0.03 rad of yaw (0.3 rad/s per s over 0.1 s), 1.5 m/s² along, 0.5 m/s² across.
     let sigmas = [0.01, 0.01, 0.004, 0.02, 0.01, 0.01];
     let information = Matrix6::from_diagonal(&Vector6::from_fn(|k, _| 1.0 / (sigmas[k] * sigmas[k])));
+    let rear_axle_m = REAR_AXLE * vehicle.size.length_m;
     let mut out: Vec<Edge> = Vec::new();
     for w in nodes.windows(3) {
-        out.push(Box::new(SteadyMotion::new([w[0], w[1], w[2]], &information)));
+        let steady = SteadyMotion::new([w[0], w[1], w[2]], &information);
+        out.push(Edge::classed(steady, EdgeClass::SteadyMotion, build));
     }
     for (w, state) in nodes.windows(2).zip(&vehicle.states) {
         // Standing still a vehicle's heading does not show in its motion; the factor then says nothing of it anyway.
         let sideways = if state.speed_mps.abs() > 1.0 { 0.02 } else { 0.05 };
-        out.push(Box::new(NoSideSlip::new([w[0], w[1]], [0.01, 0.01, sideways, 0.03])));
+        let rolling = NoSideSlip::new([w[0], w[1]], rear_axle_m, [0.01, 0.01, sideways, 0.03]);
+        out.push(Edge::classed(rolling, EdgeClass::NoSideSlip, build));
     }
     out
 }
@@ -130,9 +228,9 @@ fn motion(vehicle: &VehicleTrajectory, nodes: &[VariableId]) -> Vec<Edge> {
 fn road_plane_steps(
     vehicle: &VehicleTrajectory,
     nodes: &[VariableId],
-    ego: &EgoTrajectory,
-    options: &GraphOptions,
+    build: &Build<'_>,
 ) -> Result<Vec<Edge>, GraphError> {
+    let Build { ego, options, .. } = build;
     let place = |s: &VehicleState| {
         s.measured.map(|m| (ego.frames[s.frame].world_from_camera * m.camera_from_vehicle, m))
     };
@@ -142,27 +240,22 @@ fn road_plane_steps(
         let far = seen.camera_from_vehicle.translation().z > options.near_limit_m;
         let lambda = if far { options.lambda_trusted } else { options.lambda_doubted };
         let step = *(a.inverse() * b).isometry();
-        out.push(Box::new(Between::new(w[0], w[1], step, Matrix6::identity() * lambda)?));
+        out.push(Edge::fixed(Between::new(w[0], w[1], step, Matrix6::identity() * lambda)?));
     }
     Ok(out)
 }
 
-/// A weak tie of every vehicle node to its camera at the front end's estimate, so that no choice of edges leaves a
-/// node free: ten metres, one radian.
-fn ties(
-    vehicle: &VehicleTrajectory,
-    nodes: &[VariableId],
-    cameras: &[VariableId],
-    ego: &EgoTrajectory,
-) -> Result<Vec<Edge>, GraphError> {
+/// A weak tie of every vehicle node to its camera where it starts, so that no choice of edges leaves a node free: ten
+/// metres, one radian.
+fn ties(vehicle: &VehicleTrajectory, own: &Own<'_>, build: &Build<'_>) -> Result<Vec<Edge>, GraphError> {
     let weak = Matrix6::from_diagonal(&Vector6::new(1.0, 1.0, 1.0, 0.01, 0.01, 0.01));
     let mut out: Vec<Edge> = Vec::new();
-    for (k, (state, node)) in vehicle.states.iter().zip(nodes).enumerate() {
-        if k > 0 && nodes[k - 1] == *node {
+    for (k, ((state, node), start)) in vehicle.states.iter().zip(own.nodes).zip(own.starts).enumerate() {
+        if k > 0 && own.nodes[k - 1] == *node {
             continue;
         }
-        let pose = ego.frames[state.frame].world_from_camera.inverse() * state.world_from_vehicle;
-        out.push(Box::new(Between::new(cameras[state.frame], *node, *pose.isometry(), weak)?));
+        let pose = build.ego.frames[state.frame].world_from_camera.inverse() * *start;
+        out.push(Edge::fixed(Between::new(build.cameras[state.frame], *node, *pose.isometry(), weak)?));
     }
     Ok(out)
 }

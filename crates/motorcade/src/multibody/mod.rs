@@ -3,21 +3,34 @@
 //! | edge | default | paper |
 //! |---|---|---|
 //! | camera–camera | odometry with its covariance | odometry, λ = constant |
-//! | camera–vehicle | each frame's box with its covariance, Cauchy | the same pose, λ high up to 45 m, low beyond |
+//! | camera–vehicle | each frame's box and keypoints, their covariances with the scale of the size held, Cauchy | the pose of all sources together, λ high up to 45 m, low beyond |
+//! | scale of the size | one variable a vehicle, shared by its camera–vehicle edges, with what is known of it | – |
 //! | vehicle–vehicle | steady motion and no side slip | difference of road-plane places, λ high beyond 45 m |
 //!
 //! By default a vehicle that stands is one node, a landmark seen from many cameras, and the cameras are held: the lengths of
 //! their way are those of the camera's height, exactly. The paper lets vehicles move them (`hold_camera`).
 
+pub(crate) mod classes;
 pub(crate) mod edges;
+pub(crate) mod medoid;
 mod motion_factors;
+mod sized_sighting;
+#[cfg(test)]
+mod tests;
+mod variance;
 
 use motorcade_geometry::{Pose, Vehicle, World, lie::se3::adjoint};
-use motorcade_graph::{Graph, GraphError, Marginals, Options, Report, VariableId, optimise};
+use motorcade_graph::factors::Between;
+use motorcade_graph::{FactorId, Graph, GraphError, Marginals, Options, Report, VariableId, optimise};
 use motorcade_odometry::{EgoFrame, EgoTrajectory};
-use motorcade_vehicles::VehicleTrajectory;
-use nalgebra::{Isometry3, Matrix6};
+use motorcade_vehicles::{VehicleState, VehicleTrajectory};
+use nalgebra::{Isometry3, Matrix6, Vector3};
 use serde::{Deserialize, Serialize};
+
+use classes::{ClassScales, EdgeClass};
+use edges::{Build, Own};
+use sized_sighting::SizedSighting;
+pub use variance::VarianceFactor;
 
 /// Robust kernels of camera–vehicle edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -67,6 +80,13 @@ pub struct GraphOptions {
     pub kernel_scale: f64,
     /// Variance of a camera–vehicle edge is multiplied by this: boxes of neighbouring frames err alike.
     pub correlated_frames: f64,
+    /// Views of a vehicle share a variable for the scale of its size; false puts the size's uncertainty into each view's
+    /// covariance, as if views had sizes of their own.
+    pub shared_size: bool,
+    /// Times the scale of the covariances of each class of edges is re-estimated from its residuals; 0 leaves them.
+    pub variance_rounds: usize,
+    /// Tracks start at the medoid of what their views say; false starts them where the front end has them.
+    pub medoid_start: bool,
     /// Iterations at most.
     pub max_iterations: usize,
 }
@@ -87,6 +107,9 @@ impl Default for GraphOptions {
             kernel: GraphKernel::Cauchy,
             kernel_scale: 1.0,
             correlated_frames: 4.0,
+            shared_size: true,
+            variance_rounds: 0,
+            medoid_start: true,
             max_iterations: 100,
         }
     }
@@ -114,11 +137,25 @@ pub enum Node {
 pub struct Multibody {
     /// The graph.
     pub graph: Graph,
-    /// Nodes in order of their number in `graph.g2o`.
+    /// Poses in order of their number in `graph.g2o`.
     pub nodes: Vec<(Node, VariableId)>,
+    /// What the covariances of each class were multiplied by.
+    pub variance_factors: Vec<VarianceFactor>,
     cameras: Vec<VariableId>,
-    /// One list a vehicle, one node a state; a standing vehicle repeats its node.
-    vehicles: Vec<Vec<VariableId>>,
+    vehicles: Vec<Body>,
+    /// Edges that count for the factors of their class.
+    classed: Vec<(FactorId, EdgeClass)>,
+    scales: ClassScales,
+}
+
+/// A vehicle in the graph.
+#[derive(Default)]
+struct Body {
+    /// One node a state; a standing vehicle repeats its node.
+    nodes: Vec<VariableId>,
+    scale: Option<VariableId>,
+    /// Edges to the cameras.
+    sightings: Vec<(EdgeClass, SizedSighting)>,
 }
 
 impl Multibody {
@@ -131,8 +168,15 @@ impl Multibody {
         vehicles: &[VehicleTrajectory],
         options: &GraphOptions,
     ) -> Result<Self, GraphError> {
-        let mut out =
-            Self { graph: Graph::new(), nodes: Vec::new(), cameras: Vec::new(), vehicles: Vec::new() };
+        let mut out = Self {
+            graph: Graph::new(),
+            nodes: Vec::new(),
+            variance_factors: Vec::new(),
+            cameras: Vec::new(),
+            vehicles: Vec::new(),
+            classed: Vec::new(),
+            scales: ClassScales::default(),
+        };
         for (frame, e) in ego.frames.iter().enumerate() {
             let id = out.node(Node::Camera { frame }, e.world_from_camera.isometry());
             if frame == 0 || options.hold_camera {
@@ -140,14 +184,18 @@ impl Multibody {
             }
             out.cameras.push(id);
         }
-        let mut all = edges::of_cameras(&out.cameras, ego, options)?;
+        let (cameras, scales) = (out.cameras.clone(), out.scales.clone());
+        let build = Build { ego, cameras: &cameras, options, scales: &scales };
+        let mut all = edges::of_cameras(&build)?;
         for vehicle in vehicles {
-            let nodes = out.vehicle_nodes(vehicle, options);
-            all.extend(edges::of_vehicle(vehicle, &nodes, &out.cameras, ego, options)?);
-            out.vehicles.push(nodes);
+            let starts = starts(vehicle, ego, options);
+            let body = out.body(vehicle, &starts, &build);
+            all.extend(edges::of_vehicle(vehicle, &body.own(&starts), &build)?);
+            out.vehicles.push(body);
         }
         for edge in all {
-            out.graph.add_boxed(edge)?;
+            let id = out.graph.add_boxed(edge.factor)?;
+            out.classed.extend(edge.class.map(|class| (id, class)));
         }
         Ok(out)
     }
@@ -158,21 +206,26 @@ impl Multibody {
         id
     }
 
-    /// A node a state; one for all states of a vehicle that stands.
-    fn vehicle_nodes(&mut self, vehicle: &VehicleTrajectory, options: &GraphOptions) -> Vec<VariableId> {
-        let stands = edges::stands(vehicle, options);
-        let mut ids: Vec<VariableId> = Vec::with_capacity(vehicle.states.len());
-        for state in &vehicle.states {
-            let id = match ids.first() {
+    /// A node a state, one for all states of a vehicle that stands; and its size.
+    fn body(
+        &mut self,
+        vehicle: &VehicleTrajectory,
+        starts: &[Pose<World, Vehicle>],
+        build: &Build<'_>,
+    ) -> Body {
+        let stands = edges::stands(vehicle, build.options);
+        let mut nodes: Vec<VariableId> = Vec::with_capacity(vehicle.states.len());
+        for (state, start) in vehicle.states.iter().zip(starts) {
+            let id = match nodes.first() {
                 Some(first) if stands => *first,
-                _ => self.node(
-                    Node::Vehicle { id: vehicle.id, frame: state.frame },
-                    state.world_from_vehicle.isometry(),
-                ),
+                _ => self.node(Node::Vehicle { id: vehicle.id, frame: state.frame }, start.isometry()),
             };
-            ids.push(id);
+            nodes.push(id);
         }
-        ids
+        let scale =
+            edges::shares_size(build.options).then(|| self.graph.add_variable(vehicle.size.height_m.ln()));
+        let sightings = scale.map_or_else(Vec::new, |s| edges::sized_sightings(vehicle, &nodes, s, build));
+        Body { nodes, scale, sightings }
     }
 
     /// Optimises the graph and puts the result, with covariances, into the trajectories.
@@ -187,22 +240,105 @@ impl Multibody {
         threads: usize,
     ) -> Result<Report, GraphError> {
         let settings = Options { max_iterations: options.max_iterations, threads, ..Options::default() };
-        let report = optimise(&mut self.graph, &settings)?;
+        let mut report = optimise(&mut self.graph, &settings)?;
+        for _ in 0..if options.constant_weights { 0 } else { options.variance_rounds } {
+            self.variance_factors = variance::estimate(&self.graph, &self.classed, &self.scales, options)?;
+            report = optimise(&mut self.graph, &settings)?;
+        }
         let marginals = Marginals::new(&self.graph)?;
         let values = self.graph.values();
         for (frame, id) in ego.frames.iter_mut().zip(&self.cameras) {
             frame.world_from_camera = Pose::new(*values.get::<Isometry3<f64>>(*id)?);
         }
-        for (vehicle, ids) in vehicles.iter_mut().zip(&self.vehicles) {
-            for (state, id) in vehicle.states.iter_mut().zip(ids) {
-                state.world_from_vehicle = Pose::new(*values.get::<Isometry3<f64>>(*id)?);
+        for (vehicle, body) in vehicles.iter_mut().zip(&self.vehicles) {
+            for (state, id) in vehicle.states.iter_mut().zip(&body.nodes) {
+                let placed = Pose::new(*values.get::<Isometry3<f64>>(*id)?);
+                place(state, &placed);
                 let (frame, camera) = (&ego.frames[state.frame], self.cameras[state.frame]);
-                let pose = &state.world_from_vehicle;
-                state.covariance = vehicle_covariance(&self.graph, &marginals, frame, pose, [camera, *id])?;
+                state.covariance =
+                    vehicle_covariance(&self.graph, &marginals, frame, &placed, [camera, *id])?;
+            }
+            if let Some(scale) = body.scale {
+                tell_size(&self.graph, &marginals, scale, vehicle, options)?;
             }
         }
         Ok(report)
     }
+
+    /// The graph of poses alone, nodes in the order of [`Self::nodes`]: sizes at their values, no motion model, no kernels.
+    ///
+    /// # Errors
+    /// None after a graph that was built: the edges are those of the graph.
+    pub fn poses_alone(&self) -> Result<(Graph, Vec<VariableId>), GraphError> {
+        let (mut graph, values) = (Graph::new(), self.graph.values());
+        let mut ids = std::collections::BTreeMap::new();
+        for (_, id) in &self.nodes {
+            let copy = graph.add_variable(*values.get::<Isometry3<f64>>(*id)?);
+            if self.graph.is_fixed(*id) {
+                graph.fix(copy)?;
+            }
+            ids.insert(*id, copy);
+        }
+        let copy = |id: &VariableId| ids.get(id).copied().ok_or(GraphError::UnknownVariable(*id));
+        let mut edges = Vec::new();
+        for (_, factor) in self.graph.factors() {
+            if let ([a, b], Some(relative)) = (factor.variables(), factor.relative_pose()) {
+                edges.push(Between::new(copy(a)?, copy(b)?, *relative.measurement, *relative.information)?);
+            }
+        }
+        for (class, sighting) in self.vehicles.iter().flat_map(|b| &b.sightings) {
+            let [camera, vehicle, scale] = sighting.nodes();
+            let (pose, information) = sighting.at(values.scalar(scale)?);
+            let information = information / self.scales.get(*class);
+            edges.push(Between::new(copy(&camera)?, copy(&vehicle)?, pose, information)?);
+        }
+        for edge in edges {
+            graph.add_factor(edge)?;
+        }
+        let order = self.nodes.iter().map(|(_, id)| copy(id)).collect::<Result<_, _>>()?;
+        Ok((graph, order))
+    }
+}
+
+impl Body {
+    fn own<'a>(&'a self, starts: &'a [Pose<World, Vehicle>]) -> Own<'a> {
+        Own { nodes: &self.nodes, starts, scale: self.scale }
+    }
+}
+
+/// Where the nodes of a vehicle start, one a state.
+pub(crate) fn starts(
+    vehicle: &VehicleTrajectory,
+    ego: &EgoTrajectory,
+    options: &GraphOptions,
+) -> Vec<Pose<World, Vehicle>> {
+    if options.medoid_start && !options.constant_weights {
+        medoid::starts(vehicle, ego)
+    } else {
+        vehicle.states.iter().map(|s| s.world_from_vehicle).collect()
+    }
+}
+
+/// Puts a pose into a state; the speed counts along the nose.
+pub(crate) fn place(state: &mut VehicleState, placed: &Pose<World, Vehicle>) {
+    let nose = |pose: &Pose<World, Vehicle>| pose.transform_vector(&Vector3::x());
+    if nose(placed).dot(&nose(&state.world_from_vehicle)) < 0.0 {
+        state.speed_mps = -state.speed_mps;
+    }
+    state.world_from_vehicle = *placed;
+}
+
+/// Puts the size, its scale refined by all views together, and its covariance into a trajectory.
+pub(crate) fn tell_size(
+    graph: &Graph,
+    marginals: &Marginals,
+    scale: VariableId,
+    vehicle: &mut VehicleTrajectory,
+    options: &GraphOptions,
+) -> Result<(), GraphError> {
+    let variance = marginals.covariance(scale)?[(0, 0)] * edges::scale_weight(options);
+    vehicle.rescale(graph.values().scalar(scale)? - vehicle.size.height_m.ln(), variance);
+    Ok(())
 }
 
 /// Covariance of a vehicle in the world: that of its camera, carried over, and that of the vehicle relative to the camera.

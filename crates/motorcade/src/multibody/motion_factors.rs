@@ -48,22 +48,29 @@ impl Factor for SteadyMotion {
     }
 }
 
-/// Rolling without side slip (4): of the twist `[ω, ν] = log(V₀⁻¹V₁)` the parts roll, pitch, sideways and up vanish.
-/// Motion along an arc has exactly such a twist.
+/// Rolling without side slip (4): of the twist `[ω, ν] = log(V₀⁻¹V₁)` roll, pitch and up vanish, and so does what the rear axle
+/// moves sideways, `ν_y − a ω_z` with the axle a behind the vehicle's origin. Motion along an arc has exactly such a twist. The
+/// middle of a long vehicle does slip in a bend.
 #[derive(Debug)]
 pub struct NoSideSlip {
     variables: [VariableId; 2],
+    rear_axle_m: f64,
     information: DMatrix<f64>,
 }
 
 /// Roll rate, pitch rate, sideways, up.
 const HELD: [usize; 4] = [0, 1, 4, 5];
+/// Yaw rate.
+const YAW: usize = 2;
+/// Place of the sideways motion among the held ones.
+const SIDEWAYS: usize = 2;
 
 impl NoSideSlip {
-    /// Standard deviations of roll, pitch \[rad\], sideways and up \[m\] per step.
-    pub fn new(variables: [VariableId; 2], sigmas: [f64; 4]) -> Self {
+    /// Standard deviations of roll, pitch \[rad\], sideways and up \[m\] per step; the rear axle that far behind the origin \[m\].
+    pub fn new(variables: [VariableId; 2], rear_axle_m: f64, sigmas: [f64; 4]) -> Self {
         Self {
             variables,
+            rear_axle_m,
             information: DMatrix::from_fn(4, 4, |r, c| if r == c { sigmas[r].powi(-2) } else { 0.0 }),
         }
     }
@@ -86,12 +93,14 @@ impl Factor for NoSideSlip {
         for (row, k) in HELD.into_iter().enumerate() {
             residual[row] = twist[k];
         }
+        residual[SIDEWAYS] -= self.rear_axle_m * twist[YAW];
         if let Some(j) = jacobian {
             let second = se3::right_jacobian_inverse(&twist);
             let first = -second * se3::adjoint(&d.inverse());
             for (row, k) in HELD.into_iter().enumerate() {
-                j.view_mut((row, 0), (1, 6)).copy_from(&first.row(k));
-                j.view_mut((row, 6), (1, 6)).copy_from(&second.row(k));
+                let lever = if row == SIDEWAYS { self.rear_axle_m } else { 0.0 };
+                j.view_mut((row, 0), (1, 6)).copy_from(&(first.row(k) - first.row(YAW) * lever));
+                j.view_mut((row, 6), (1, 6)).copy_from(&(second.row(k) - second.row(YAW) * lever));
             }
         }
         Ok(())
@@ -113,19 +122,20 @@ mod tests {
         let c = graph.add_variable(at([0.0, 0.01, 0.55, 3.0, 2.9, 0.2]));
         let steady = SteadyMotion::new([a, b, c], &Matrix6::identity());
         assert!(numeric::jacobian_error(&steady, graph.values()).unwrap() < 1e-6);
-        let rolling = NoSideSlip::new([a, b], [0.01, 0.01, 0.05, 0.05]);
+        let rolling = NoSideSlip::new([a, b], 1.3, [0.01, 0.01, 0.05, 0.05]);
         assert!(numeric::jacobian_error(&rolling, graph.values()).unwrap() < 1e-6);
     }
 
     #[test]
     fn motion_along_an_arc_costs_nothing() {
         let mut graph = Graph::new();
-        let twist = Vector6::new(0.0, 0.0, 0.1, 1.2, 0.0, 0.0);
+        // The origin lies 1.3 m before the axle, which goes round on a circle of 12 m.
+        let twist = Vector6::new(0.0, 0.0, 0.1, 1.2, 0.13, 0.0);
         let start = se3::exp(&Vector6::new(0.1, 0.2, 1.0, 4.0, 5.0, 6.0));
         let ids: Vec<_> =
             (0..3).map(|k| graph.add_variable(start * se3::exp(&(twist * f64::from(k))))).collect();
         graph.add_factor(SteadyMotion::new([ids[0], ids[1], ids[2]], &Matrix6::identity())).unwrap();
-        graph.add_factor(NoSideSlip::new([ids[0], ids[1]], [1.0; 4])).unwrap();
+        graph.add_factor(NoSideSlip::new([ids[0], ids[1]], 1.3, [1.0; 4])).unwrap();
         assert!(graph.cost().unwrap() < 1e-20);
     }
 }

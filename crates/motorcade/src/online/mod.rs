@@ -13,7 +13,7 @@ use std::time::Instant;
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
 use motorcade_odometry::{EgoFrame, EgoTrajectory, RoadMeasurement, Uncertainty};
-use motorcade_vehicles::{GivenView, GroundFrame, Track, Tracker, VehicleTrajectory, estimate_track};
+use motorcade_vehicles::{GivenTrack, GroundFrame, Track, Tracker, VehicleTrajectory, estimate_track};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
@@ -262,7 +262,7 @@ impl<'a> Online<'a> {
         }
         let numbers: Vec<u64> = so_far.frames[first..].iter().map(|f| f.number).collect();
         let (camera, grounds) = (&self.camera, &window.grounds);
-        let tracks: Vec<(Track, Vec<GivenView>)> = match &self.given.vehicles {
+        let tracks: Vec<(Track, GivenTrack)> = match &self.given.vehicles {
             Some(poses) => given_tracks(poses, &numbers, grounds, &so_far.detections[first..], camera),
             None => {
                 let mut tracks = self.tracker.present(first);
@@ -272,7 +272,7 @@ impl<'a> Online<'a> {
         };
         let side = self.config.vehicles.traffic_side;
         let estimate =
-            |(track, views): &(Track, Vec<GivenView>)| estimate_track(camera, grounds, track, views, side);
+            |(track, given): &(Track, GivenTrack)| estimate_track(camera, grounds, track, given, side);
         tracks.iter().filter_map(estimate).collect()
     }
 
@@ -290,12 +290,13 @@ impl<'a> Online<'a> {
 
     /// Adds the newest state of a vehicle to what was told of it; its identity when it was seen in the newest frame.
     fn keep(&mut self, window: VehicleTrajectory, first: usize, newest: usize) -> Option<usize> {
-        let VehicleTrajectory { id, class, size, size_sigma, p_moving, states } = window;
+        let VehicleTrajectory { id, class, size, size_covariance, p_moving, states } = window;
         let mut state = states.into_iter().next_back().filter(|s| s.frame + first == newest)?;
         state.frame = newest;
-        let empty = || VehicleTrajectory { id, class, size, size_sigma, p_moving, states: Vec::new() };
+        let empty = || VehicleTrajectory { id, class, size, size_covariance, p_moving, states: Vec::new() };
         let kept = self.vehicles.entry(id).or_insert_with(empty);
-        (kept.class, kept.size, kept.size_sigma, kept.p_moving) = (class, size, size_sigma, p_moving);
+        (kept.class, kept.size, kept.size_covariance, kept.p_moving) =
+            (class, size, size_covariance, p_moving);
         kept.states.push(state);
         Some(id)
     }

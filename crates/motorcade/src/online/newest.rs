@@ -49,11 +49,13 @@ impl Newest<'_> {
 
 fn vehicle(vehicle: &VehicleTrajectory) -> Option<Value> {
     let state = vehicle.states.last()?;
-    let size = vehicle.size;
+    let (size, size_sigma) = (vehicle.size, vehicle.size_sigma());
     let mut out = pose(&state.world_from_vehicle, &state.covariance);
     out["id"] = json!(vehicle.id);
     out["class"] = json!(vehicle.class.name());
     out["size_m"] = Value::from([size.length_m, size.width_m, size.height_m].map(rounded).to_vec());
+    out["size_sigma_m"] =
+        Value::from([size_sigma.length_m, size_sigma.width_m, size_sigma.height_m].map(rounded).to_vec());
     out["speed_mps"] = json!(rounded(state.speed_mps));
     out["yaw_rate_radps"] = json!(rounded(state.yaw_rate_radps));
     out["p_moving"] = json!(rounded(vehicle.p_moving));

@@ -1,4 +1,4 @@
-//! The multi-object graph of a window of frames. Measurements within the window are put in anew with every frame, as sizes,
+//! The multi-object graph of a window of frames. Measurements within the window are put in anew with every frame, as scales_of,
 //! headings and scales become better known; what leaves it stays as a prior on what remains.
 
 use std::collections::{BTreeMap, VecDeque};
@@ -6,11 +6,13 @@ use std::collections::{BTreeMap, VecDeque};
 use motorcade_geometry::{Camera, Pose, Vehicle, World};
 use motorcade_graph::{FactorId, Graph, GraphError, Marginals, Options, Solver, VariableId, marginalise};
 use motorcade_odometry::EgoTrajectory;
-use motorcade_vehicles::VehicleTrajectory;
+use motorcade_vehicles::{VehicleState, VehicleTrajectory};
 use nalgebra::Isometry3;
 
 use super::OnlineOptions;
-use crate::multibody::{GraphOptions, edges, vehicle_covariance};
+use crate::multibody::classes::ClassScales;
+use crate::multibody::edges::{self, Build, Own};
+use crate::multibody::{GraphOptions, place, starts, tell_size, vehicle_covariance};
 
 /// A vehicle whose front end turns by more was taken for the wrong way round, and begins anew \[rad\].
 const FLIPPED_RAD: f64 = 1.0;
@@ -26,9 +28,13 @@ pub(super) struct WindowGraph {
     first: usize,
     cameras: VecDeque<VariableId>,
     vehicles: BTreeMap<usize, Nodes>,
+    /// Scale of the size of each vehicle, where views share it.
+    scales_of: BTreeMap<usize, VariableId>,
+    /// Windows are too short to re-estimate covariances: all stay at 1.
+    scales: ClassScales,
 }
 
-/// The nodes of a vehicle.
+/// The poses of a vehicle.
 enum Nodes {
     /// It stands.
     One(VariableId),
@@ -70,24 +76,14 @@ impl WindowGraph {
         }
         self.retire_changed(first, vehicles, options)?;
         self.place_cameras(ego, options)?;
-        let cameras: Vec<VariableId> = self.cameras.iter().copied().collect();
-        let mut all = edges::of_cameras(&cameras, ego, options)?;
-        let mut nodes = Vec::with_capacity(vehicles.len());
-        for vehicle in vehicles.iter() {
-            let own = self.vehicle_nodes(first, vehicle, options);
-            all.extend(edges::of_vehicle(vehicle, &own, &cameras, ego, options)?);
-            nodes.push(own);
-        }
-        for edge in all {
-            self.recent.push(self.graph.add_boxed(edge)?);
-        }
+        let nodes = self.put_edges(first, ego, vehicles, options)?;
         let settings = Options { max_iterations: online.iterations, ..Options::default() };
         let solver = match &mut self.solver {
             Some(solver) => solver,
             none => none.insert(Solver::new(settings)?),
         };
         solver.optimise(&mut self.graph)?;
-        self.tell_newest(ego, vehicles, &nodes)?;
+        self.tell_newest(ego, vehicles, &nodes, options)?;
         if self.cameras.len() >= online.lag_frames {
             self.retire_oldest()?;
         }
@@ -113,29 +109,61 @@ impl WindowGraph {
         Ok(())
     }
 
+    /// Puts in all edges of the window; returns the nodes of each vehicle's states.
+    fn put_edges(
+        &mut self,
+        first: usize,
+        ego: &EgoTrajectory,
+        vehicles: &[VehicleTrajectory],
+        options: &GraphOptions,
+    ) -> Result<Vec<Vec<VariableId>>, GraphError> {
+        let cameras: Vec<VariableId> = self.cameras.iter().copied().collect();
+        let scales = self.scales.clone();
+        let build = Build { ego, cameras: &cameras, options, scales: &scales };
+        let mut all = edges::of_cameras(&build)?;
+        let mut nodes = Vec::with_capacity(vehicles.len());
+        for vehicle in vehicles {
+            let starts = starts(vehicle, ego, options);
+            let own = self.vehicle_nodes(first, vehicle, &starts, options);
+            let scale = self.scale_node(vehicle, options);
+            all.extend(edges::of_vehicle(vehicle, &Own { nodes: &own, starts: &starts, scale }, &build)?);
+            nodes.push(own);
+        }
+        for edge in all {
+            self.recent.push(self.graph.add_boxed(edge.factor)?);
+        }
+        Ok(nodes)
+    }
+
+    /// The scale of a vehicle's size, where views share it.
+    fn scale_node(&mut self, vehicle: &VehicleTrajectory, options: &GraphOptions) -> Option<VariableId> {
+        let Self { graph, scales_of, .. } = self;
+        let new = || graph.add_variable(vehicle.size.height_m.ln());
+        edges::shares_size(options).then(|| *scales_of.entry(vehicle.id).or_insert_with(new))
+    }
+
     /// The node of each state; new ones where there are none yet.
     fn vehicle_nodes(
         &mut self,
         first: usize,
         vehicle: &VehicleTrajectory,
+        starts: &[Pose<World, Vehicle>],
         options: &GraphOptions,
     ) -> Vec<VariableId> {
         let Self { graph, vehicles, .. } = self;
-        let Some(state) = vehicle.states.first() else { return Vec::new() };
+        let Some(start) = starts.first() else { return Vec::new() };
         if edges::stands(vehicle, options) {
             let own = vehicles
                 .entry(vehicle.id)
-                .or_insert_with(|| Nodes::One(graph.add_variable(*state.world_from_vehicle.isometry())));
+                .or_insert_with(|| Nodes::One(graph.add_variable(*start.isometry())));
             return vec![own.all()[0]; vehicle.states.len()];
         }
         let own = vehicles.entry(vehicle.id).or_insert_with(|| Nodes::Moving(BTreeMap::new()));
         let Nodes::Moving(nodes) = own else { return Vec::new() };
-        let node = |state: &motorcade_vehicles::VehicleState| {
-            *nodes
-                .entry(first + state.frame)
-                .or_insert_with(|| graph.add_variable(*state.world_from_vehicle.isometry()))
+        let node = |(state, start): (&VehicleState, &Pose<World, Vehicle>)| {
+            *nodes.entry(first + state.frame).or_insert_with(|| graph.add_variable(*start.isometry()))
         };
-        vehicle.states.iter().map(node).collect()
+        vehicle.states.iter().zip(starts).map(node).collect()
     }
 
     /// Puts the newest poses, with covariances, into the estimates.
@@ -144,6 +172,7 @@ impl WindowGraph {
         ego: &mut EgoTrajectory,
         vehicles: &mut [VehicleTrajectory],
         nodes: &[Vec<VariableId>],
+        options: &GraphOptions,
     ) -> Result<(), GraphError> {
         let pose = |id: VariableId| self.graph.values().get::<Isometry3<f64>>(id).copied();
         let (Some(camera), Some(newest)) = (self.cameras.back(), ego.frames.len().checked_sub(1)) else {
@@ -159,7 +188,10 @@ impl WindowGraph {
             }
             let placed: Pose<World, Vehicle> = Pose::new(pose(*node)?);
             state.covariance = vehicle_covariance(&self.graph, &marginals, frame, &placed, [*camera, *node])?;
-            state.world_from_vehicle = placed;
+            place(state, &placed);
+            if let Some(size) = self.scales_of.get(&vehicle.id) {
+                tell_size(&self.graph, &marginals, *size, vehicle, options)?;
+            }
         }
         Ok(())
     }
@@ -202,7 +234,8 @@ impl WindowGraph {
     }
 
     fn retire_vehicle(&mut self, id: usize) -> Result<(), GraphError> {
-        let nodes = self.vehicles.remove(&id).map_or_else(Vec::new, |n| n.all());
+        let mut nodes = self.vehicles.remove(&id).map_or_else(Vec::new, |n| n.all());
+        nodes.extend(self.scales_of.remove(&id));
         retire(&mut self.graph, &nodes)
     }
 
@@ -225,7 +258,7 @@ fn retire(graph: &mut Graph, variables: &[VariableId]) -> Result<(), GraphError>
 /// True when the front end turned a vehicle round since its newest node.
 fn flipped(graph: &Graph, nodes: &Nodes, first: usize, vehicle: &VehicleTrajectory) -> bool {
     let turned = |id: &VariableId, row: Option<usize>| {
-        let same = |s: &&motorcade_vehicles::VehicleState| row.is_none_or(|row| first + s.frame == row);
+        let same = |s: &&VehicleState| row.is_none_or(|row| first + s.frame == row);
         let state = vehicle.states.iter().rev().find(same)?;
         let node = graph.values().get::<Isometry3<f64>>(*id).ok()?;
         Some(node.rotation.angle_to(&state.world_from_vehicle.rotation()) > FLIPPED_RAD)

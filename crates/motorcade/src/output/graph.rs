@@ -12,9 +12,10 @@ use crate::result::RunResult;
 
 pub(super) fn write(folder: &Path, result: &RunResult) -> Result<()> {
     let Some(multibody) = &result.graph else { return Ok(()) };
-    let ids: Vec<(u64, VariableId)> =
-        multibody.nodes.iter().enumerate().map(|(k, (_, id))| (k as u64, *id)).collect();
-    file(&folder.join("graph.g2o"), |out| out.write_all(g2o::to_string(&multibody.graph, &ids).as_bytes()))?;
+    if let Ok((poses, order)) = multibody.poses_alone() {
+        let ids: Vec<(u64, VariableId)> = order.iter().enumerate().map(|(k, id)| (k as u64, *id)).collect();
+        file(&folder.join("graph.g2o"), |out| out.write_all(g2o::to_string(&poses, &ids).as_bytes()))?;
+    }
     let nodes: Vec<_> =
         multibody.nodes.iter().enumerate().map(|(k, (node, _))| json!({"vertex": k, "is": node})).collect();
     let report = result.graph_report.as_ref().map(|r| {
@@ -29,7 +30,8 @@ pub(super) fn write(folder: &Path, result: &RunResult) -> Result<()> {
     let sidecar = json!({
         "vertices": nodes,
         "frames": "camera vertices are world_from_camera, vehicle vertices world_from_vehicle; metres",
-        "left_out": "motion-model factors (steady motion, no side slip) and robust kernels have no form in g2o files",
+        "left_out": "motion-model factors (steady motion, no side slip), sizes of vehicles (held where they are) and robust kernels have no form in g2o files",
+        "variance_factors": multibody.variance_factors,
         "optimisation": report,
     });
     file(&folder.join("graph.json"), |out| {

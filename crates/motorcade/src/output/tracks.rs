@@ -53,6 +53,9 @@ fn table(out: impl Write, result: &RunResult) -> io::Result<()> {
         "sigma_up_m",
         "sigma_heading_rad",
         "sigma_speed_mps",
+        "sigma_length_m",
+        "sigma_width_m",
+        "sigma_height_m",
         "source",
         "p_moving",
         "score",
@@ -67,7 +70,7 @@ fn table(out: impl Write, result: &RunResult) -> io::Result<()> {
             vehicle.id.to_string(),
             vehicle.class.name().to_owned(),
         ];
-        let size = vehicle.size;
+        let (size, size_sigma) = (vehicle.size, vehicle.size_sigma());
         let numbers = [
             t.x,
             t.y,
@@ -86,6 +89,9 @@ fn table(out: impl Write, result: &RunResult) -> io::Result<()> {
             sigma(5),
             sigma(2),
             s.speed_sigma_mps,
+            size_sigma.length_m,
+            size_sigma.width_m,
+            size_sigma.height_m,
         ];
         row.extend(numbers.iter().map(|v| format!("{v:.6}")));
         let source = match s.source {

@@ -1,0 +1,109 @@
+//! Camera–vehicle factor whose measured pose depends on the scale of the vehicle's size, which all views of a track share.
+
+use motorcade_geometry::lie::se3;
+use motorcade_graph::{Factor, GraphError, Terms, Values, VariableId};
+use motorcade_vehicles::{Dimensions, Sighting};
+use nalgebra::{DMatrixViewMut, DVectorViewMut, Isometry3, Matrix6, Vector6};
+
+/// `r = log((Z · exp(J (s − s₀)))⁻¹ · C⁻¹ V)` (6): camera C and vehicle V are poses in the world, s (1) the logarithm of the
+/// vehicle's height \[m\], its proportions kept; Z is the pose measured for a vehicle of s₀, J (6) its derivative.
+///
+/// The covariance of the factor is that with the scale held: what a wrong scale does to all views alike is not in it.
+#[derive(Clone, Debug)]
+pub struct SizedSighting {
+    variables: [VariableId; 3],
+    measurement: Isometry3<f64>,
+    by_scale: Vector6<f64>,
+    at: f64,
+    information: Matrix6<f64>,
+}
+
+impl SizedSighting {
+    /// Between `[camera, vehicle, scale]`; `information` (6×6 `[ω, ν]`) of the pose with the scale held.
+    pub fn new(
+        variables: [VariableId; 3],
+        sighting: &Sighting,
+        at_size: &Dimensions,
+        information: Matrix6<f64>,
+    ) -> Self {
+        Self {
+            variables,
+            measurement: *sighting.camera_from_vehicle.isometry(),
+            by_scale: sighting.by_scale,
+            at: at_size.height_m.ln(),
+            information,
+        }
+    }
+
+    /// The pose measured if the vehicle's height has this logarithm, and its information.
+    pub fn at(&self, scale: f64) -> (Isometry3<f64>, Matrix6<f64>) {
+        (self.measurement * se3::exp(&self.shift(scale)), self.information)
+    }
+
+    /// Camera, vehicle, scale.
+    pub fn nodes(&self) -> [VariableId; 3] {
+        self.variables
+    }
+
+    /// J (s − s₀).
+    fn shift(&self, scale: f64) -> Vector6<f64> {
+        self.by_scale * (scale - self.at)
+    }
+}
+
+impl Factor for SizedSighting {
+    fn terms(&self) -> Terms<'_> {
+        Terms::new(&self.variables, &self.information)
+    }
+    fn evaluate(
+        &self,
+        values: &Values,
+        residual: &mut DVectorViewMut<'_, f64>,
+        jacobian: Option<&mut DMatrixViewMut<'_, f64>>,
+    ) -> Result<(), GraphError> {
+        let [camera, vehicle, scale] = self.variables;
+        let pose = |id: VariableId| values.get::<Isometry3<f64>>(id);
+        let camera_from_vehicle = pose(camera)?.inv_mul(pose(vehicle)?);
+        let x = self.shift(values.scalar(scale)?);
+        // M = Z⁻¹ C⁻¹ V, E = exp(−x) M
+        let m = self.measurement.inv_mul(&camera_from_vehicle);
+        let r = se3::log(&(se3::exp(&-x) * m));
+        residual.copy_from(&r);
+        if let Some(j) = jacobian {
+            let second = se3::right_jacobian_inverse(&r);
+            // ∂r/∂V = Jr⁻¹(r), ∂r/∂C = −Jr⁻¹(r) Ad(V⁻¹C)   (6×6 each)
+            j.view_mut((0, 6), (6, 6)).copy_from(&second);
+            j.view_mut((0, 0), (6, 6)).copy_from(&(-second * se3::adjoint(&camera_from_vehicle.inverse())));
+            // exp(−x − Jδ) = exp(−x) exp(−Jδ), x being a multiple of J; hence ∂r/∂s = −Jr⁻¹(r) Ad(M⁻¹) J   (6×1)
+            j.view_mut((0, 12), (6, 1)).copy_from(&(-second * se3::adjoint(&m.inverse()) * self.by_scale));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use motorcade_geometry::Pose;
+    use motorcade_graph::{Graph, numeric};
+    use motorcade_vehicles::Source;
+
+    #[test]
+    fn jacobians_match_differences() {
+        let mut graph = Graph::new();
+        let at = |x: [f64; 6]| se3::exp(&Vector6::from_row_slice(&x));
+        let camera = graph.add_variable(at([0.01, -0.02, 0.3, 1.0, 2.0, 0.1]));
+        let vehicle = graph.add_variable(at([1.2, 0.1, -1.4, 3.1, 2.2, 12.0]));
+        let scale = graph.add_variable(1.62_f64.ln());
+        let sighting = Sighting {
+            source: Source::Box,
+            camera_from_vehicle: Pose::new(at([1.1, 0.2, -1.5, 2.5, 0.4, 11.0])),
+            covariance: Matrix6::identity(),
+            // A slope of the rotation too.
+            by_scale: Vector6::new(0.3, -0.2, 0.5, 8.0, -1.0, 0.4),
+        };
+        let at_size = Dimensions { length_m: 4.2, width_m: 1.7, height_m: 1.5 };
+        let factor = SizedSighting::new([camera, vehicle, scale], &sighting, &at_size, Matrix6::identity());
+        assert!(numeric::jacobian_error(&factor, graph.values()).unwrap() < 1e-6);
+    }
+}

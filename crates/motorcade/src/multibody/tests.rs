@@ -1,0 +1,207 @@
+//! The graph on vehicles whose poses, sizes and noise are known.
+
+use motorcade_geometry::{Camera, Pose, Vehicle, World};
+use motorcade_odometry::{EgoTrajectory, UpToScale};
+use motorcade_perception::VehicleClass;
+use motorcade_vehicles::{Dimensions, Sighting, Source, VehicleState, VehicleTrajectory};
+use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::*;
+
+const FRAMES: usize = 80;
+const SIZE: Dimensions = Dimensions { length_m: 4.2, width_m: 1.7, height_m: 1.5 };
+
+/// The camera drives straight on, 1 m a frame.
+fn camera(k: usize) -> Pose<World, Camera> {
+    Pose::from_parts(UnitQuaternion::identity(), Vector3::new(0.0, 0.0, k as f64))
+}
+
+/// A pose on the road, its nose `heading_rad` to the left of the world's z axis.
+fn on_road(x: f64, z: f64, heading_rad: f64) -> Pose<World, Vehicle> {
+    let forward = Vector3::new(-heading_rad.sin(), 0.0, heading_rad.cos());
+    let up = -Vector3::y();
+    let axes = Matrix3::from_columns(&[forward, up.cross(&forward), up]);
+    Pose::from_matrix(&axes, &Vector3::new(x, 1.65, z))
+}
+
+/// A car ahead in a long bend, as fast as the camera.
+fn ahead(k: usize) -> Pose<World, Vehicle> {
+    let (radius, angle) = (150.0, k as f64 / 150.0);
+    on_road(-radius * (1.0 - angle.cos()), 18.0 + radius * angle.sin(), angle)
+}
+
+fn ego() -> EgoTrajectory {
+    let poses: Vec<_> = (0..FRAMES).map(camera).collect();
+    EgoTrajectory::metric(&UpToScale::from_poses(&poses), &[], 1.65)
+}
+
+/// A vehicle that starts where `start` says and is seen as `sightings` say.
+fn vehicle(
+    start: impl Fn(usize) -> Pose<World, Vehicle>,
+    sightings: impl Fn(usize) -> Vec<Sighting>,
+    p_moving: f64,
+) -> VehicleTrajectory {
+    let state = |frame: usize| VehicleState {
+        frame,
+        world_from_vehicle: start(frame),
+        covariance: Matrix6::identity(),
+        bbox: None,
+        score: 0.9,
+        speed_mps: 10.0,
+        speed_sigma_mps: 1.0,
+        yaw_rate_radps: 0.0,
+        source: Source::Box,
+        measured: None,
+        sightings: sightings(frame),
+    };
+    VehicleTrajectory {
+        id: 1,
+        class: VehicleClass::Car,
+        size: SIZE,
+        size_covariance: Matrix3::from_diagonal(&Vector3::new(0.2, 0.01, 0.01)),
+        p_moving,
+        states: (0..FRAMES).map(state).collect(),
+    }
+}
+
+/// What a frame says: the truth, off by a tangent.
+fn seen(source: Source, truth: &Pose<World, Vehicle>, frame: usize, off: &Vector6<f64>) -> Sighting {
+    Sighting {
+        source,
+        camera_from_vehicle: (camera(frame).inverse() * *truth).retract(off),
+        covariance: Matrix6::from_diagonal(&sigmas().map(|s| s * s)),
+        by_scale: Vector6::zeros(),
+    }
+}
+
+fn sigmas() -> Vector6<f64> {
+    Vector6::new(0.02, 0.02, 0.08, 0.4, 0.15, 0.05)
+}
+
+/// Gaussian noise of [`sigmas`] a frame, the same for the same seed.
+fn noise(seed: u64, factor: f64) -> Vec<Vector6<f64>> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut normal = move || (0..12).map(|_| random.random_range(-0.5..0.5)).sum::<f64>();
+    (0..FRAMES).map(|_| sigmas().map(|s| s * factor * normal())).collect()
+}
+
+fn solved(mut vehicle: VehicleTrajectory, options: &GraphOptions) -> (VehicleTrajectory, Multibody) {
+    let mut ego = ego();
+    let vehicles = std::slice::from_mut(&mut vehicle);
+    let mut graph = Multibody::new(&ego, vehicles, options).unwrap();
+    graph.solve(&mut ego, vehicles, options, 1).unwrap();
+    (vehicle, graph)
+}
+
+/// Largest error of place \[m\] and heading \[rad\].
+fn worst(vehicle: &VehicleTrajectory, truth: impl Fn(usize) -> Pose<World, Vehicle>) -> (f64, f64) {
+    vehicle.states.iter().fold((0.0, 0.0), |(place, turn): (f64, f64), s| {
+        let off = s.world_from_vehicle.inverse() * truth(s.frame);
+        (place.max(off.translation().norm()), turn.max(off.rotation().angle()))
+    })
+}
+
+fn half_turn() -> Vector6<f64> {
+    Vector6::new(0.0, 0.0, std::f64::consts::PI, 0.0, 0.0, 0.0)
+}
+
+/// Poses from elsewhere, a quarter of them the other way round and a tenth 25 m off.
+fn given_with_strays(frame: usize) -> Vec<Sighting> {
+    let mut off = noise(3, 1.0)[frame];
+    if frame % 4 == 1 {
+        off += half_turn();
+    }
+    if frame % 10 == 7 {
+        off[3] += 25.0;
+    }
+    vec![seen(Source::Given, &ahead(frame), frame, &off)]
+}
+
+#[test]
+fn a_start_that_is_turned_round_or_far_off_does_not_survive() {
+    // Two thirds of the front end's poses face backwards; all of them do; all lie 30 m too far.
+    let starts: [fn(usize) -> Pose<World, Vehicle>; 3] = [
+        |k| if k % 3 == 0 { ahead(k) } else { ahead(k).retract(&half_turn()) },
+        |k| ahead(k).retract(&half_turn()),
+        |k| Pose::<World, World>::from_parts(UnitQuaternion::identity(), Vector3::z() * 30.0) * ahead(k),
+    ];
+    for (k, start) in starts.into_iter().enumerate() {
+        let whole = GraphOptions::default();
+        let (found, _) = solved(vehicle(start, given_with_strays, 1.0), &whole);
+        let (place_m, turn_rad) = worst(&found, ahead);
+        assert!(place_m < 0.6 && turn_rad < 0.2, "start {k}: {place_m} m, {turn_rad} rad");
+        // From the front end's poses as they are no kernel finds back.
+        let left = GraphOptions { medoid_start: false, ..whole };
+        let (lost, _) = solved(vehicle(start, given_with_strays, 1.0), &left);
+        let (place_m, turn_rad) = worst(&lost, ahead);
+        assert!(place_m > 1.0 || turn_rad > 1.0, "start {k} is no test: {place_m} m, {turn_rad} rad");
+    }
+}
+
+#[test]
+fn a_start_that_is_right_stays() {
+    let sightings = |k: usize| vec![seen(Source::Box, &ahead(k), k, &noise(5, 1.0)[k])];
+    let vehicle = vehicle(ahead, sightings, 1.0);
+    let starts = medoid::starts(&vehicle, &ego());
+    for (k, start) in starts.iter().enumerate() {
+        assert!((start.inverse() * ahead(k)).log().norm() < 1e-9, "frame {k}");
+    }
+}
+
+#[test]
+fn covariances_that_are_too_small_or_too_large_come_back() {
+    let options = GraphOptions { variance_rounds: 3, correlated_frames: 1.0, ..GraphOptions::default() };
+    for true_factor in [4.0_f64, 1.0, 0.25] {
+        let noise = noise(11, true_factor.sqrt());
+        let sightings = |k: usize| vec![seen(Source::Given, &ahead(k), k, &noise[k])];
+        let (_, graph) = solved(vehicle(ahead, sightings, 1.0), &options);
+        let found = graph.variance_factors.iter().find(|f| f.class == EdgeClass::Given).unwrap();
+        let ratio = found.factor / true_factor;
+        assert!((0.65..1.5).contains(&ratio), "{true_factor}: {found:?}");
+        assert!(found.edges == FRAMES && found.degrees_of_freedom > 80.0, "{found:?}");
+    }
+}
+
+#[test]
+fn few_residuals_leave_covariances_as_they_are() {
+    let options = GraphOptions { variance_rounds: 3, correlated_frames: 1.0, ..GraphOptions::default() };
+    let noise = noise(11, 3.0);
+    let sightings = |k: usize| {
+        if k.is_multiple_of(10) { vec![seen(Source::Given, &ahead(k), k, &noise[k])] } else { vec![] }
+    };
+    let (_, graph) = solved(vehicle(ahead, sightings, 1.0), &options);
+    let found = graph.variance_factors.iter().find(|f| f.class == EdgeClass::Given).unwrap();
+    assert!(found.degrees_of_freedom < 30.0 && found.factor == 1.0, "{found:?}");
+}
+
+#[test]
+fn views_of_a_parked_car_from_many_distances_tell_its_size() {
+    // 8 % larger than thought: each view puts it the nearer the further away it is seen from.
+    let (truth, larger) = (on_road(4.0, 95.0, 0.0), 0.08);
+    // Depth over height of the car, as boxes have it.
+    let slope = |frame: usize| {
+        let place = (camera(frame).inverse() * truth).translation();
+        let ray = truth.inverse().transform_vector(&camera(frame).transform_vector(&place));
+        Vector6::new(0.0, 0.0, 0.0, ray.x, ray.y, ray.z)
+    };
+    let noise = noise(7, 0.3);
+    let sightings = |k: usize| {
+        let by_scale = slope(k);
+        vec![Sighting { by_scale, ..seen(Source::Box, &truth, k, &(noise[k] - by_scale * larger)) }]
+    };
+    let standing = || vehicle(|_| truth, sightings, 0.01);
+    let before = standing().scale_variance().sqrt();
+    let (found, _) = solved(standing(), &GraphOptions::default());
+    let (off, sigma) = ((found.size.height_m / SIZE.height_m).ln() - larger, found.scale_variance().sqrt());
+    assert!(off.abs() < 0.02 && off.abs() < 3.0 * sigma, "{off}, sigma {sigma}");
+    assert!(sigma < 0.5 * before, "{sigma} after {before}");
+    // Proportions are kept.
+    assert!((found.size.length_m / found.size.height_m - SIZE.length_m / SIZE.height_m).abs() < 1e-9);
+    let (place_m, _) = worst(&found, |_| truth);
+    // Without a common scale the views agree on a place that is too near for all of them.
+    let apart = GraphOptions { shared_size: false, ..GraphOptions::default() };
+    let (blind, _) = solved(standing(), &apart);
+    assert!(place_m < 0.8 && (blind.size.height_m - SIZE.height_m).abs() < 1e-9, "{place_m} m");
+}

@@ -1,0 +1,157 @@
+//! Variance components: by how much the covariances of a class of edges are too small or too large, told by its residuals.
+
+use motorcade_graph::{Factor, FactorId, Graph, GraphError, Marginals};
+use nalgebra::{DMatrix, DMatrixViewMut, DVector, DVectorViewMut};
+use serde::Serialize;
+
+use super::classes::{ClassScales, EdgeClass, kernel_of};
+use super::{GraphKernel, GraphOptions};
+
+/// What was found of a class.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct VarianceFactor {
+    /// The class.
+    pub class: EdgeClass,
+    /// Edges.
+    pub edges: usize,
+    /// Residuals less what the estimate has taken of them.
+    pub degrees_of_freedom: f64,
+    /// Factor on the class' variances; 1 where there is too little to tell.
+    pub factor: f64,
+}
+
+/// Residuals that tell a factor to a quarter of itself (√(2/30)).
+const LEAST_DEGREES: f64 = 30.0;
+/// Factors beyond are taken for a wrong model rather than wrong noise.
+const MOST: f64 = 16.0;
+
+/// One edge of a class.
+struct Told {
+    /// Squared whitened residual before the factor.
+    s: f64,
+    dim: f64,
+    /// Share of the residual's freedom that the estimate has taken: w tr(J P Jᵀ Ω), P the covariance of the edge's variables.
+    leverage: f64,
+}
+
+/// Re-estimates the factors of all classes from the residuals at the minimum and puts them into `scales`.
+///
+/// For weights w and freedoms d of the residuals `f = Σ w rᵀΩr / Σ w (d − leverage)` (Helmert, Förstner), solved for f with
+/// w at `rᵀΩr / f`, and divided by what the kernel makes of it for Gaussian noise.
+pub(crate) fn estimate(
+    graph: &Graph,
+    edges: &[(FactorId, EdgeClass)],
+    scales: &ClassScales,
+    options: &GraphOptions,
+) -> Result<Vec<VarianceFactor>, GraphError> {
+    let marginals = Marginals::new(graph)?;
+    let mut told: [Vec<Told>; 6] = Default::default();
+    for (id, class) in edges {
+        let Some(factor) = graph.factor(*id) else { continue };
+        told[*class as usize].extend(tell(graph, &marginals, factor, *class)?);
+    }
+    let mut out = Vec::new();
+    for (class, all) in EdgeClass::ALL.into_iter().zip(&told).filter(|(_, all)| !all.is_empty()) {
+        let degrees_of_freedom = all.iter().map(|t| t.dim - t.leverage).sum();
+        let kernel = kernel_of(class, options);
+        let factor = if degrees_of_freedom < LEAST_DEGREES {
+            1.0
+        } else {
+            solve(all, scales.get(class), kernel, options.kernel_scale).clamp(1.0 / MOST, MOST)
+        };
+        scales.set(class, factor);
+        out.push(VarianceFactor { class, edges: all.len(), degrees_of_freedom, factor });
+    }
+    Ok(out)
+}
+
+/// What an edge tells; `None` when all its variables are held.
+fn tell(
+    graph: &Graph,
+    marginals: &Marginals,
+    factor: &dyn Factor,
+    class: EdgeClass,
+) -> Result<Option<Told>, GraphError> {
+    let variables = factor.variables();
+    if variables.iter().all(|v| graph.is_fixed(*v)) {
+        return Ok(None);
+    }
+    let covariance = marginals.joint(variables)?;
+    let m = factor.dim();
+    let (mut r, mut j) = (DVector::zeros(m), DMatrix::zeros(m, covariance.nrows()));
+    factor.evaluate(
+        graph.values(),
+        &mut DVectorViewMut::from_slice(r.as_mut_slice(), m),
+        Some(&mut DMatrixViewMut::from_slice(j.as_mut_slice(), m, covariance.nrows())),
+    )?;
+    let weight = factor.loss(factor.squared_norm(graph.values())?).weight;
+    let told = rows_that_tell(class);
+    let (r, j) = (r.select_rows(told), j.select_rows(told));
+    let information = factor.information().select_rows(told).select_columns(told);
+    let leverage = weight * (&j * covariance * j.transpose() * &information).trace();
+    let s = (r.transpose() * information * r)[0];
+    Ok(Some(Told { s, dim: told.len() as f64, leverage: leverage.clamp(0.0, told.len() as f64) }))
+}
+
+/// Rows of a residual that are measured rather than assumed: upright is assumed of all vehicles, the heading of boxes, and
+/// height over the road follows the plane.
+fn rows_that_tell(class: EdgeClass) -> &'static [usize] {
+    match class {
+        EdgeClass::Odometry => &[0, 1, 2, 3, 4, 5],
+        EdgeClass::Box | EdgeClass::Keypoints | EdgeClass::Given => &[3, 4],
+        EdgeClass::SteadyMotion => &[2, 3, 4],
+        EdgeClass::NoSideSlip => &[2],
+    }
+}
+
+/// The factor at which weighted squares and freedoms agree.
+fn solve(all: &[Told], start: f64, kernel: GraphKernel, c: f64) -> f64 {
+    const ROUNDS: usize = 50;
+    let dim = all.first().map_or(1.0, |t| t.dim);
+    let expected = expected_ratio(kernel, c, dim);
+    let mut factor = start;
+    for _ in 0..ROUNDS {
+        let (mut squares, mut freedom) = (0.0, 0.0);
+        for t in all {
+            let w = kernel.loss(c, t.s / factor).weight;
+            squares += w * t.s;
+            freedom += w * (t.dim - t.leverage);
+        }
+        let next = squares / (expected * freedom).max(1e-12);
+        let settled = (next / factor - 1.0).abs() < 1e-6;
+        factor = next.max(1e-6);
+        if settled {
+            break;
+        }
+    }
+    factor
+}
+
+/// `E[w s] / (d E[w])` for s = χ²_d: 1 without a kernel, less with one.
+fn expected_ratio(kernel: GraphKernel, c: f64, dim: f64) -> f64 {
+    const STEP: f64 = 0.01;
+    const STEPS: usize = 8000;
+    let (mut squares, mut freedom) = (0.0, 0.0);
+    for k in 0..STEPS {
+        let s = STEP * (k as f64 + 0.5);
+        let density = (0.5 * dim - 1.0) * s.ln() - 0.5 * s;
+        let w = kernel.loss(c, s).weight * density.exp();
+        squares += w * s;
+        freedom += w * dim;
+    }
+    squares / freedom
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn kernels_that_cut_nothing_leave_the_ratio_at_one() {
+        for dim in [3.0, 4.0, 6.0] {
+            assert!((expected_ratio(GraphKernel::None, 1.0, dim) - 1.0).abs() < 1e-3);
+            assert!((expected_ratio(GraphKernel::Cauchy, 100.0, dim) - 1.0).abs() < 1e-2);
+            assert!(expected_ratio(GraphKernel::Cauchy, 1.0, dim) < 0.9);
+        }
+    }
+}
