@@ -35,19 +35,12 @@ pub(crate) fn given_headings(
     (0..count).map(heading).collect()
 }
 
-/// True when the direction of a motion means something: fast enough, and faster than it may be by error.
-fn travels(state: &Moving) -> bool {
-    const SIGMAS: f64 = 2.0;
-    let speed = state.velocity.norm();
-    let covariance = state.covariance.fixed_view::<3, 3>(3, 3);
-    let variance = state.velocity.dot(&(covariance * state.velocity)) / (speed * speed).max(1e-9);
-    speed > HOLD_HEADING_MPS.max(SIGMAS * variance.max(0.0).sqrt())
-}
-
 /// Headings (relative to each frame's camera) from the direction of travel; held where the vehicle is slow.
 pub(crate) fn headings_of_travel(states: &[Moving], grounds: &[GroundFrame], fallback: &[f64]) -> Vec<f64> {
-    let directions: Vec<Option<Vector3<f64>>> =
-        states.iter().map(|s| travels(s).then(|| s.velocity.normalize())).collect();
+    let directions: Vec<Option<Vector3<f64>>> = states
+        .iter()
+        .map(|s| (s.velocity.norm() > HOLD_HEADING_MPS).then(|| s.velocity.normalize()))
+        .collect();
     let nearest = |k: usize| {
         let order =
             (0..directions.len()).filter(|i| directions[*i].is_some()).min_by_key(|i| i.abs_diff(k))?;

@@ -28,7 +28,6 @@ mod motion;
 mod silhouette;
 mod single_view;
 mod size;
-mod slow_error;
 mod states;
 mod tracker;
 mod trajectory;

@@ -1,8 +1,6 @@
 //! A vehicle's way over the road: constant-velocity smoothing in the world, and whether it moves at all.
 
-use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
-
-use crate::slow_error::{SlowErrorFilter, lasting_drift};
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 /// A measured place.
 #[derive(Clone, Copy, Debug)]
@@ -17,8 +15,6 @@ pub struct Place {
     pub covariance: Matrix3<f64>,
     /// Distance from the camera \[m\].
     pub range_m: f64,
-    /// Direction from the camera, in the world, unit.
-    pub ray: Vector3<f64>,
 }
 
 /// A smoothed state.
@@ -37,69 +33,54 @@ const ACCELERATION: f64 = 1.2;
 /// The same across the road plane: the road's own undulation.
 const HEAVE: f64 = 0.3;
 
-/// Standard deviation of a vehicle's velocity before looking, along the road \[m/s\]: traffic.
-const TRAFFIC_MPS: f64 = 15.0;
-/// The same up and down: what slopes and the road's undulation make of it.
-const HEAVE_MPS: f64 = 1.0;
-
-/// Variances along the road plane and across it (3×3); `up` is its normal.
-fn along_road(up: &Vector3<f64>, along: f64, across: f64) -> Matrix3<f64> {
-    let normal = up * up.transpose();
-    (Matrix3::identity() - normal) * along.powi(2) + normal * across.powi(2)
-}
-
-/// Smooths places (in order of time) with a white-noise-acceleration model and errors along the ray that last
-/// `times` are where the state is wanted, and must include the places' times. `up` is the road normal in
-/// the world.
+/// Smooths places (in order of time) with a white-noise-acceleration model; `times` are where the state is wanted, and
+/// must include the places' times. `up` is the road normal in the world.
 pub fn smooth_motion(places: &[Place], times: &[f64], up: &Vector3<f64>) -> Vec<Moving> {
     let Some(first) = places.first() else { return Vec::new() };
-    let velocity = along_road(up, TRAFFIC_MPS, HEAVE_MPS);
-    let density = along_road(up, ACCELERATION, HEAVE);
-    let mut filter = SlowErrorFilter::new(&first.position, &velocity, density);
+    let mut filter = MotionFilter::new(&first.position, &(first.covariance * 4.0));
     let (mut filtered, mut time, mut next) =
         (Vec::with_capacity(times.len()), times.first().copied().unwrap_or(0.0), 0);
     for t in times {
-        let f = filter.predict(t - time);
+        let f = filter.predict(t - time, up);
         let predicted = (filter.x, filter.p, f);
         while let Some(place) = places.get(next).filter(|m| m.time_s <= t + 1e-9) {
-            filter.update(place);
+            filter.update(&place.position, &place.covariance);
             next += 1;
         }
         filtered.push((predicted, (filter.x, filter.p)));
         time = *t;
     }
     let mut out: Vec<Moving> = Vec::with_capacity(times.len());
-    let mut ahead: Option<(SVector<f64, 7>, SMatrix<f64, 7, 7>)> = None;
     for k in (0..filtered.len()).rev() {
         let (mut x, mut p) = filtered[k].1;
-        if let (Some((x_ahead, p_ahead)), Some((predicted, _))) = (&ahead, filtered.get(k + 1))
+        if let (Some(ahead), Some((predicted, _))) = (out.last(), filtered.get(k + 1))
             && let Some(inverse) = predicted.1.try_inverse()
         {
             let gain = p * predicted.2.transpose() * inverse;
-            x += gain * (x_ahead - predicted.0);
-            p += gain * (p_ahead - predicted.1) * gain.transpose();
+            let mut smoothed = Vector6::zeros();
+            smoothed.fixed_rows_mut::<3>(0).copy_from(&ahead.position);
+            smoothed.fixed_rows_mut::<3>(3).copy_from(&ahead.velocity);
+            x += gain * (smoothed - predicted.0);
+            p += gain * (ahead.covariance - predicted.1) * gain.transpose();
         }
-        p = (p + p.transpose()) * 0.5;
-        ahead = Some((x, p));
-        let (motion, covariance) = SlowErrorFilter::motion(&x, &p);
         out.push(Moving {
-            position: motion.fixed_rows::<3>(0).into_owned(),
-            velocity: motion.fixed_rows::<3>(3).into_owned(),
-            covariance,
+            position: x.fixed_rows::<3>(0).into_owned(),
+            velocity: x.fixed_rows::<3>(3).into_owned(),
+            covariance: (p + p.transpose()) * 0.5,
         });
     }
     out.reverse();
     out
 }
 
-pub(crate) fn transition(dt: f64) -> Matrix6<f64> {
+fn transition(dt: f64) -> Matrix6<f64> {
     let mut f = Matrix6::identity();
     f.fixed_view_mut::<3, 3>(0, 3).copy_from(&(Matrix3::identity() * dt));
     f
 }
 
 /// Q = q [[dt³/3, dt²/2], [dt²/2, dt]] per axis.
-pub(crate) fn process_noise(dt: f64, density: &Matrix3<f64>) -> Matrix6<f64> {
+fn process_noise(dt: f64, density: &Matrix3<f64>) -> Matrix6<f64> {
     let mut q = Matrix6::zeros();
     q.fixed_view_mut::<3, 3>(0, 0).copy_from(&(density * (dt.powi(3) / 3.0)));
     q.fixed_view_mut::<3, 3>(0, 3).copy_from(&(density * (dt * dt / 2.0)));
@@ -171,8 +152,7 @@ pub fn standing_place(places: &[Place]) -> Option<(Vector3<f64>, Matrix3<f64>)> 
     Some((covariance * sum, covariance * share))
 }
 
-/// Probability that a vehicle moves: its mean velocity against what errors of depth can feign. (The evidence of a model that
-/// moves against one that stands was tried: with boxes that are half hidden for a second it is far too sure.)
+/// Probability that a vehicle moves: its mean velocity against what errors of depth can feign.
 pub fn probability_moving(places: &[Place]) -> f64 {
     let (Some(first), Some(last)) = (places.first(), places.last()) else { return 0.5 };
     let duration = last.time_s - first.time_s;
@@ -180,13 +160,12 @@ pub fn probability_moving(places: &[Place]) -> f64 {
         return 0.5;
     }
     // Weighted straight line through the places.
-    let (mut w_sum, mut t_sum, mut p_sum, mut s_sum) = (0.0, 0.0, Vector3::zeros(), 0.0);
+    let (mut w_sum, mut t_sum, mut p_sum) = (0.0, 0.0, Vector3::zeros());
     let weight = |p: &Place| 1.0 / p.covariance.trace().max(1e-6);
     for p in places {
         w_sum += weight(p);
         t_sum += weight(p) * p.time_s;
         p_sum += p.position * weight(p);
-        s_sum += weight(p) * along_ray_m(p);
     }
     let (t_mean, p_mean) = (t_sum / w_sum, p_sum / w_sum);
     let (mut tt, mut tp) = (0.0, Vector3::zeros());
@@ -197,20 +176,12 @@ pub fn probability_moving(places: &[Place]) -> f64 {
     let velocity = tp / tt.max(1e-9);
     // Depth errs by a common 5 % (size, slope): while the range changes, this looks like motion.
     let feigned = 0.05 * (last.range_m - first.range_m).abs() / duration;
-    // Errors of depth last for seconds, and change meanwhile.
-    let drift = lasting_drift(duration) * s_sum / w_sum / duration;
     // Noise of the line itself; neighbouring frames share most of theirs, so a handful of views count.
     let noise = (1.0 / w_sum * places.len() as f64 / 4.0).sqrt() * 3.0 / duration;
-    let sigma = 0.3_f64.hypot(feigned).hypot(noise).hypot(drift);
+    let sigma = 0.3_f64.hypot(feigned).hypot(noise);
     // Even odds at three sigma of feigned motion.
     let excess = velocity.norm() / sigma - 3.0;
     1.0 / (1.0 + (-2.0 * excess).exp())
-}
-
-/// Standard deviation of a place along the ray; more than half the distance is said of no place.
-fn along_ray_m(place: &Place) -> f64 {
-    let variance = place.ray.dot(&(place.covariance * place.ray)).max(0.0);
-    variance.sqrt().min(0.5 * place.range_m)
 }
 
 #[cfg(test)]
@@ -227,8 +198,7 @@ mod tests {
                     time_s: t,
                     position,
                     covariance: Matrix3::identity() * 0.09,
-                    range_m: position.norm(),
-                    ray: position.normalize(),
+                    range_m: 20.0,
                 }
             })
             .collect()
@@ -238,50 +208,6 @@ mod tests {
     fn moving_and_standing_are_told_apart() {
         assert!(probability_moving(&places(8.0)) > 0.95);
         assert!(probability_moving(&places(0.05)) < 0.1);
-    }
-
-    /// A vehicle that stands, seen by a camera that comes nearer at 12 m/s from `from_m` away; depth errs by a share that
-    /// changes from `first` to `last`, and by a twentieth to and fro.
-    fn approached(from_m: f64, frames: usize, [first, last]: [f64; 2]) -> Vec<Place> {
-        let one = |k: usize| {
-            let (t, fraction) = (0.1 * k as f64, k as f64 / frames.max(2) as f64);
-            let camera = Vector3::z() * (12.0 * t);
-            let way = Vector3::new(4.0, 1.6, from_m) - camera;
-            let (range_m, ray) = (way.norm(), way.normalize());
-            let error = first + (last - first) * fraction + if k.is_multiple_of(2) { 0.02 } else { -0.02 };
-            let sigma_m = 0.07 * range_m;
-            let covariance = ray * ray.transpose() * sigma_m.powi(2) + Matrix3::identity() * 0.04;
-            let position = camera + ray * (range_m * (1.0 + error));
-            Place { frame: k, time_s: t, position, covariance, range_m, ray }
-        };
-        (0..frames).map(one).collect()
-    }
-
-    #[test]
-    fn errors_of_depth_that_last_are_no_motion() {
-        // Far away for a second, while the error drifts by a tenth: 7 m and more within that second.
-        let drifting = probability_moving(&approached(75.0, 10, [0.08, -0.02]));
-        assert!(drifting < 0.3, "{drifting}");
-        // A tenth too far all along: it seems to come along at 1.2 m/s.
-        let lasting = probability_moving(&approached(60.0, 30, [0.1, 0.1]));
-        assert!(lasting < 0.2, "{lasting}");
-        // And the speed, if it moved, is as uncertain as that.
-        let places = approached(75.0, 10, [0.08, -0.02]);
-        let times: Vec<f64> = places.iter().map(|p| p.time_s).collect();
-        let state = smooth_motion(&places, &times, &-Vector3::y())[5];
-        let speed_sigma = state.covariance[(5, 5)].sqrt();
-        assert!(state.velocity.z.abs() < 3.0 * speed_sigma && speed_sigma > 2.0, "{state:?}");
-    }
-
-    #[test]
-    fn one_box_that_is_cut_moves_nothing() {
-        let mut seen = places(8.0);
-        let behind = seen[15].ray * 20.0;
-        seen[15].position += behind;
-        let times: Vec<f64> = seen.iter().map(|p| p.time_s).collect();
-        for (state, t) in smooth_motion(&seen, &times, &-Vector3::y()).iter().zip(&times) {
-            assert!((state.position.z - 20.0 - 8.0 * t).abs() < 0.3, "{t} s: {:?}", state.position);
-        }
     }
 
     #[test]
