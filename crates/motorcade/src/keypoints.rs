@@ -12,7 +12,7 @@ use motorcade_perception::{BoundingBox, VehicleClass};
 use motorcade_shape::{
     FitOptions, Layout, Observation, RoadPlane, SeenKeypoint, ShapeFit, ShapeFitter, ShapePrior,
 };
-use motorcade_vehicles::{GivenTrack, GivenView, GroundFrame, Source, Track, TrackBox, size_prior};
+use motorcade_vehicles::{BySize, GivenTrack, GivenView, GroundFrame, Source, Track, TrackBox, size_prior};
 use nalgebra::{Matrix3, Point2, Point3};
 use serde::Deserialize;
 
@@ -204,9 +204,22 @@ fn view(frame: usize, fit: &ShapeFit) -> GivenView {
         forward_in_camera: r.column(0).into_owned(),
         covariance: r * place * r.transpose() * CORRELATED_FRAMES,
         heading_sigma_rad: fit.covariance[(2, 2)].max(0.0).sqrt().max(0.05),
-        by_size: None,
+        by_size: by_size(fit),
         source: Source::Keypoints,
     }
+}
+
+/// How the place depends on the size: the mean of the one given the other, `Σ_ps Σ_ss⁻¹`. `None` for a prior whose size is fixed.
+fn by_size(fit: &ShapeFit) -> Option<BySize> {
+    let r = fit.camera_from_vehicle.rotation_matrix();
+    let across = fit.pose_size_covariance.fixed_view::<3, 3>(3, 0).into_owned();
+    let slope = across * fit.size_covariance.try_inverse()?;
+    let held = fit.covariance.fixed_view::<3, 3>(3, 3) - slope * across.transpose();
+    Some(BySize {
+        size: fit.dimensions,
+        slope: r * slope,
+        covariance: r * held * r.transpose() * CORRELATED_FRAMES,
+    })
 }
 
 #[cfg(test)]

@@ -2,14 +2,14 @@
 
 use motorcade_geometry::robust::median;
 use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
-use nalgebra::{Matrix6, SMatrix};
+use nalgebra::{Matrix3, Matrix6, Matrix6x3, SMatrix};
 
 use super::model::{Model, State};
 use super::observation::Observation;
 use super::options::{FitMethod, FitOptions};
 use super::problem::{Problem, Row, Term};
 use super::solver::{Effort, Free, Normal, Refined, refine};
-use super::{DOF, hypotheses};
+use super::{DOF, MAX_SHAPE, hypotheses};
 use crate::dimensions::Dimensions;
 use crate::error::FitError;
 use crate::prior::ShapePrior;
@@ -44,6 +44,11 @@ pub struct ShapeFit {
     /// Covariance of the pose (6×6 `[ω, ν]`, right perturbation, so in the vehicle frame), the shape marginalised; the
     /// image's part is widened where residuals are larger than their sigmas.
     pub covariance: Matrix6<f64>,
+    /// Covariance of the outer size (length, width, height) \[m²\], and of the pose with it (6×3): a vehicle taken for too small is
+    /// placed too near.
+    pub size_covariance: Matrix3<f64>,
+    /// See `size_covariance`.
+    pub pose_size_covariance: Matrix6x3<f64>,
     /// Shape coefficients λ, one a used deformation of the prior.
     pub coefficients: Vec<f64>,
     /// Outer size of the shape.
@@ -155,7 +160,10 @@ impl ShapeFitter {
         let information = information(&problem, &rows, quality.scale());
         let covariance = information.cholesky().ok_or(FitError::NoSolution)?.inverse();
         let coefficients = self.model.coefficients(&best.state.shape);
+        let (slope, shape) = (&self.model.size_slope, covariance.fixed_view::<MAX_SHAPE, MAX_SHAPE>(6, 6));
         Ok(ShapeFit {
+            size_covariance: slope * shape * slope.transpose(),
+            pose_size_covariance: covariance.fixed_view::<6, MAX_SHAPE>(0, 6) * slope.transpose(),
             camera_from_vehicle: best.state.camera_from_vehicle,
             covariance: covariance.fixed_view::<6, 6>(0, 0).into_owned(),
             dimensions: self.prior.dimensions(&coefficients),
