@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 use common::{Network, camera, heading_error_rad, look, median, standing};
 use motorcade_geometry::{Camera, Pose, Vehicle};
 use motorcade_shape::fit::{FitMethod, FitOptions, Observation, RoadPlane, SeenKeypoint, ShapeFitter};
-use motorcade_shape::{BodyType, FitError, Layout, ShapeFit, ShapePrior};
+use motorcade_shape::{BodyType, Dimensions, FitError, Layout, ShapeFit, ShapePrior, SizePrior};
 use nalgebra::{Point2, Vector2};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -63,6 +63,29 @@ fn perfect_keypoints_of_a_known_type_give_pose_and_shape_back() {
             assert!(size.amax() < bound, "{body_type:?} {heading}: {size}");
         }
     }
+}
+
+#[test]
+fn the_place_moves_with_the_size_as_the_fit_says() {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let fitter = fitter(Layout::Car36);
+    let prior = fitter.prior().clone();
+    let shape = prior.coefficients_of(BodyType::Saloon).unwrap();
+    let seen = look(&prior, shape, &standing(-2.0, 16.0, 0.9), &CLEAN, &mut rng);
+    let told = |size: Option<SizePrior>| {
+        let observation = Observation { size, ..observe(seen.clone(), 1.0, false) };
+        fitter.fit(&camera(), &observation).unwrap()
+    };
+    let free = told(None);
+    let slope = free.pose_size_covariance * free.size_covariance.try_inverse().unwrap();
+    // All of it a twentieth larger, and told so: the place found anew is the one foretold.
+    let larger = free.dimensions.to_vector() * 1.05;
+    let sure = Dimensions { length_m: 0.005, width_m: 0.005, height_m: 0.005 };
+    let again = told(Some(SizePrior { mean: Dimensions::from_vector(&larger), sigma: sure }));
+    let foretold = (slope * (larger - free.dimensions.to_vector())).fixed_rows::<3>(3).into_owned();
+    let moved = free.camera_from_vehicle.inverse() * again.camera_from_vehicle;
+    let miss = (moved.translation() - foretold).norm();
+    assert!(foretold.norm() > 0.5 && miss < 0.15 * foretold.norm(), "{foretold} {}", moved.translation());
 }
 
 /// Errors (position as a share of the distance, heading \[rad\]) over vehicles all around.
