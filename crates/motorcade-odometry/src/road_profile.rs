@@ -18,6 +18,8 @@ const REACH_HEIGHTS: f64 = 15.0;
 const UNEVEN: f64 = 0.01;
 /// Curvature behind the camera is not that ahead of it: standard deviation of the difference.
 const CHANGES: f64 = 5e-4;
+/// How well the road's roll is known \[rad\]: in a bend the way leads aside, and a roll looks like a hill.
+const ROLL_RAD: f64 = 0.01;
 /// Streets have 0.004 at most: a crest of 400 m radius under a car's camera.
 const STEEPEST: f64 = 4e-3;
 
@@ -31,14 +33,15 @@ pub(crate) fn driven_curvature(
     let camera_from_world = odometry.camera_from_world(frame)?;
     let segment = odometry.frames[frame].segment;
     let (per_height, up) = (value.x.exp(), road_normal(value.y, value.z));
-    let place = |k: usize| -> Option<(f64, f64)> {
+    // Distance, height above here, and how far to the side.
+    let place = |k: usize| -> Option<[f64; 3]> {
         let record = odometry.frames.get(k).filter(|r| r.segment == segment)?;
         let world_from_camera =
             odometry.camera_from_world(k).filter(|_| record.segment != usize::MAX)?.inverse();
         let p =
             camera_from_world.transform_point(&world_from_camera.translation().into()).coords * per_height;
         let height = p.dot(&up);
-        Some(((p.norm_squared() - height * height).max(0.0).sqrt(), height))
+        Some([(p.norm_squared() - height * height).max(0.0).sqrt(), height, p.x])
     };
     // Offset, slope, curvature: a tenth each of height and of slope, and what streets have.
     let mut h = Matrix3::from_diagonal(&Vector3::new(100.0, 100.0, STEEPEST.powi(-2)));
@@ -48,13 +51,14 @@ pub(crate) fn driven_curvature(
         (-1.0, Box::new((0..frame).rev())),
     ] {
         let mut before = 0.0;
-        for (s, height) in frames.map_while(place).take_while(|(s, _)| *s < REACH_HEIGHTS) {
+        for [s, height, aside] in frames.map_while(place).take_while(|[s, ..]| *s < REACH_HEIGHTS) {
             // One independent look a camera height, however many frames there are.
             let looks = (s - before).clamp(0.0, 1.0);
             before = s;
             let changed = if sign < 0.0 { 0.5 * CHANGES * s * s } else { 0.0 };
             let row = Vector3::new(1.0, sign * s, 0.5 * s * s);
-            let weight = looks / (UNEVEN * UNEVEN + changed * changed);
+            let rolled = ROLL_RAD * aside;
+            let weight = looks / (UNEVEN * UNEVEN + changed * changed + rolled * rolled);
             h += row * row.transpose() * weight;
             g += row * (weight * height);
         }
