@@ -48,6 +48,8 @@ pub struct RoadTracker {
     spare: RoadPixels,
     /// Present plane m in the odometry's unit, and the segment it belongs to.
     plane: Option<Vector3<f64>>,
+    /// Logarithm of |m| over the last ten seconds: the odometry's unit is held, and a plane that creeps away from it is false.
+    anchor: Option<f64>,
     /// Normal of the last known plane: a new segment has another unit but the same camera.
     normal: Vector3<f64>,
     /// Planes found while none is believed: in the middle of the lane, in the whole of it.
@@ -71,6 +73,12 @@ const STEEPEST_RAD: f64 = 0.2;
 /// Change of the logarithm of the camera's height from one measurement to the next that is no measurement any more. Good ones
 /// scatter by 0.03.
 const FARTHEST_JUMP: f64 = 0.15;
+/// Change of it over many seconds that is none: the road inside the adjustment holds the odometry's unit to a few percent.
+const FARTHEST_DRIFT: f64 = 0.3;
+/// How fast the anchor follows \[per measurement\], and after how many frames of seeking in vain it is given up: ten seconds and
+/// three.
+const ANCHOR_RATE: f64 = 0.01;
+const DISTRUST_ANCHOR: usize = 30;
 /// Failed alignments in a row after which the plane is sought anew.
 const GIVE_UP: usize = 8;
 
@@ -83,6 +91,7 @@ impl RoadTracker {
             ring: VecDeque::new(),
             spare: RoadPixels::default(),
             plane: None,
+            anchor: None,
             normal: Vector3::y(),
             candidates: [Vec::new(), Vec::new()],
             sought: 0,
@@ -118,7 +127,7 @@ impl RoadTracker {
             if sight.masked { self.options.half_width_heights } else { self.unmasked_half_width };
         let options = RoadOptions { half_width_heights, ..self.options };
         if segment != self.segment {
-            (self.segment, self.plane, self.failures) = (segment, None, 0);
+            (self.segment, self.plane, self.anchor, self.failures) = (segment, None, None, 0);
             self.seek_anew();
             self.ring.clear();
         }
@@ -181,7 +190,10 @@ impl RoadTracker {
             guess: plane,
         };
         // Smooth asphalt has false minima, and they fit as well as the true one; but no camera rises by a seventh at once.
-        let near = |found: &RoadPlane| (found.m.norm() / plane.norm()).ln().abs() < FARTHEST_JUMP;
+        let anchor = self.anchor;
+        let near = |found: &RoadPlane| {
+            (found.m.norm() / plane.norm()).ln().abs() < FARTHEST_JUMP && anchored(anchor, &found.m)
+        };
         let found = align_road(&view, usable, options, &mut self.scratch).filter(near);
         self.adapt_width(found.as_ref());
         let Some(found) = found else {
@@ -198,6 +210,7 @@ impl RoadTracker {
         let updated = plane + (found.m - plane) * FOLLOW;
         self.plane = Some(updated);
         self.normal = updated.normalize();
+        self.anchor = self.anchor.map(|a| a + ANCHOR_RATE * (found.m.norm().ln() - a));
         Some(RoadMeasurement::new(frame, reference, motion.translation().norm(), &found))
     }
 
@@ -258,15 +271,23 @@ impl RoadTracker {
         let tried = if both { &widths[..] } else { &widths[..1] };
         for (half_width_heights, candidates) in tried.iter().zip(&mut self.candidates) {
             let options = RoadOptions { half_width_heights: *half_width_heights, ..*options };
-            candidates.extend(candidate(view, usable, &options, &mut self.scratch));
+            let found = candidate(view, usable, &options, &mut self.scratch);
+            let anchor = self.anchor.filter(|_| self.sought <= DISTRUST_ANCHOR);
+            candidates.extend(found.filter(|m| anchored(anchor, m)));
             if let Some(plane) = agreed(candidates) {
                 self.plane = Some(plane);
                 self.normal = plane.normalize();
+                self.anchor = anchor.or(Some(plane.norm().ln()));
                 break;
             }
         }
         None
     }
+}
+
+/// Whether a plane is as far away as the segment has had it so far.
+fn anchored(anchor: Option<f64>, m: &Vector3<f64>) -> bool {
+    anchor.is_none_or(|a| (m.norm().ln() - a).abs() < FARTHEST_DRIFT)
 }
 
 /// The plane that one frame finds when nothing is known of its distance.

@@ -12,7 +12,6 @@ use tempfile::TempDir;
 /// The odometry's tests look at the same street.
 #[path = "../../../motorcade-odometry/tests/common/street.rs"]
 mod scene;
-#[allow(unused_imports, reason = "one test file needs it")]
 pub use scene::CAMERA;
 
 /// Way between two frames.
@@ -24,7 +23,7 @@ pub const CALIBRATION: &str =
 
 /// A street between two walls, seen from `way_m` along it.
 pub fn street(way_m: f64) -> GrayImage {
-    scene::street(&scene::CAMERA, &scene::Place::along(way_m))
+    scene::street(&CAMERA, &scene::Place::along(way_m))
 }
 
 /// Name of a frame's file.

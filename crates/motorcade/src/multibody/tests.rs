@@ -91,7 +91,7 @@ fn solved(mut vehicle: VehicleTrajectory, options: &GraphOptions) -> (VehicleTra
     let mut ego = ego();
     let mut vehicles = std::slice::from_mut(&mut vehicle);
     let mut graph = Multibody::new(&ego, vehicles, options).unwrap();
-    graph.solve(&mut ego, &mut vehicles, options, 1).unwrap();
+    graph.solve(&mut ego, vehicles, options, 1).unwrap();
     (vehicle, graph)
 }
 
@@ -169,7 +169,7 @@ fn few_residuals_leave_covariances_as_they_are() {
     let options = GraphOptions { variance_rounds: 3, correlated_frames: 1.0, ..GraphOptions::default() };
     let noise = noise(11, 3.0);
     let sightings =
-        |k: usize| if k % 10 == 0 { vec![seen(Source::Given, &ahead(k), k, &noise[k])] } else { vec![] };
+        |k: usize| if k.is_multiple_of(10) { vec![seen(Source::Given, &ahead(k), k, &noise[k])] } else { vec![] };
     let (_, graph) = solved(vehicle(ahead, sightings, 1.0), &options);
     let found = graph.variance_factors.iter().find(|f| f.class == EdgeClass::Given).unwrap();
     assert!(found.degrees_of_freedom < 30.0 && found.factor == 1.0, "{found:?}");
