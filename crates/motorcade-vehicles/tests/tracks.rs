@@ -134,7 +134,9 @@ fn a_vehicle_is_known_again_after_two_seconds() {
     // Hidden for 20 frames of a tenth of a second: oncoming, ahead at the camera's speed, ahead and faster, parked.
     let straight = grounds(55, 1.65);
     let turned = turning(55, 0.3);
-    let cars: [(&str, &[GroundFrame], Vector3<f64>, Vector3<f64>); 5] = [
+    /// Name, ground, start and velocity.
+    type Car<'a> = (&'a str, &'a [GroundFrame], Vector3<f64>, Vector3<f64>);
+    let cars: [Car<'_>; 5] = [
         ("oncoming", &straight, Vector3::new(-3.5, 1.65, 120.0), Vector3::new(0.0, 0.0, -12.0)),
         ("ahead", &straight, Vector3::new(0.0, 1.65, 20.0), Vector3::new(0.0, 0.0, 10.0)),
         ("faster", &straight, Vector3::new(-3.5, 1.65, 15.0), Vector3::new(0.0, 0.0, 14.0)),

@@ -89,7 +89,7 @@ fn noise(seed: u64, factor: f64) -> Vec<Vector6<f64>> {
 
 fn solved(mut vehicle: VehicleTrajectory, options: &GraphOptions) -> (VehicleTrajectory, Multibody) {
     let mut ego = ego();
-    let mut vehicles = std::slice::from_mut(&mut vehicle);
+    let vehicles = std::slice::from_mut(&mut vehicle);
     let mut graph = Multibody::new(&ego, vehicles, options).unwrap();
     graph.solve(&mut ego, vehicles, options, 1).unwrap();
     (vehicle, graph)
@@ -168,8 +168,9 @@ fn covariances_that_are_too_small_or_too_large_come_back() {
 fn few_residuals_leave_covariances_as_they_are() {
     let options = GraphOptions { variance_rounds: 3, correlated_frames: 1.0, ..GraphOptions::default() };
     let noise = noise(11, 3.0);
-    let sightings =
-        |k: usize| if k.is_multiple_of(10) { vec![seen(Source::Given, &ahead(k), k, &noise[k])] } else { vec![] };
+    let sightings = |k: usize| {
+        if k.is_multiple_of(10) { vec![seen(Source::Given, &ahead(k), k, &noise[k])] } else { vec![] }
+    };
     let (_, graph) = solved(vehicle(ahead, sightings, 1.0), &options);
     let found = graph.variance_factors.iter().find(|f| f.class == EdgeClass::Given).unwrap();
     assert!(found.degrees_of_freedom < 30.0 && found.factor == 1.0, "{found:?}");
