@@ -4,7 +4,6 @@ use motorcade_shape::{Dimensions, SizePrior};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::single_view::SingleView;
-use crate::trajectory::SizeEvidence;
 
 /// A size and its covariance \[m²\].
 #[derive(Clone, Copy, Debug)]
@@ -15,21 +14,13 @@ pub(crate) struct JointSize {
 
 impl JointSize {
     /// The size all views agree on: each view's normal equations with its place eliminated (Schur complement), summed.
-    pub(crate) fn of(
-        views: &[(usize, SingleView)],
-        evidence: Option<&SizeEvidence>,
-        prior: &SizePrior,
-    ) -> Option<Self> {
+    pub(crate) fn of(views: &[(usize, SingleView)], prior: &SizePrior) -> Option<Self> {
         /// Views count as at most this many independent ones: a detector draws the same car with the same habit every time.
         const INDEPENDENT: f64 = 12.0;
         let weight = (INDEPENDENT / views.len().max(1) as f64).min(1.0);
         let sigma = prior.sigma.to_vector();
         let mut h = Matrix3::from_diagonal(&sigma.map(|s| 1.0 / (s * s)));
         let mut rhs = h * prior.mean.to_vector();
-        if let Some(evidence) = evidence {
-            h += evidence.information;
-            rhs += evidence.information * evidence.size.to_vector();
-        }
         for (_, view) in views {
             let block = |r: usize, c: usize| view.information.fixed_view::<3, 3>(r, c).into_owned();
             let Some(inverse) = block(0, 0).try_inverse() else { continue };

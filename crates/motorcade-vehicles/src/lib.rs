@@ -42,6 +42,5 @@ pub use single_view::{SeenBox, SingleView, locate};
 pub use size::size_prior;
 pub use tracker::{Track, TrackBox, Tracker, TrackerOptions, track_vehicles};
 pub use trajectory::{
-    BySize, GivenTrack, GivenView, Measured, Sighting, SizeEvidence, Source, TrafficSide, VehicleState,
-    VehicleTrajectory,
+    BySize, GivenTrack, GivenView, Measured, Sighting, Source, TrafficSide, VehicleState, VehicleTrajectory,
 };

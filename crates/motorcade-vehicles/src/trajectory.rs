@@ -156,15 +156,4 @@ pub struct BySize {
 pub struct GivenTrack {
     /// Poses, in order of frames.
     pub views: Vec<GivenView>,
-    /// What they say of the size besides.
-    pub size: Option<SizeEvidence>,
-}
-
-/// What is known of a size from measurements alone, without what is known of its class.
-#[derive(Clone, Copy, Debug)]
-pub struct SizeEvidence {
-    /// Size.
-    pub size: Dimensions,
-    /// Information (3×3), positive semidefinite \[1/m²\].
-    pub information: Matrix3<f64>,
 }

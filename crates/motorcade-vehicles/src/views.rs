@@ -67,7 +67,7 @@ impl Views {
             let information = Matrix3::from_diagonal(&prior.sigma.to_vector().map(|s| 1.0 / (s * s)));
             story.place_boxes(headings, &prior.mean, &information)
         };
-        let size = JointSize::of(&place_all(&story.prior), story.given.size.as_ref(), &story.prior)?;
+        let size = JointSize::of(&place_all(&story.prior), &story.prior)?;
         let views = fuse(&place_all(&size.as_prior()), &story.given.views);
         (!views.is_empty()).then_some(Self { views, size })
     }

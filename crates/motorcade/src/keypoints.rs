@@ -164,7 +164,7 @@ impl<'a> KeypointViews<'a> {
         match track.class {
             VehicleClass::Car | VehicleClass::Van => {
                 let views = track.boxes.iter().filter_map(|b| self.view(b, track.class)).collect();
-                GivenTrack { views, size: None }
+                GivenTrack { views }
             }
             _ => GivenTrack::default(),
         }

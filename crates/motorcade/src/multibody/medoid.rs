@@ -26,7 +26,7 @@ struct Candidate {
 /// Starting poses of a vehicle, one a state.
 ///
 /// With the front end's motion between states every sighting is carried to a frame in the middle; the medoid of these
-/// candidates under a truncated metric (GRAPH_NOTES §2), carried back, is the start. The front end's own pose is a candidate
+/// candidates under a truncated metric, carried back, is the start. The front end's own pose is a candidate
 /// too, without a vote.
 pub(crate) fn starts(vehicle: &VehicleTrajectory, ego: &EgoTrajectory) -> Vec<Pose<World, Vehicle>> {
     let chain = unturned(vehicle);
