@@ -59,7 +59,9 @@ pub use convert::{ConvertOptions, Proportions, convert};
 pub use dimensions::{Dimensions, SizePrior};
 pub use error::{FitError, PriorError};
 pub use family::{CarModel, FAMILY};
-pub use fit::{FitOptions, Observation, RoadPlane, SeenKeypoint, ShapeFit, ShapeFitter, TrackFit};
+pub use fit::{
+    FitOptions, Observation, RoadPlane, SeenKeypoint, ShapeFit, ShapeFitter, TrackFit, TrackShape,
+};
 pub use keypoint::{Keypoint, Layout};
 pub use prior::{Body, Deformation, NamedShape, PriorParts, ShapePrior};
 pub use view::{ProjectedKeypoint, VISIBLE_COSINE, project};

@@ -169,36 +169,67 @@ fn position_within_8_percent_and_heading_within_10_degrees() {
     assert!(same_with.position_share < without_road.position_share);
 }
 
-/// One shape for all frames of a track; the road as above.
+/// One shape for all frames of a track; the road as above. Fitted together, and frame by frame with the shape that twelve frames
+/// spread over the track agree on, as the pipeline does: closer than each frame alone.
 #[test]
 fn tracks_of_real_outputs_share_a_shape() {
     let Some(views) = views() else { return };
     let fitter = ShapeFitter::new(ShapePrior::of_family(Layout::Car14), FitOptions::default());
-    let (mut positions, mut headings) = (Vec::new(), Vec::new());
+    let [mut together, mut shaped, mut alone] = [Errors::default(), Errors::default(), Errors::default()];
     for (file, ..) in TRACKS {
         let of_track: Vec<&View> = views.iter().filter(|v| v.file == file).collect();
         let observations: Vec<Observation> = of_track.iter().map(|v| v.observation.clone()).collect();
-        let track = fitter.fit_track(&of_track[0].camera, &observations).unwrap();
+        let camera = &of_track[0].camera;
+        let track = fitter.fit_track(camera, &observations).unwrap();
         assert_eq!(track.frames.len(), of_track.len());
+        let every = observations.len().div_ceil(12);
+        let some: Vec<Observation> = observations.iter().step_by(every).cloned().collect();
+        let shape = fitter.fit_track(camera, &some).unwrap().shape;
         for (view, frame) in of_track.iter().zip(&track.frames) {
-            let depth_m = view.truth.translation().z;
-            if let (true, Ok(frame)) = (depth_m <= 30.0, frame) {
-                let offset = frame.camera_from_vehicle.translation() - view.truth.translation();
-                positions.push(offset.norm() / depth_m);
-                headings
-                    .push(common::heading_error_rad(&frame.camera_from_vehicle, &view.truth).to_degrees());
+            let near = |pose: &Pose<Camera, Vehicle>, errors: &mut Errors| errors.add(pose, &view.truth);
+            frame.iter().for_each(|f| near(&f.camera_from_vehicle, &mut together));
+            let fits =
+                [fitter.fit_shaped(camera, &view.observation, &shape), fitter.fit(camera, &view.observation)];
+            for (fit, errors) in fits.iter().zip([&mut shaped, &mut alone]) {
+                fit.iter().for_each(|f| near(&f.camera_from_vehicle, errors));
             }
         }
     }
-    let flipped = headings.iter().filter(|h| **h > 90.0).count();
-    let (position, heading) = (common::median(&mut positions), common::median(&mut headings));
-    let worst = positions[positions.len() * 9 / 10];
-    println!(
-        "tracks: median position {:.1} % (90 %: {:.1}), heading {heading:.1}°, {flipped} flipped",
-        100.0 * position,
-        100.0 * worst
-    );
-    assert!(position <= 0.08 && heading <= 10.0);
+    let together = together.medians("together");
+    let shaped = shaped.medians("with the track's shape");
+    let alone = alone.medians("alone");
+    for (position, heading) in [together, shaped] {
+        assert!(position <= 0.08 && heading <= 10.0);
+    }
+    assert!(shaped.0 < alone.0, "{} {}", shaped.0, alone.0);
+}
+
+/// Errors within 30 m: of the position as a share of depth, of the heading in degrees.
+#[derive(Default)]
+struct Errors {
+    positions: Vec<f64>,
+    headings: Vec<f64>,
+}
+
+impl Errors {
+    fn add(&mut self, pose: &Pose<Camera, Vehicle>, truth: &Pose<Camera, Vehicle>) {
+        let depth_m = truth.translation().z;
+        if depth_m <= 30.0 {
+            self.positions.push((pose.translation() - truth.translation()).norm() / depth_m);
+            self.headings.push(common::heading_error_rad(pose, truth).to_degrees());
+        }
+    }
+
+    fn medians(&mut self, name: &str) -> (f64, f64) {
+        let flipped = self.headings.iter().filter(|h| **h > 90.0).count();
+        let medians = (common::median(&mut self.positions), common::median(&mut self.headings));
+        let worst = 100.0 * self.positions[self.positions.len() * 9 / 10];
+        let (position, heading) = (100.0 * medians.0, medians.1);
+        println!(
+            "{name}: median position {position:.1} % (90 %: {worst:.1}), heading {heading:.1}°, {flipped} flipped"
+        );
+        medians
+    }
 }
 
 /// The published 14 keypoints through the converter, on the same outputs.

@@ -24,7 +24,8 @@ pub fn estimate_track(
     let frames = || track.boxes.iter().map(|b| b.frame).chain(given.views.iter().map(|g| g.frame));
     let (start, end) = (frames().min()?, frames().max()?);
     let times: Vec<f64> = grounds.get(start..=end)?.iter().map(|g| g.time_s).collect();
-    let story = Story { camera, grounds, track, given, prior: size_prior(track.class), start };
+    let prior = given.size.unwrap_or_else(|| size_prior(track.class));
+    let story = Story { camera, grounds, track, given, prior, start };
     // The direction given, or the road's, to begin with; then the vehicle's own.
     let pointed = given_headings(grounds, &given.views, start, times.len());
     let mut headings = pointed.clone().unwrap_or_else(|| vec![0.0; times.len()]);

@@ -3,7 +3,7 @@
 use crate::joint_size::scale_variance;
 use motorcade_geometry::{Camera, Pose, Vehicle, World};
 use motorcade_perception::{BoundingBox, VehicleClass};
-use motorcade_shape::Dimensions;
+use motorcade_shape::{Dimensions, SizePrior};
 use nalgebra::{Matrix3, Matrix6, Point3, Vector3, Vector6};
 
 /// Which side of the road traffic keeps to; decides only which way a parked vehicle is taken to face, which its box
@@ -156,4 +156,6 @@ pub struct BySize {
 pub struct GivenTrack {
     /// Poses, in order of frames.
     pub views: Vec<GivenView>,
+    /// What they say of the size, all together, in place of what is known of its class.
+    pub size: Option<SizePrior>,
 }

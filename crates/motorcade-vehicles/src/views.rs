@@ -23,7 +23,7 @@ pub(crate) struct Story<'a> {
     pub(crate) grounds: &'a [GroundFrame],
     pub(crate) track: &'a Track,
     pub(crate) given: &'a GivenTrack,
-    /// Size of its class.
+    /// Size of its class, or what is given of its own.
     pub(crate) prior: SizePrior,
     /// First frame.
     pub(crate) start: usize,

@@ -214,7 +214,7 @@ fn given_poses_that_are_flipped_are_turned() {
             }
         })
         .collect();
-    let given = GivenTrack { views };
+    let given = GivenTrack { views, size: None };
     let track = Track { id: 1, class: VehicleClass::Car, boxes: Vec::new() };
     let vehicle = estimate_track(&CAMERA, &grounds, &track, &given, TrafficSide::Right).unwrap();
     assert!(vehicle.p_moving < 0.5 && vehicle.states.len() == 30);

@@ -104,7 +104,7 @@ pub(crate) fn given_tracks(
         }
         let class =
             boxes.first().map_or(motorcade_perception::VehicleClass::Car, |b: &TrackBox| b.seen.class);
-        (Track { id: usize::try_from(id).unwrap_or(0), class, boxes }, GivenTrack { views })
+        (Track { id: usize::try_from(id).unwrap_or(0), class, boxes }, GivenTrack { views, size: None })
     };
     by_track.into_iter().map(one).collect()
 }

@@ -5,14 +5,17 @@ mod model;
 mod observation;
 mod options;
 mod problem;
+mod search;
 mod single;
 mod solver;
 mod track;
+mod track_shape;
 
 pub use observation::{ImageBox, Observation, RoadPlane, SeenKeypoint};
 pub use options::{FitMethod, FitOptions};
 pub use single::{Alternative, ShapeFit, ShapeFitter};
 pub use track::{FrameFit, TrackFit};
+pub use track_shape::TrackShape;
 
 /// Most deformations a fit uses: normal equations of fixed size stay on the stack.
 pub const MAX_SHAPE: usize = 8;

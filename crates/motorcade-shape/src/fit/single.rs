@@ -4,12 +4,14 @@ use motorcade_geometry::robust::median;
 use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
 use nalgebra::{Matrix3, Matrix6, Matrix6x3, SMatrix};
 
-use super::model::{Model, State};
+use super::DOF;
+use super::model::Model;
 use super::observation::Observation;
-use super::options::{FitMethod, FitOptions};
+use super::options::FitOptions;
 use super::problem::{Problem, Row, Term};
-use super::solver::{Effort, Free, Normal, Refined, refine};
-use super::{DOF, MAX_SHAPE, hypotheses};
+use super::search::Search;
+use super::solver::Normal;
+use super::track_shape::TrackShape;
 use crate::dimensions::Dimensions;
 use crate::error::FitError;
 use crate::prior::ShapePrior;
@@ -23,7 +25,7 @@ const INLIER_CHI2: f64 = 9.21;
 /// Median of χ² with 2 degrees of freedom.
 const MEDIAN_CHI2: f64 = 1.386;
 /// Cost difference below which the other heading stays possible: a factor of 100 in likelihood.
-const CLEAR_COST: f64 = 9.2;
+pub(super) const CLEAR_COST: f64 = 9.2;
 
 /// Another explanation of the same keypoints.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -106,75 +108,19 @@ impl ShapeFitter {
     /// Headings over the circle, with the network's sides as given and exchanged, are placed linearly; the most likely ones
     /// are refined in pose and shape. Deterministic.
     pub fn fit(&self, camera: &PinholeCamera, observation: &Observation) -> Result<ShapeFit, FitError> {
-        self.check(camera, observation)?;
-        let mut rows = Vec::with_capacity(4 * self.model.points.len());
-        let start = self.start_shape(observation);
-        let chosen = hypotheses::choose(&self.model, camera, &self.options, observation, &start);
+        let search = Search { fitter: self, camera, observation, known: None };
+        search.run(&self.start_shape(observation))
+    }
 
-        // First roughly, all of them; then to the end those that may still win and the best that faces the other way.
-        let mut iterations = 0;
-        let mut rough: Vec<(Refined, bool)> = Vec::new();
-        for hypothesis in chosen {
-            let swapped = hypothesis.swapped;
-            let mut problem = Problem::new(&self.model, camera, &self.options, observation, swapped);
-            problem.distance_m = hypothesis.state.camera_from_vehicle.translation().z;
-            let refined = refine(&problem, hypothesis.state, Free::All, Effort::ROUGH, &mut rows);
-            let Some(mut refined) = refined else { continue };
-            iterations += refined.iterations;
-            refined.cost += self.penalty(swapped);
-            rough.push((refined, swapped));
-        }
-        rough.sort_by(|a, b| a.0.cost.total_cmp(&b.0.cost));
-        let first = rough.first().ok_or(FitError::NoSolution)?.0;
-        let mut found: Vec<(Refined, bool)> = Vec::new();
-        let mut turned = false;
-        for (start, swapped) in rough {
-            let away = hypotheses::heading_cosine(&start.state, &first.state) < 0.0;
-            if start.cost > first.cost + CLEAR_COST && (!away || turned) {
-                continue;
-            }
-            turned |= away;
-            let mut problem = Problem::new(&self.model, camera, &self.options, observation, swapped);
-            let Some(mut refined) = self.descend(&mut problem, start.state, &mut rows) else { continue };
-            iterations += refined.iterations;
-            refined.cost += self.penalty(swapped);
-            found.push((refined, swapped));
-        }
-        let (best, swapped) =
-            *found.iter().min_by(|a, b| a.0.cost.total_cmp(&b.0.cost)).ok_or(FitError::NoSolution)?;
-        let opposite = found
-            .iter()
-            .filter(|(other, _)| hypotheses::heading_cosine(&other.state, &best.state) < 0.0)
-            .min_by(|a, b| a.0.cost.total_cmp(&b.0.cost))
-            .map(|(other, swapped)| Alternative {
-                camera_from_vehicle: other.state.camera_from_vehicle,
-                cost: other.cost,
-                sides_swapped: *swapped,
-            });
-        let mut problem = Problem::new(&self.model, camera, &self.options, observation, swapped);
-        problem.distance_m = best.state.camera_from_vehicle.translation().z;
-        if !problem.rows(&best.state, &mut rows) {
-            return Err(FitError::NoSolution);
-        }
-        let quality = Quality::of(&rows, observation.keypoints.len());
-        let information = information(&problem, &rows, quality.scale());
-        let covariance = information.cholesky().ok_or(FitError::NoSolution)?.inverse();
-        let coefficients = self.model.coefficients(&best.state.shape);
-        let (slope, shape) = (&self.model.size_slope, covariance.fixed_view::<MAX_SHAPE, MAX_SHAPE>(6, 6));
-        Ok(ShapeFit {
-            size_covariance: slope * shape * slope.transpose(),
-            pose_size_covariance: covariance.fixed_view::<6, MAX_SHAPE>(0, 6) * slope.transpose(),
-            camera_from_vehicle: best.state.camera_from_vehicle,
-            covariance: covariance.fixed_view::<6, 6>(0, 0).into_owned(),
-            dimensions: self.prior.dimensions(&coefficients),
-            coefficients,
-            inliers: quality.inliers,
-            residual_sigma: quality.residual_sigma,
-            cost: best.cost,
-            sides_swapped: swapped,
-            opposite,
-            iterations,
-        })
+    /// As [`ShapeFitter::fit`] for a vehicle whose shape is that of its track: the pose is sought with the shape held
+    /// (equation 7), and what is still uncertain of the shape enters the covariances.
+    pub fn fit_shaped(
+        &self,
+        camera: &PinholeCamera,
+        observation: &Observation,
+        shape: &TrackShape,
+    ) -> Result<ShapeFit, FitError> {
+        Search { fitter: self, camera, observation, known: Some(shape) }.run(&shape.mean)
     }
 
     pub(super) fn check(&self, camera: &PinholeCamera, observation: &Observation) -> Result<(), FitError> {
@@ -204,28 +150,6 @@ impl ShapeFitter {
         observation
             .size
             .map_or_else(Default::default, |size| self.model.whitened(&self.prior.coefficients_for(&size)))
-    }
-
-    /// Refines by the chosen method, twice: the second time with metre sigmas at the distance that was found.
-    fn descend(&self, problem: &mut Problem<'_>, state: State, rows: &mut Vec<Row>) -> Option<Refined> {
-        let effort = Effort::full(self.options.max_iterations);
-        let mut out = Refined { state, cost: f64::INFINITY, iterations: 0 };
-        for _ in 0..2 {
-            problem.distance_m = out.state.camera_from_vehicle.translation().z;
-            let parts: &[Free] = match self.options.method {
-                FitMethod::Joint => &[Free::All],
-                FitMethod::Alternating { .. } => &[Free::Pose, Free::Shape],
-            };
-            let rounds = match self.options.method {
-                FitMethod::Joint => 1,
-                FitMethod::Alternating { rounds } => rounds,
-            };
-            for free in (0..rounds).flat_map(|_| parts) {
-                let refined = refine(problem, out.state, *free, effort, rows)?;
-                out = Refined { iterations: out.iterations + refined.iterations, ..refined };
-            }
-        }
-        Some(out)
     }
 }
 

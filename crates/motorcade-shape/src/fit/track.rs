@@ -1,13 +1,14 @@
 //! One vehicle in many images: a pose a frame, one shape for all.
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
-use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
+use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector6};
 
 use super::model::{Shape, State};
 use super::observation::Observation;
 use super::problem::{Problem, Row};
 use super::single::{Quality, ShapeFit, ShapeFitter, information};
 use super::solver::{Effort, Free, Normal, cost_of, refine, step};
+use super::track_shape::{ShapeMatrix, TrackShape};
 use super::{DOF, MAX_SHAPE};
 use crate::dimensions::Dimensions;
 use crate::error::FitError;
@@ -42,8 +43,12 @@ pub struct TrackFit {
     pub frames: Vec<Result<FrameFit, FitError>>,
     /// Shape coefficients λ shared by all frames.
     pub coefficients: Vec<f64>,
+    /// The shape, to fit further frames with.
+    pub shape: TrackShape,
     /// Outer size of the shape.
     pub dimensions: Dimensions,
+    /// Covariance of the outer size (length, width, height) \[m²\].
+    pub size_covariance: Matrix3<f64>,
     /// Total robust cost.
     pub cost: f64,
 }
@@ -71,8 +76,6 @@ struct TrackNormal {
     shape_g: Shape,
     cost: f64,
 }
-
-type ShapeMatrix = SMatrix<f64, MAX_SHAPE, MAX_SHAPE>;
 
 impl ShapeFitter {
     /// Poses of a vehicle in many images with one shape for all: every frame is first fitted alone, then all poses and the
@@ -103,14 +106,23 @@ impl ShapeFitter {
         if self.turn_flipped(camera, observations, &mut frames, &mut rows) {
             cost = self.solve(&mut frames, &mut rows);
         }
-        let fits = self.marginals(&frames, &mut rows)?;
-        let coefficients = self.model.coefficients(&frames[0].state.shape);
+        let (fits, covariance) = self.marginals(&frames, &mut rows)?;
+        let shape = TrackShape { mean: frames[0].state.shape, covariance };
+        let coefficients = self.model.coefficients(&shape.mean);
+        let slope = &self.model.size_slope;
         let mut out: Vec<Result<FrameFit, FitError>> =
             errors.into_iter().map(|e| Err(e.unwrap_or(FitError::NoSolution))).collect();
         for (frame, fit) in frames.iter().zip(fits) {
             out[frame.index] = Ok(fit);
         }
-        Ok(TrackFit { frames: out, dimensions: self.prior().dimensions(&coefficients), coefficients, cost })
+        Ok(TrackFit {
+            frames: out,
+            shape,
+            dimensions: self.prior().dimensions(&coefficients),
+            size_covariance: slope * covariance * slope.transpose(),
+            coefficients,
+            cost,
+        })
     }
 
     fn frame<'a>(
@@ -260,8 +272,12 @@ impl ShapeFitter {
         turned
     }
 
-    /// Covariances: `Σ_pp = H_pp⁻¹ + H_pp⁻¹ H_ps S⁻¹ H_sp H_pp⁻¹`.
-    fn marginals(&self, frames: &[Frame<'_>], rows: &mut Vec<Row>) -> Result<Vec<FrameFit>, FitError> {
+    /// Covariances: `Σ_pp = H_pp⁻¹ + H_pp⁻¹ H_ps S⁻¹ H_sp H_pp⁻¹`, and that of the shape, S⁻¹.
+    fn marginals(
+        &self,
+        frames: &[Frame<'_>],
+        rows: &mut Vec<Row>,
+    ) -> Result<(Vec<FrameFit>, ShapeMatrix), FitError> {
         let first = frames.first().ok_or(FitError::NoSolution)?;
         let (mut s, _, _) = self.shape_terms(first, rows);
         let mut parts = Vec::with_capacity(frames.len());
@@ -299,6 +315,6 @@ impl ShapeFitter {
                 heading_margin: if overruled { -margin } else { margin },
             }
         };
-        Ok(frames.iter().zip(parts).map(fit).collect())
+        Ok((frames.iter().zip(parts).map(fit).collect(), shape.inverse()))
     }
 }

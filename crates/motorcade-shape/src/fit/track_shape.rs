@@ -1,0 +1,19 @@
+//! The one shape of a vehicle that all frames of its track share.
+
+use nalgebra::SMatrix;
+
+use super::MAX_SHAPE;
+use super::model::Shape;
+
+/// Of whitened shapes.
+pub(crate) type ShapeMatrix = SMatrix<f64, MAX_SHAPE, MAX_SHAPE>;
+
+/// A shape and how well it is known, for [`ShapeFitter::fit_shaped`](super::ShapeFitter::fit_shaped) with the fitter it was
+/// found with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrackShape {
+    /// Whitened coefficients λ_b / σ_b.
+    pub(super) mean: Shape,
+    /// Their covariance, the poses marginalised.
+    pub(super) covariance: ShapeMatrix,
+}
