@@ -41,7 +41,7 @@ pub use front_end::{FrontEnd, PixelFree, SoFar, Watch};
 pub use given_vehicles::{GivenPose, read_vehicle_poses};
 pub use keypoints::KeypointTable;
 pub use motion_source::GivenTrajectory;
-pub use multibody::{GraphKernel, GraphOptions};
+pub use multibody::{CameraWay, GraphKernel, GraphOptions};
 pub use online::{Newest, Online, OnlineOptions};
 pub use output::{RunContext, write_run};
 pub use pipeline::{Given, conclude, run};

@@ -61,7 +61,8 @@ pub fn graph() -> Vec<Variant> {
         variant("default without vehicle_vehicle", Preset::Default, &[&off(2)]),
         variant("default, sizes not shared", Preset::Default, &["graph.shared_size=false"]),
         variant("default, started by the front end", Preset::Default, &["graph.medoid_start=false"]),
-        variant("default, variance factors of classes", Preset::Default, &["graph.variance_rounds=3"]),
+        variant("default, covariances as told", Preset::Default, &["graph.variance_rounds=0"]),
+        variant("default, camera held", Preset::Default, &["graph.camera=held"]),
     ];
     for share in ["1.0", "2.0", "8.0"] {
         let set = format!("graph.correlated_frames={share}");
@@ -70,7 +71,7 @@ pub fn graph() -> Vec<Variant> {
     }
     for (preset, name) in [(Preset::Default, "camera free"), (Preset::Paper, "paper")] {
         let mut add = |name: String, set: &[&str]| {
-            out.push(variant(name, preset, &[&["graph.hold_camera=false"], set].concat()));
+            out.push(variant(name, preset, &[&["graph.camera=free"], set].concat()));
         };
         add(name.to_owned(), &[]);
         for k in 0..3 {
@@ -98,12 +99,12 @@ pub fn graph() -> Vec<Variant> {
     for kernel in ["none", "huber", "geman_mc_clure", "dcs"] {
         let set = format!("graph.kernel={kernel}");
         let name = format!("camera free, kernel {kernel}");
-        out.push(variant(name, Preset::Default, &["graph.hold_camera=false", &set]));
+        out.push(variant(name, Preset::Default, &["graph.camera=free", &set]));
     }
     for scale in ["3.5", "10.0"] {
         let set = format!("graph.kernel_scale={scale}");
         let name = format!("camera free, Cauchy at {scale} σ");
-        out.push(variant(name, Preset::Default, &["graph.hold_camera=false", &set]));
+        out.push(variant(name, Preset::Default, &["graph.camera=free", &set]));
     }
     out
 }

@@ -60,6 +60,10 @@ impl ClassScales {
     pub(crate) fn get(&self, class: EdgeClass) -> f64 {
         f64::from_bits(self.0[class as usize].load(Ordering::Relaxed))
     }
+    /// In the order of [`EdgeClass::ALL`].
+    pub(crate) fn all(&self) -> [f64; 6] {
+        EdgeClass::ALL.map(|class| self.get(class))
+    }
     /// Not while a solver runs.
     pub(crate) fn set(&self, class: EdgeClass, variance_factor: f64) {
         self.0[class as usize].store(variance_factor.to_bits(), Ordering::Relaxed);

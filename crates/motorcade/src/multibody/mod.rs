@@ -7,8 +7,8 @@
 //! | scale of the size | one variable a vehicle, shared by its camera–vehicle edges, with what is known of it | – |
 //! | vehicle–vehicle | steady motion and no side slip | difference of road-plane places, λ high beyond 45 m |
 //!
-//! By default a vehicle that stands is one node, a landmark seen from many cameras, and the cameras are held: the lengths of
-//! their way are those of the camera's height, exactly. The paper lets vehicles move them (`hold_camera`).
+//! By default a vehicle that stands is one node, a landmark seen from many cameras. Vehicles may bend the camera's way, but not
+//! stretch it where the road was measured: metres are those of the camera's height ([`CameraWay`]).
 
 pub(crate) mod classes;
 pub(crate) mod edges;
@@ -49,15 +49,28 @@ pub enum GraphKernel {
     Dcs,
 }
 
+/// What vehicles may do to the camera's way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CameraWay {
+    /// Nothing: vehicles are placed against the way as odometry and road give it.
+    Held,
+    /// Turn and shift it, but where the road was measured each step keeps its length: sizes of vehicles say less of lengths than
+    /// the camera's height, to which the length of the way stays proportional.
+    #[default]
+    LengthsHeld,
+    /// Stretch it too, as in the paper.
+    Free,
+}
+
 /// What the graph holds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GraphOptions {
     /// False leaves the estimates of the front end as they are.
     pub enabled: bool,
-    /// Vehicles are placed against the camera's way as odometry and road give it. False lets them move the camera, as in the
-    /// paper: boxes of one vehicle err alike, and sizes of its class say less of lengths than the camera's height.
-    pub hold_camera: bool,
+    /// What vehicles may do to the camera's way.
+    pub camera: CameraWay,
     /// Camera–camera edges.
     pub camera_camera: bool,
     /// Camera–vehicle edges.
@@ -83,7 +96,8 @@ pub struct GraphOptions {
     /// Views of a vehicle share a variable for the scale of its size; false puts the size's uncertainty into each view's
     /// covariance, as if views had sizes of their own.
     pub shared_size: bool,
-    /// Times the scale of the covariances of each class of edges is re-estimated from its residuals; 0 leaves them.
+    /// Times the scale of the covariances of each class of camera–vehicle edges is re-estimated from its residuals; 0 leaves
+    /// them.
     pub variance_rounds: usize,
     /// Tracks start at the medoid of what their views say; false starts them where the front end has them.
     pub medoid_start: bool,
@@ -95,7 +109,7 @@ impl Default for GraphOptions {
     fn default() -> Self {
         Self {
             enabled: true,
-            hold_camera: true,
+            camera: CameraWay::default(),
             camera_camera: true,
             camera_vehicle: true,
             vehicle_vehicle: true,
@@ -108,7 +122,7 @@ impl Default for GraphOptions {
             kernel_scale: 1.0,
             correlated_frames: 4.0,
             shared_size: true,
-            variance_rounds: 0,
+            variance_rounds: 3,
             medoid_start: true,
             max_iterations: 100,
         }
@@ -179,7 +193,7 @@ impl Multibody {
         };
         for (frame, e) in ego.frames.iter().enumerate() {
             let id = out.node(Node::Camera { frame }, e.world_from_camera.isometry());
-            if frame == 0 || options.hold_camera {
+            if frame == 0 || options.camera == CameraWay::Held {
                 out.graph.fix(id)?;
             }
             out.cameras.push(id);
@@ -242,7 +256,11 @@ impl Multibody {
         let settings = Options { max_iterations: options.max_iterations, threads, ..Options::default() };
         let mut report = optimise(&mut self.graph, &settings)?;
         for _ in 0..if options.constant_weights { 0 } else { options.variance_rounds } {
+            let before = self.scales.all();
             self.variance_factors = variance::estimate(&self.graph, &self.classed, &self.scales, options)?;
+            if self.scales.all() == before {
+                break;
+            }
             report = optimise(&mut self.graph, &settings)?;
         }
         let marginals = Marginals::new(&self.graph)?;

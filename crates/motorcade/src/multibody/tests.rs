@@ -151,15 +151,17 @@ fn a_start_that_is_right_stays() {
 }
 
 #[test]
-fn covariances_that_are_too_small_or_too_large_come_back() {
+fn covariances_that_are_too_small_are_made_larger() {
     let options = GraphOptions { variance_rounds: 3, correlated_frames: 1.0, ..GraphOptions::default() };
     for true_factor in [4.0_f64, 1.0, 0.25] {
         let noise = noise(11, true_factor.sqrt());
         let sightings = |k: usize| vec![seen(Source::Given, &ahead(k), k, &noise[k])];
         let (_, graph) = solved(vehicle(ahead, sightings, 1.0), &options);
         let found = graph.variance_factors.iter().find(|f| f.class == EdgeClass::Given).unwrap();
-        let ratio = found.factor / true_factor;
+        let ratio = found.found / true_factor;
         assert!((0.65..1.5).contains(&ratio), "{true_factor}: {found:?}");
+        // Better than told is not believed: what lasts does not show.
+        assert_eq!(found.factor, found.found.max(1.0));
         assert!(found.edges == FRAMES && found.degrees_of_freedom > 80.0, "{found:?}");
     }
 }

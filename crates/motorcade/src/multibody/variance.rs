@@ -1,4 +1,9 @@
-//! Variance components: by how much the covariances of a class of edges are too small or too large, told by its residuals.
+//! Variance components: by how much the covariances of a class of camera–vehicle edges are too small, told by its residuals.
+//!
+//! Residuals to a steady way show what of the errors changes from frame to frame, not what lasts for seconds, which the covariances
+//! hold too ([`GraphOptions::correlated_frames`]). A class is therefore found worse than it says, but never better: with factors
+//! below 1 the poses of a rendered drive claimed half their true error. Odometry and the motion model are not judged:
+//! residuals of the one are nearly none, and the other is what residuals are measured against.
 
 use motorcade_graph::{Factor, FactorId, Graph, GraphError, Marginals};
 use nalgebra::{DMatrix, DMatrixViewMut, DVector, DVectorViewMut};
@@ -16,7 +21,9 @@ pub struct VarianceFactor {
     pub edges: usize,
     /// Residuals less what the estimate has taken of them.
     pub degrees_of_freedom: f64,
-    /// Factor on the class' variances; 1 where there is too little to tell.
+    /// What residuals alone say the class' variances are to be multiplied by; 1 where there is too little to tell.
+    pub found: f64,
+    /// What they are multiplied by: `found`, from 1 to 16.
     pub factor: f64,
 }
 
@@ -46,32 +53,28 @@ pub(crate) fn estimate(
 ) -> Result<Vec<VarianceFactor>, GraphError> {
     let marginals = Marginals::new(graph)?;
     let mut told: [Vec<Told>; 6] = Default::default();
-    for (id, class) in edges {
+    for (id, class) in edges.iter().filter(|(_, class)| class.is_sighting()) {
         let Some(factor) = graph.factor(*id) else { continue };
-        told[*class as usize].extend(tell(graph, &marginals, factor, *class)?);
+        told[*class as usize].extend(tell(graph, &marginals, factor)?);
     }
     let mut out = Vec::new();
     for (class, all) in EdgeClass::ALL.into_iter().zip(&told).filter(|(_, all)| !all.is_empty()) {
         let degrees_of_freedom = all.iter().map(|t| t.dim - t.leverage).sum();
         let kernel = kernel_of(class, options);
-        let factor = if degrees_of_freedom < LEAST_DEGREES {
+        let found = if degrees_of_freedom < LEAST_DEGREES {
             1.0
         } else {
-            solve(all, scales.get(class), kernel, options.kernel_scale).clamp(1.0 / MOST, MOST)
+            solve(all, scales.get(class), kernel, options.kernel_scale)
         };
+        let factor = found.clamp(1.0, MOST);
         scales.set(class, factor);
-        out.push(VarianceFactor { class, edges: all.len(), degrees_of_freedom, factor });
+        out.push(VarianceFactor { class, edges: all.len(), degrees_of_freedom, found, factor });
     }
     Ok(out)
 }
 
 /// What an edge tells; `None` when all its variables are held.
-fn tell(
-    graph: &Graph,
-    marginals: &Marginals,
-    factor: &dyn Factor,
-    class: EdgeClass,
-) -> Result<Option<Told>, GraphError> {
+fn tell(graph: &Graph, marginals: &Marginals, factor: &dyn Factor) -> Result<Option<Told>, GraphError> {
     let variables = factor.variables();
     if variables.iter().all(|v| graph.is_fixed(*v)) {
         return Ok(None);
@@ -85,7 +88,7 @@ fn tell(
         Some(&mut DMatrixViewMut::from_slice(j.as_mut_slice(), m, covariance.nrows())),
     )?;
     let weight = factor.loss(factor.squared_norm(graph.values())?).weight;
-    let told = rows_that_tell(class);
+    let told = &ROWS_THAT_TELL;
     let (r, j) = (r.select_rows(told), j.select_rows(told));
     let information = factor.information().select_rows(told).select_columns(told);
     let leverage = weight * (&j * covariance * j.transpose() * &information).trace();
@@ -93,16 +96,9 @@ fn tell(
     Ok(Some(Told { s, dim: told.len() as f64, leverage: leverage.clamp(0.0, told.len() as f64) }))
 }
 
-/// Rows of a residual that are measured rather than assumed: upright is assumed of all vehicles, the heading of boxes, and
-/// height over the road follows the plane.
-fn rows_that_tell(class: EdgeClass) -> &'static [usize] {
-    match class {
-        EdgeClass::Odometry => &[0, 1, 2, 3, 4, 5],
-        EdgeClass::Box | EdgeClass::Keypoints | EdgeClass::Given => &[3, 4],
-        EdgeClass::SteadyMotion => &[2, 3, 4],
-        EdgeClass::NoSideSlip => &[2],
-    }
-}
+/// Rows of a residual that are measured rather than assumed, along and across: upright is assumed of all vehicles, the heading of
+/// boxes, and height over the road follows the plane.
+const ROWS_THAT_TELL: [usize; 2] = [3, 4];
 
 /// The factor at which weighted squares and freedoms agree.
 fn solve(all: &[Told], start: f64, kernel: GraphKernel, c: f64) -> f64 {

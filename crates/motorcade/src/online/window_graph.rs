@@ -12,7 +12,7 @@ use nalgebra::Isometry3;
 use super::OnlineOptions;
 use crate::multibody::classes::ClassScales;
 use crate::multibody::edges::{self, Build, Own};
-use crate::multibody::{GraphOptions, place, starts, tell_size, vehicle_covariance};
+use crate::multibody::{CameraWay, GraphOptions, place, starts, tell_size, vehicle_covariance};
 
 /// A vehicle whose front end turns by more was taken for the wrong way round, and begins anew \[rad\].
 const FLIPPED_RAD: f64 = 1.0;
@@ -95,11 +95,11 @@ impl WindowGraph {
         for (k, frame) in ego.frames.iter().enumerate() {
             let pose = *frame.world_from_camera.isometry();
             match self.cameras.get(k) {
-                Some(id) if options.hold_camera => self.graph.values_mut().set(*id, pose)?,
+                Some(id) if options.camera == CameraWay::Held => self.graph.values_mut().set(*id, pose)?,
                 Some(_) => {}
                 None => {
                     let id = self.graph.add_variable(pose);
-                    if self.cameras.is_empty() || options.hold_camera {
+                    if self.cameras.is_empty() || options.camera == CameraWay::Held {
                         self.graph.fix(id)?;
                     }
                     self.cameras.push_back(id);
