@@ -14,6 +14,10 @@ use crate::views::{Story, Views};
 
 /// Estimates a track from its boxes and from poses given for it (either may be empty). `None` when nothing of it can be
 /// placed on the road.
+///
+/// Where nobody says which way the vehicle points, it is first taken to go along the road. When it then seems to move and its
+/// boxes fit badly, a second story begins with the heading that fits them best: a car that stands across the road, taken for one
+/// along it, is three times as near as it is and seems to move. The story counts whose boxes fit better in the end.
 pub fn estimate_track(
     camera: &PinholeCamera,
     grounds: &[GroundFrame],
@@ -21,48 +25,90 @@ pub fn estimate_track(
     given: &GivenTrack,
     side: TrafficSide,
 ) -> Option<VehicleTrajectory> {
+    /// χ² of a dozen boxes that fit: with headings, sizes and places free few freedoms are left.
+    const FITS: f64 = 24.0;
+    /// χ² by which boxes must fit better in the second story: most traffic goes along the road.
+    const CLEARLY: f64 = 6.0;
     let frames = || track.boxes.iter().map(|b| b.frame).chain(given.views.iter().map(|g| g.frame));
     let (start, end) = (frames().min()?, frames().max()?);
     let times: Vec<f64> = grounds.get(start..=end)?.iter().map(|g| g.time_s).collect();
     let prior = given.size.unwrap_or_else(|| size_prior(track.class));
     let story = Story { camera, grounds, track, given, prior, start };
-    // The direction given, or the road's, to begin with; then the vehicle's own.
     let pointed = given_headings(grounds, &given.views, start, times.len());
-    let mut headings = pointed.clone().unwrap_or_else(|| vec![0.0; times.len()]);
+    let along = pointed.clone().unwrap_or_else(|| vec![0.0; times.len()]);
+    let mut told = tell(&story, &times, pointed.as_deref(), along, side)?;
+    if std::env::var("DM").is_ok() {
+        eprintln!(
+            "id {} misfit {:.1} p {:.2} n {}",
+            track.id,
+            told.views.misfit,
+            told.p_moving,
+            track.boxes.len()
+        );
+    }
+    if pointed.is_none() && told.p_moving > 0.5 && told.views.misfit > FITS {
+        let across = standing_headings(&story, &told.states, side);
+        let other = tell(&story, &times, None, across, side);
+        if std::env::var("DM").is_ok() {
+            eprintln!("   other {:?}", other.as_ref().map(|o| (o.views.misfit, o.p_moving)));
+        }
+        told = other.filter(|o| o.views.misfit + CLEARLY < told.views.misfit).unwrap_or(told);
+    }
+    Some(VehicleTrajectory {
+        id: track.id,
+        class: track.class,
+        size: told.views.size.size,
+        size_covariance: told.views.size.covariance,
+        p_moving: told.p_moving,
+        states: assemble(&story, &told.views, &told.states, &told.headings),
+    })
+}
+
+/// A vehicle's way as one beginning makes it.
+struct Told {
+    views: Views,
+    states: Vec<Moving>,
+    p_moving: f64,
+    /// Relative to each frame's camera.
+    headings: Vec<f64>,
+}
+
+/// Places, motion and headings in turn, from these headings on; `pointed` are those given for a vehicle that stands.
+fn tell(
+    story: &Story<'_>,
+    times: &[f64],
+    pointed: Option<&[f64]>,
+    begin: Vec<f64>,
+    side: TrafficSide,
+) -> Option<Told> {
+    let grounds = story.grounds.get(story.start..story.start + times.len())?;
+    let up = grounds[0].world_from_camera.transform_vector(&grounds[0].up);
     // Which way it stands is sought once: the boxes tell it, not where the vehicle was thought to be.
-    let (mut estimate, mut parked) = (None, None);
+    let (mut told, mut parked): (Option<Told>, Option<Vec<f64>>) = (None, None);
+    let mut headings = begin;
     for _ in 0..3 {
-        let views = Views::of(&story, &headings)?;
-        let places = views.places(grounds);
-        let up = grounds[start].world_from_camera.transform_vector(&grounds[start].up);
+        let views = Views::of(story, &headings)?;
+        let places = views.places(story.grounds);
         let p_moving = probability_moving(&places);
         let states = if p_moving > 0.5 {
-            smooth_motion(&places, &times, &up)
+            smooth_motion(&places, times, &up)
         } else {
             standing_states(&places, times.len())?
         };
-        let before = std::mem::take(&mut headings);
+        let before = headings;
         headings = if p_moving > 0.5 {
-            headings_of_travel(&states, &grounds[start..=end], &before)
-        } else if let Some(pointed) = &pointed {
-            pointed.clone()
+            headings_of_travel(&states, grounds, &before)
+        } else if let Some(pointed) = pointed {
+            pointed.to_vec()
         } else {
-            parked.get_or_insert_with(|| standing_headings(&story, &states, side)).clone()
+            parked.get_or_insert_with(|| standing_headings(story, &states, side)).clone()
         };
-        estimate = Some((views, states, p_moving));
+        told = Some(Told { views, states, p_moving, headings: headings.clone() });
         if headings == before {
             break;
         }
     }
-    let (views, states, p_moving) = estimate?;
-    Some(VehicleTrajectory {
-        id: track.id,
-        class: track.class,
-        size: views.size.size,
-        size_covariance: views.size.covariance,
-        p_moving,
-        states: assemble(&story, &views, &states, &headings),
-    })
+    told
 }
 
 fn standing_states(places: &[Place], count: usize) -> Option<Vec<Moving>> {

@@ -6,7 +6,7 @@ use crate::ground::GroundFrame;
 use crate::motion::Moving;
 use crate::single_view::locate;
 use crate::trajectory::{GivenView, TrafficSide};
-use crate::views::Story;
+use crate::views::{Story, UNEXPLAINED};
 
 /// A vehicle that is slower holds its heading: direction of travel means nothing at a stand \[m/s\].
 pub(crate) const HOLD_HEADING_MPS: f64 = 1.5;
@@ -72,10 +72,10 @@ pub(crate) fn standing_headings(story: &Story<'_>, states: &[Moving], side: Traf
         let one = |b: &&crate::tracker::TrackBox| {
             let view = locate(camera, &grounds[b.frame], &b.seen, local(b.frame, angle), prior)?;
             let size = view.size.to_vector() - prior.mean.to_vector();
-            Some(view.chi2 + size.component_div(&prior.sigma.to_vector()).norm_squared())
+            Some((view.chi2 + size.component_div(&prior.sigma.to_vector()).norm_squared()).min(UNEXPLAINED))
         };
         // Most vehicles stand along the road.
-        some.iter().map(|b| one(b).unwrap_or(30.0)).sum::<f64>() + 4.0 * angle.sin().powi(2)
+        some.iter().map(|b| one(b).unwrap_or(UNEXPLAINED)).sum::<f64>() + 4.0 * angle.sin().powi(2)
     };
     let angles = (0..STEPS).map(|k| std::f64::consts::PI * k as f64 / STEPS as f64);
     let best = angles.map(|a| (misfit(a), a)).min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |b| b.1);

@@ -140,9 +140,14 @@ pub(crate) fn locate_sized(
         let (place, size) = (foot + axes * x.fixed_rows::<3>(0), x.fixed_rows::<3>(3).into_owned());
         let at = touching(camera, &rotation, &place, seen.class, &size)?;
         let (mut h, mut g, mut chi2) = (Matrix6::zeros(), Vector6::zeros(), 0.0);
-        for edge in (0..4).filter(|e| seen.edges[*e]) {
+        for edge in 0..4 {
             let s = edge_sigma_px(&seen.bbox, edge);
             let r = (at[edge].pixel - measured[edge]) / s;
+            // What is cut off or hidden reaches at least as far as what is seen.
+            let reaches = if edge < 2 { r <= 0.0 } else { r >= 0.0 };
+            if !seen.edges[edge] && reaches {
+                continue;
+            }
             // Cauchy with three sigma: a box jumps now and then.
             let w = 1.0 / (1.0 + r * r / 9.0);
             let j = derivative(camera, edge, &at[edge], &axes, &rotation) / s;

@@ -30,6 +30,17 @@ pub(crate) struct Story<'a> {
 }
 
 impl Story<'_> {
+    /// χ² of the edges of all boxes, as of a dozen independent ones, and of the size against what was known of it.
+    fn misfit(&self, boxes: &[(usize, SingleView)], size: &JointSize) -> f64 {
+        const INDEPENDENT: f64 = 12.0;
+        let count = self.track.boxes.len();
+        let unplaced = (count - boxes.len()) as f64 * UNEXPLAINED;
+        let edges = boxes.iter().map(|(_, view)| view.chi2.min(UNEXPLAINED)).sum::<f64>() + unplaced;
+        let off = size.size.to_vector() - self.prior.mean.to_vector();
+        let off = off.component_div(&self.prior.sigma.to_vector()).norm_squared();
+        edges * (INDEPENDENT / count.max(1) as f64).min(1.0) + off
+    }
+
     /// Places every box with a size of this mean and information; headings are relative to each frame's camera.
     fn place_boxes(
         &self,
@@ -58,7 +69,12 @@ pub(crate) struct Views {
     /// In order of frames.
     pub(crate) views: Vec<View>,
     pub(crate) size: JointSize,
+    /// How badly the boxes fit with these headings.
+    pub(crate) misfit: f64,
 }
+
+/// A box that nothing explains counts no more: χ² of its edges.
+pub(crate) const UNEXPLAINED: f64 = 30.0;
 
 impl Views {
     /// Places every box with the given headings, joins what all boxes say of the size, and places them again with it.
@@ -68,8 +84,10 @@ impl Views {
             story.place_boxes(headings, &prior.mean, &information)
         };
         let size = JointSize::of(&place_all(&story.prior), &story.prior)?;
-        let views = fuse(&place_all(&size.as_prior()), &story.given.views);
-        (!views.is_empty()).then_some(Self { views, size })
+        let boxes = place_all(&size.as_prior());
+        let misfit = story.misfit(&boxes, &size);
+        let views = fuse(&boxes, &story.given.views);
+        (!views.is_empty()).then_some(Self { views, size, misfit })
     }
 
     /// Places in the world.
