@@ -90,6 +90,9 @@ impl SingleView {
     }
 }
 
+/// Where a vehicle is hidden its box ends less surely: so many times the deviation of an edge that is seen.
+const HIDDEN: f64 = 3.0;
+
 /// Standard deviation of a detector's edge \[px\]: a floor, and a share of the box for its habits (mirrors, shadows).
 fn edge_sigma_px(bbox: &BoundingBox, edge: usize) -> f64 {
     let side = if edge.is_multiple_of(2) { bbox.width() } else { bbox.height() };
@@ -141,13 +144,17 @@ pub(crate) fn locate_sized(
         let at = touching(camera, &rotation, &place, seen.class, &size)?;
         let (mut h, mut g, mut chi2) = (Matrix6::zeros(), Vector6::zeros(), 0.0);
         for edge in 0..4 {
-            let s = edge_sigma_px(&seen.bbox, edge);
-            let r = (at[edge].pixel - measured[edge]) / s;
-            // What is cut off or hidden reaches at least as far as what is seen.
-            let reaches = if edge < 2 { r <= 0.0 } else { r >= 0.0 };
-            if !seen.edges[edge] && reaches {
-                continue;
+            let mut s = edge_sigma_px(&seen.bbox, edge);
+            let off = at[edge].pixel - measured[edge];
+            if !seen.edges[edge] {
+                // What is cut off or hidden reaches at least as far as what is seen.
+                let reaches = if edge < 2 { off <= 0.0 } else { off >= 0.0 };
+                if reaches {
+                    continue;
+                }
+                s *= HIDDEN;
             }
+            let r = off / s;
             // Cauchy with three sigma: a box jumps now and then.
             let w = 1.0 / (1.0 + r * r / 9.0);
             let j = derivative(camera, edge, &at[edge], &axes, &rotation) / s;

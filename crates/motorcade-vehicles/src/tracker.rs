@@ -58,6 +58,8 @@ pub struct Track {
 
 /// Times are nanoseconds made seconds: a gap of exactly the longest must count as one \[s\].
 const ROUNDING_S: f64 = 1e-6;
+/// χ² of four edges stays under it in 99 %.
+const EXPLAINED_CHI2: f64 = 13.3;
 /// Two boxes that overlap more are the same vehicle seen twice.
 const DOUBLED_IOU: f64 = 0.5;
 
@@ -231,8 +233,16 @@ fn place(
     ground: &GroundFrame,
     seen: &SeenBox,
 ) -> Option<(Vector3<f64>, Matrix3<f64>)> {
-    // Box-level place: the heading of the road will do.
-    let found = locate(camera, ground, seen, 0.0, &size_prior(seen.class))?;
+    // Box-level place: the heading of the road will do, or, where that does not explain the box, one across it.
+    let facing = |heading_rad: f64| locate(camera, ground, seen, heading_rad, &size_prior(seen.class));
+    let along = facing(0.0);
+    let found = match along {
+        Some(view) if view.chi2 < EXPLAINED_CHI2 => view,
+        _ => {
+            let across = facing(std::f64::consts::FRAC_PI_2);
+            along.into_iter().chain(across).min_by(|a, b| a.chi2.total_cmp(&b.chi2))?
+        }
+    };
     let r = ground.world_from_camera.rotation_matrix();
     let position = ground.world_from_camera.transform_point(&found.position_in_camera);
     Some((position.coords, r * found.covariance * r.transpose()))
