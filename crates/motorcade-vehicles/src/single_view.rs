@@ -90,13 +90,28 @@ impl SingleView {
     }
 }
 
-/// Where a vehicle is hidden its box ends less surely: so many times the deviation of an edge that is seen.
-const HIDDEN: f64 = 3.0;
-
 /// Standard deviation of a detector's edge \[px\]: a floor, and a share of the box for its habits (mirrors, shadows).
 fn edge_sigma_px(bbox: &BoundingBox, edge: usize) -> f64 {
     let side = if edge.is_multiple_of(2) { bbox.width() } else { bbox.height() };
     (1.2_f64.powi(2) + (0.025 * side).powi(2)).sqrt()
+}
+
+/// Standard deviation of an edge for a vehicle that ends `off` further right or down \[px\]; `None` where it says nothing.
+///
+/// What is cut off or hidden reaches at least as far as what is seen, to which it is held less firmly than a vehicle that is seen
+/// ends at its edge. Up and down it seldom reaches much further: that keeps the depth of a vehicle whose bottom is hidden
+/// within bounds, which its roof, at the camera's own height, would not.
+fn deviation_px(seen: &SeenBox, edge: usize, off: f64) -> Option<f64> {
+    const HIDDEN: f64 = 3.0;
+    /// As a share of the height that is seen.
+    const BEYOND: f64 = 0.3;
+    let sideways = edge.is_multiple_of(2);
+    let reaches = if edge < 2 { off <= 0.0 } else { off >= 0.0 };
+    match (seen.edges[edge], reaches) {
+        (true, _) => Some(edge_sigma_px(&seen.bbox, edge)),
+        (false, false) => Some(HIDDEN * edge_sigma_px(&seen.bbox, edge)),
+        (false, true) => (!sideways).then(|| BEYOND * seen.bbox.height()),
+    }
 }
 
 /// Standard deviation of the road's height at a distance over the plane below the camera \[m\]: the plane's own pitch, and
@@ -144,16 +159,8 @@ pub(crate) fn locate_sized(
         let at = touching(camera, &rotation, &place, seen.class, &size)?;
         let (mut h, mut g, mut chi2) = (Matrix6::zeros(), Vector6::zeros(), 0.0);
         for edge in 0..4 {
-            let mut s = edge_sigma_px(&seen.bbox, edge);
             let off = at[edge].pixel - measured[edge];
-            if !seen.edges[edge] {
-                // What is cut off or hidden reaches at least as far as what is seen.
-                let reaches = if edge < 2 { off <= 0.0 } else { off >= 0.0 };
-                if reaches {
-                    continue;
-                }
-                s *= HIDDEN;
-            }
+            let Some(s) = deviation_px(seen, edge, off) else { continue };
             let r = off / s;
             // Cauchy with three sigma: a box jumps now and then.
             let w = 1.0 / (1.0 + r * r / 9.0);
