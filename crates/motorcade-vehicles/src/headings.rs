@@ -74,8 +74,9 @@ pub(crate) fn standing_headings(story: &Story<'_>, states: &[Moving], side: Traf
             let size = view.size.to_vector() - prior.mean.to_vector();
             Some((view.chi2 + size.component_div(&prior.sigma.to_vector()).norm_squared()).min(UNEXPLAINED))
         };
-        // Most vehicles stand along the road.
-        some.iter().map(|b| one(b).unwrap_or(UNEXPLAINED)).sum::<f64>() + 4.0 * angle.sin().powi(2)
+        // Most vehicles stand along the road, others across it, few in between, which boxes tell least of.
+        let seldom = 2.0 * angle.sin().powi(2) + 2.0 * (2.0 * angle).sin().powi(2);
+        some.iter().map(|b| one(b).unwrap_or(UNEXPLAINED)).sum::<f64>() + seldom
     };
     let angles = (0..STEPS).map(|k| std::f64::consts::PI * k as f64 / STEPS as f64);
     let best = angles.map(|a| (misfit(a), a)).min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |b| b.1);

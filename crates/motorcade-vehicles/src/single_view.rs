@@ -333,6 +333,33 @@ mod tests {
         assert!(slope[(2, 2)] > 3.0, "{slope}");
     }
 
+    /// The lower part of a car behind another: its roof, as high as the camera, hardly tells the distance.
+    #[test]
+    fn a_hidden_bottom_does_not_put_a_vehicle_anywhere() {
+        let prior = size_prior(VehicleClass::Car);
+        for ahead in [12.0, 25.0, 45.0] {
+            let truth = ground().point(ahead, -3.0, 0.0);
+            let pose = standing_pose(&truth, &ground().direction_of(0.0), &ground().up);
+            let whole = image_box(&CAMERA, &pose, VehicleClass::Car, &prior.mean).unwrap();
+            for hidden in [0.0, 0.2, 0.4] {
+                let bbox = BoundingBox { y2: whole.y2 - hidden * whole.height(), ..whole };
+                for edges in
+                    [[true, true, true, false], [true, true, false, false], [false, true, true, false]]
+                {
+                    let seen = SeenBox { bbox, class: VehicleClass::Car, edges };
+                    let found = locate(&CAMERA, &ground(), &seen, 0.0, &prior).unwrap();
+                    let error = (found.position_in_camera - truth).norm() / ahead;
+                    assert!(error < 0.1 + hidden, "{ahead} m, {hidden} hidden, {edges:?}: {error}");
+                }
+            }
+        }
+        // Cut off at two borders beside the camera.
+        let bbox = BoundingBox { x1: 0.0, y1: 160.0, x2: 204.0, y2: 374.0 };
+        let seen = SeenBox::new(bbox, VehicleClass::Car, &CAMERA, &[]);
+        let found = locate(&CAMERA, &ground(), &seen, 0.0, &prior).unwrap();
+        assert!((2.0..9.0).contains(&found.position_in_camera.z), "{}", found.position_in_camera);
+    }
+
     #[test]
     fn cut_off_and_hidden_edges_are_recognised() {
         let cut = BoundingBox { x1: 0.0, y1: 150.0, x2: 200.0, y2: 374.0 };

@@ -88,6 +88,38 @@ fn a_vehicle_is_known_again_after_a_gap() {
     assert_eq!(tracks[0].boxes.last().unwrap().frame, 49);
 }
 
+/// A row of cars parked across the road beside it, the further ones half hidden by the nearer: taken for cars along the road they
+/// would be three times as near, and seem to move.
+#[test]
+fn cars_parked_across_the_road_stand_there() {
+    let frames = 20;
+    let places: Vec<f64> = (0..4).map(|k| 26.0 + 2.6 * f64::from(k)).collect();
+    let grounds = grounds(frames, 1.65);
+    let seen = |ahead_m: f64| {
+        let ground = &grounds[0];
+        let pose = standing_pose(&ground.point(ahead_m, -8.0, 0.0), &ground.left(), &ground.up);
+        let bbox = image_box(&CAMERA, &pose, VehicleClass::Car, &size_prior(VehicleClass::Car).mean)?;
+        let bbox = bbox.clipped(CAMERA.width, CAMERA.height);
+        let detection = Detection { bbox, score: 0.8, class: VehicleClass::Car, external_id: None };
+        (bbox.width() > 5.0).then_some(detection)
+    };
+    let detections: Vec<Vec<Detection>> =
+        (0..frames).map(|k| places.iter().filter_map(|p| seen(p - k as f64)).collect()).collect();
+    let tracks = track_vehicles(&CAMERA, &grounds, &detections, &TrackerOptions::default());
+    assert_eq!(tracks.len(), places.len());
+    for track in &tracks {
+        let none = GivenTrack::default();
+        let found = estimate_track(&CAMERA, &grounds, track, &none, TrafficSide::Right).unwrap();
+        assert!(found.p_moving < 0.5, "{} {}", track.id, found.p_moving);
+        let there = found.states[0].world_from_vehicle.translation();
+        let miss = |p: &f64| (there - Vector3::new(8.0, 1.65, *p)).norm();
+        let nearest = places.iter().map(miss).fold(f64::INFINITY, f64::min);
+        assert!(nearest < 1.0, "{} {there}: {nearest} m", track.id);
+        let nose = found.states[0].world_from_vehicle.transform_vector(&Vector3::x());
+        assert!(nose.x.abs() > 0.95, "{nose}");
+    }
+}
+
 /// The camera drives at 10 m/s and turns left by that many radians a second from 1 s to 4 s.
 fn turning(frames: usize, rate_radps: f64) -> Vec<GroundFrame> {
     let (mut place, mut yaw) = (Vector3::zeros(), 0.0_f64);
