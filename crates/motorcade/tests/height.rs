@@ -1,23 +1,40 @@
-//! A camera height that is wrong by some factor makes the camera's whole way longer by that factor, exactly, vehicles or not.
+//! A camera height that is wrong by some factor makes the camera's whole way longer by that factor, vehicles or not.
 
 #![allow(clippy::unwrap_used, reason = "a test")]
 
 mod common;
 
 use common::{HEIGHT_M, drive};
-use motorcade::{Config, Given, RunResult, Silent, conclude};
+use motorcade::{CameraWay, Config, Given, GraphOptions, RunResult, Silent, conclude};
 use proptest::prelude::*;
 
-fn run(frames: usize, factor: f64) -> RunResult {
-    conclude(drive(frames), &Given::default(), HEIGHT_M * factor, &Config::default(), 1, &Silent)
+fn run(frames: usize, factor: f64, camera: CameraWay) -> RunResult {
+    let graph = GraphOptions { camera, ..GraphOptions::default() };
+    let config = Config { graph, ..Config::default() };
+    conclude(drive(frames), &Given::default(), HEIGHT_M * factor, &config, 1, &Silent)
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
+
+    /// Vehicles, whose sizes do not grow with the height, bend the way a little otherwise, but stretch no step of it.
     #[test]
     fn lengths_are_proportional_to_the_height(frames in 40_usize..90, factor in 0.9_f64..1.1) {
-        let (right, wrong) = (run(frames, 1.0), run(frames, factor));
+        let [right, wrong] = [1.0, factor].map(|f| run(frames, f, CameraWay::default()));
         prop_assert!(right.graph.is_some() && !right.vehicles.is_empty());
+        let steps = |r: &RunResult| -> Vec<f64> {
+            let places: Vec<_> = r.ego.frames.iter().map(|f| f.world_from_camera.translation()).collect();
+            places.windows(2).map(|w| (w[1] - w[0]).norm()).collect()
+        };
+        for (a, b) in steps(&right).iter().zip(steps(&wrong)) {
+            prop_assert!((b / a / factor - 1.0).abs() < 1e-6, "{a} m {b} m");
+        }
+        prop_assert!((wrong.ego.length_m() / right.ego.length_m() / factor - 1.0).abs() < 1e-7);
+    }
+
+    #[test]
+    fn a_way_that_is_held_is_proportional_place_by_place(frames in 40_usize..90, factor in 0.9_f64..1.1) {
+        let [right, wrong] = [1.0, factor].map(|f| run(frames, f, CameraWay::Held));
         for (a, b) in right.ego.frames.iter().zip(&wrong.ego.frames) {
             let (a, b) = (a.world_from_camera, b.world_from_camera);
             let off = (b.translation() - a.translation() * factor).norm();

@@ -1,7 +1,7 @@
 //! The graph on vehicles whose poses, sizes and noise are known.
 
 use motorcade_geometry::{Camera, Pose, Vehicle, World};
-use motorcade_odometry::{EgoTrajectory, UpToScale};
+use motorcade_odometry::{EgoTrajectory, FrameStatus, UpToScale};
 use motorcade_perception::VehicleClass;
 use motorcade_vehicles::{Dimensions, Sighting, Source, VehicleState, VehicleTrajectory};
 use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
@@ -206,4 +206,36 @@ fn views_of_a_parked_car_from_many_distances_tell_its_size() {
     let apart = GraphOptions { shared_size: false, ..GraphOptions::default() };
     let (blind, _) = solved(standing(), &apart);
     assert!(place_m < 0.8 && (blind.size.height_m - SIZE.height_m).abs() < 1e-9, "{place_m} m");
+}
+
+/// For a tenth of a second nothing was seen, and the way was taken up again half a metre beside where it is: a car that stands, seen
+/// before and after, brings it back. Steps that were measured keep their lengths.
+#[test]
+fn a_standing_car_is_a_landmark_across_a_break() {
+    const BREAK: usize = 40;
+    let truth = on_road(4.0, 95.0, 0.0);
+    let noise = noise(13, 0.3);
+    let sightings = |k: usize| vec![seen(Source::Box, &truth, k, &noise[k])];
+    let mut broken = ego();
+    let aside = Pose::<World, World>::from_parts(UnitQuaternion::identity(), Vector3::x() * 0.5);
+    for frame in &mut broken.frames[BREAK..] {
+        frame.world_from_camera = aside * frame.world_from_camera;
+    }
+    broken.frames[BREAK].status = FrameStatus::Bridged;
+    let aside = Vector6::new(0.0, 0.0, 0.0, 0.5, 0.5, 0.5);
+    broken.frames[BREAK].step_covariance += Matrix6::from_diagonal(&aside.map(|s| s * s));
+    let off = |way: CameraWay| {
+        let (mut ego, mut vehicle) = (broken.clone(), vehicle(|_| truth, sightings, 0.01));
+        let vehicles = std::slice::from_mut(&mut vehicle);
+        let options = GraphOptions { camera: way, ..GraphOptions::default() };
+        let mut graph = Multibody::new(&ego, vehicles, &options).unwrap();
+        graph.solve(&mut ego, vehicles, &options, 1).unwrap();
+        let place = |k: usize| ego.frames[k].world_from_camera.translation();
+        for k in (1..FRAMES).filter(|k| *k != BREAK) {
+            assert!(((place(k) - place(k - 1)).norm() - 1.0).abs() < 1e-6, "step {k}");
+        }
+        (place(BREAK + 5) - camera(BREAK + 5).translation()).norm()
+    };
+    let (held, found) = (off(CameraWay::Held), off(CameraWay::LengthsHeld));
+    assert!((held - 0.5).abs() < 1e-9 && found < 0.2, "{held} {found}");
 }
