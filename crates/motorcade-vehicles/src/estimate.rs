@@ -37,21 +37,9 @@ pub fn estimate_track(
     let pointed = given_headings(grounds, &given.views, start, times.len());
     let along = pointed.clone().unwrap_or_else(|| vec![0.0; times.len()]);
     let mut told = tell(&story, &times, pointed.as_deref(), along, side)?;
-    if std::env::var("DM").is_ok() {
-        eprintln!(
-            "id {} misfit {:.1} p {:.2} n {}",
-            track.id,
-            told.views.misfit,
-            told.p_moving,
-            track.boxes.len()
-        );
-    }
     if pointed.is_none() && told.p_moving > 0.5 && told.views.misfit > FITS {
         let across = standing_headings(&story, &told.states, side);
         let other = tell(&story, &times, None, across, side);
-        if std::env::var("DM").is_ok() {
-            eprintln!("   other {:?}", other.as_ref().map(|o| (o.views.misfit, o.p_moving)));
-        }
         told = other.filter(|o| o.views.misfit + CLEARLY < told.views.misfit).unwrap_or(told);
     }
     Some(VehicleTrajectory {
