@@ -52,35 +52,21 @@ pub fn odometry() -> Vec<Variant> {
 
 /// Edges, weights, kernels.
 pub fn graph() -> Vec<Variant> {
-    let edges = ["camera_camera", "camera_vehicle", "vehicle_vehicle"];
-    let off = |k: usize| format!("graph.{}=false", edges[k]);
-    let mut out = vec![
-        variant("default", Preset::Default, &[]),
+    let mut out = edges_off(Preset::Default, "default");
+    out.extend([
         variant("default, no graph", Preset::Default, &["graph.enabled=false"]),
-        variant("default without camera_vehicle", Preset::Default, &[&off(1)]),
-        variant("default without vehicle_vehicle", Preset::Default, &[&off(2)]),
+        variant("default, camera held", Preset::Default, &["graph.camera=held"]),
+        variant("default, camera free", Preset::Default, &["graph.camera=free"]),
         variant("default, sizes not shared", Preset::Default, &["graph.shared_size=false"]),
         variant("default, started by the front end", Preset::Default, &["graph.medoid_start=false"]),
         variant("default, covariances as told", Preset::Default, &["graph.variance_rounds=0"]),
-        variant("default, camera held", Preset::Default, &["graph.camera=held"]),
-    ];
+    ]);
     for share in ["1.0", "2.0", "8.0"] {
         let set = format!("graph.correlated_frames={share}");
         let name = format!("default, correlated_frames = {share}");
         out.push(variant(name, Preset::Default, &[&set]));
     }
-    for (preset, name) in [(Preset::Default, "camera free"), (Preset::Paper, "paper")] {
-        let mut add = |name: String, set: &[&str]| {
-            out.push(variant(name, preset, &[&["graph.camera=free"], set].concat()));
-        };
-        add(name.to_owned(), &[]);
-        for k in 0..3 {
-            add(format!("{name} without {}", edges[k]), &[&off(k)]);
-        }
-        for k in 0..3 {
-            add(format!("{name}, {} only", edges[k]), &[&off((k + 1) % 3), &off((k + 2) % 3)]);
-        }
-    }
+    out.extend(edges_off(Preset::Paper, "paper"));
     out.push(variant("paper, no graph", Preset::Paper, &["graph.enabled=false"]));
     for (key, values) in [
         ("graph.lambda_camera", ["1e2", "1e6"]),
@@ -98,13 +84,26 @@ pub fn graph() -> Vec<Variant> {
     }
     for kernel in ["none", "huber", "geman_mc_clure", "dcs"] {
         let set = format!("graph.kernel={kernel}");
-        let name = format!("camera free, kernel {kernel}");
-        out.push(variant(name, Preset::Default, &["graph.camera=free", &set]));
+        out.push(variant(format!("default, kernel {kernel}"), Preset::Default, &[&set]));
     }
     for scale in ["3.5", "10.0"] {
         let set = format!("graph.kernel_scale={scale}");
-        let name = format!("camera free, Cauchy at {scale} σ");
-        out.push(variant(name, Preset::Default, &["graph.camera=free", &set]));
+        out.push(variant(format!("default, Cauchy at {scale} σ"), Preset::Default, &[&set]));
+    }
+    out
+}
+
+/// A preset, and classes of its edges off one by one and in pairs.
+fn edges_off(preset: Preset, name: &str) -> Vec<Variant> {
+    let edges = ["camera_camera", "camera_vehicle", "vehicle_vehicle"];
+    let off = |k: usize| format!("graph.{}=false", edges[k]);
+    let mut out = vec![variant(name, preset, &[])];
+    for k in 0..3 {
+        out.push(variant(format!("{name} without {}", edges[k]), preset, &[&off(k)]));
+    }
+    for k in 0..3 {
+        let others = [off((k + 1) % 3), off((k + 2) % 3)];
+        out.push(variant(format!("{name}, {} only", edges[k]), preset, &[&others[0], &others[1]]));
     }
     out
 }
