@@ -152,8 +152,9 @@ pub fn standing_place(places: &[Place]) -> Option<(Vector3<f64>, Matrix3<f64>)> 
     Some((covariance * sum, covariance * share))
 }
 
-/// Probability that a vehicle moves: its mean velocity against what errors of depth can feign.
-pub fn probability_moving(places: &[Place]) -> f64 {
+/// Probability that a vehicle moves: its mean velocity against what errors of depth can feign, `doubt` times larger where places
+/// are worse than they say.
+pub fn probability_moving(places: &[Place], doubt: f64) -> f64 {
     let (Some(first), Some(last)) = (places.first(), places.last()) else { return 0.5 };
     let duration = last.time_s - first.time_s;
     if duration < 0.25 {
@@ -178,7 +179,7 @@ pub fn probability_moving(places: &[Place]) -> f64 {
     let feigned = 0.05 * (last.range_m - first.range_m).abs() / duration;
     // Noise of the line itself; neighbouring frames share most of theirs, so a handful of views count.
     let noise = (1.0 / w_sum * places.len() as f64 / 4.0).sqrt() * 3.0 / duration;
-    let sigma = 0.3_f64.hypot(feigned).hypot(noise);
+    let sigma = 0.3_f64.hypot(feigned).hypot(noise) * doubt;
     // Even odds at three sigma of feigned motion.
     let excess = velocity.norm() / sigma - 3.0;
     1.0 / (1.0 + (-2.0 * excess).exp())
@@ -206,8 +207,8 @@ mod tests {
 
     #[test]
     fn moving_and_standing_are_told_apart() {
-        assert!(probability_moving(&places(8.0)) > 0.95);
-        assert!(probability_moving(&places(0.05)) < 0.1);
+        assert!(probability_moving(&places(8.0), 1.0) > 0.95);
+        assert!(probability_moving(&places(0.05), 1.0) < 0.1);
     }
 
     #[test]

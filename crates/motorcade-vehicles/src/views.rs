@@ -90,6 +90,13 @@ impl Views {
         (!views.is_empty()).then_some(Self { views, size, misfit })
     }
 
+    /// How many times worse boxes fit than their deviations say; 1 where they fit.
+    pub(crate) fn doubt(&self) -> f64 {
+        /// χ² of a dozen boxes that fit: with places and sizes free few freedoms are left.
+        const FITS: f64 = 24.0;
+        (self.misfit / FITS).max(1.0).sqrt()
+    }
+
     /// Places in the world.
     pub(crate) fn places(&self, grounds: &[GroundFrame]) -> Vec<Place> {
         let one = |view: &View| {
