@@ -15,6 +15,8 @@ pub struct EgoFrame {
     pub world_from_camera: Pose<World, Camera>,
     /// How the pose was found.
     pub status: FrameStatus,
+    /// False where the motion from the frame before was not measured but filled in: across a break, or before a map began.
+    pub step_measured: bool,
     /// Covariance of the motion from the frame before (6×6 `[ω, ν]`, rad and m), in this camera's frame.
     pub step_covariance: Matrix6<f64>,
     /// Covariance of the pose in the world (6×6 `[ω, ν]`), accumulated from the first frame.
@@ -94,7 +96,8 @@ impl EgoTrajectory {
         let metric = metric_steps(&steps, &scales);
         let mut uncertainty = Uncertainty::default();
         for k in 0..n {
-            let frame = ego.next_frame(odometry, k, &metric[k], scales[k], states[k].as_ref(), measurements);
+            let step = (&metric[k], steps[k].is_some());
+            let frame = ego.next_frame(odometry, k, step, scales[k], states[k].as_ref(), measurements);
             let frame = EgoFrame { scale_bias_sigma, ..frame };
             let covariance = uncertainty.advance(&frame, &metric[k]);
             ego.frames.push(EgoFrame { covariance, ..frame });
@@ -114,7 +117,7 @@ impl EgoTrajectory {
         &self,
         odometry: &UpToScale,
         k: usize,
-        metric_step: &Pose<Camera, Camera>,
+        (metric_step, has_own): (&Pose<Camera, Camera>, bool),
         scale: f64,
         state: Option<&SmoothedState>,
         measurements: &[RoadMeasurement],
@@ -127,7 +130,9 @@ impl EgoTrajectory {
             self.frames.last().map_or(Pose::identity(), |b| b.world_from_camera * *metric_step);
         // In the step alone the scale errs as if measurements were independent; how long its error lasts is told apart.
         let alone = scale_sigma / state.map_or(1.0, |s| s.overlap.sqrt());
-        let step_covariance = step_covariance(metric_step, record.covariance, scale, alone, record.status);
+        let step_measured =
+            has_own && matches!(record.status, FrameStatus::Tracked | FrameStatus::Standstill);
+        let step_covariance = step_covariance(metric_step, record.covariance, scale, alone, step_measured);
         let (pitch, roll) = state.map_or((0.0, 0.0), |s| (s.value.y, s.value.z));
         let mut road_tilt_covariance = Matrix3::zeros();
         match state {
@@ -140,6 +145,7 @@ impl EgoTrajectory {
         EgoFrame {
             world_from_camera,
             status: record.status,
+            step_measured,
             step_covariance,
             covariance: Matrix6::zeros(),
             scale,

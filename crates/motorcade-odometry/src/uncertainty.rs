@@ -4,7 +4,6 @@ use motorcade_geometry::{Camera, Pose, lie::se3::adjoint};
 use nalgebra::{Matrix6, Vector6};
 
 use crate::ego::EgoFrame;
-use crate::record::FrameStatus;
 
 /// Derivative of a step by the logarithm of its scale (6).
 fn along(step: &Pose<Camera, Camera>) -> Vector6<f64> {
@@ -68,7 +67,7 @@ pub(crate) fn step_covariance(
     tracking: Matrix6<f64>,
     scale: f64,
     scale_sigma: f64,
-    status: FrameStatus,
+    measured: bool,
 ) -> Matrix6<f64> {
     let mut out = tracking;
     for k in 3..6 {
@@ -78,7 +77,7 @@ pub(crate) fn step_covariance(
         }
     }
     out += along(step) * along(step).transpose() * (scale_sigma * scale_sigma);
-    if status == FrameStatus::Bridged || status == FrameStatus::Initialising {
+    if !measured {
         // A tenth of a second unseen: half a degree, and 1 m/s of change in speed.
         for k in 0..3 {
             out[(k, k)] += 0.5_f64.to_radians().powi(2);

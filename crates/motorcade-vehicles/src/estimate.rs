@@ -35,7 +35,7 @@ pub fn estimate_track(
     let pointed = given_headings(grounds, &given.views, start, times.len());
     let along = pointed.clone().unwrap_or_else(|| vec![0.0; times.len()]);
     let mut told = tell(&story, &times, pointed.as_deref(), along, side)?;
-    if pointed.is_none() && told.p_moving > 0.5 && told.views.doubt() > 1.0 {
+    if pointed.is_none() && told.p_moving > 0.5 && told.views.doubt > 1.0 {
         let across = standing_headings(&story, &told.states, side);
         let other = tell(&story, &times, None, across, side);
         told = other.filter(|o| o.views.misfit + CLEARLY < told.views.misfit).unwrap_or(told);
@@ -75,7 +75,7 @@ fn tell(
     for _ in 0..3 {
         let views = Views::of(story, &headings)?;
         let places = views.places(story.grounds);
-        let p_moving = probability_moving(&places, views.doubt());
+        let p_moving = probability_moving(&places, views.doubt);
         let states = if p_moving > 0.5 {
             smooth_motion(&places, times, &up)
         } else {

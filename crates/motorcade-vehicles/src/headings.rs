@@ -71,8 +71,7 @@ pub(crate) fn standing_headings(story: &Story<'_>, states: &[Moving], side: Traf
     let misfit = |angle: f64| -> f64 {
         let one = |b: &&crate::tracker::TrackBox| {
             let view = locate(camera, &grounds[b.frame], &b.seen, local(b.frame, angle), prior)?;
-            let size = view.size.to_vector() - prior.mean.to_vector();
-            Some((view.chi2 + size.component_div(&prior.sigma.to_vector()).norm_squared()).min(UNEXPLAINED))
+            Some(view.misfit(prior).min(UNEXPLAINED))
         };
         // Most vehicles stand along the road, others across it, few in between, which boxes tell least of.
         let seldom = 2.0 * angle.sin().powi(2) + 2.0 * (2.0 * angle).sin().powi(2);

@@ -3,7 +3,7 @@
 //!
 //! Unknown: place on the road (ahead, left), height of the road there over the plane, size. Known: up to four edges of
 //! the box. Priors: size of the class (or track), road height. Solved by Gauss–Newton; edges that are cut off by the
-//! image or hidden behind another vehicle are left out.
+//! image or hidden behind another vehicle are bounds, which the vehicle reaches or passes.
 
 use motorcade_geometry::PinholeCamera;
 use motorcade_perception::{BoundingBox, VehicleClass};
@@ -55,6 +55,12 @@ impl SeenBox {
         }
         Self { bbox, class, edges }
     }
+
+    /// False for a box of which too little is seen to place a vehicle.
+    pub(crate) fn tells(&self) -> bool {
+        let [_, top, _, bottom] = self.edges;
+        self.edges.iter().filter(|e| **e).count() >= 2 && (top || bottom)
+    }
 }
 
 /// A vehicle's place and size from one box.
@@ -77,6 +83,12 @@ pub struct SingleView {
 }
 
 impl SingleView {
+    /// χ² of the edges, and of the size against what was known of it.
+    pub(crate) fn misfit(&self, prior: &SizePrior) -> f64 {
+        let off = self.size.to_vector() - prior.mean.to_vector();
+        self.chi2 + off.component_div(&prior.sigma.to_vector()).norm_squared()
+    }
+
     /// How the place depends on the mean of the size it was found with: by the implicit function theorem on the normal equations,
     /// with the prior's information W,
     ///
@@ -101,18 +113,13 @@ fn edge_sigma_px(bbox: &BoundingBox, edge: usize) -> f64 {
 /// Standard deviation of an edge for a vehicle that ends `off` further right or down \[px\]; `None` where it says nothing.
 ///
 /// What is cut off or hidden reaches at least as far as what is seen, to which it is held less firmly than a vehicle that is seen
-/// ends at its edge. Where something hides its top or bottom it seldom reaches much further: that keeps the depth of a vehicle
-/// whose bottom is hidden within bounds, which its roof, at the camera's own height, would not.
+/// ends at its edge. Where something hides its bottom it seldom reaches much further: that keeps its depth within bounds, which its
+/// roof, at the camera's own height, would not.
 fn deviation_px(camera: &PinholeCamera, seen: &SeenBox, edge: usize, off: f64) -> Option<f64> {
     const HIDDEN: f64 = 3.0;
     /// As a share of the height that is seen.
     const BEYOND: f64 = 0.3;
-    let last_row = f64::from(camera.height) - 1.0;
-    let hidden = match edge {
-        1 => seen.bbox.y1 > BORDER_PX,
-        3 => seen.bbox.y2 < last_row - BORDER_PX,
-        _ => false,
-    };
+    let hidden = edge == 3 && seen.bbox.y2 < f64::from(camera.height) - 1.0 - BORDER_PX;
     let reaches = if edge < 2 { off <= 0.0 } else { off >= 0.0 };
     match (seen.edges[edge], reaches) {
         (true, _) => Some(edge_sigma_px(&seen.bbox, edge)),
@@ -151,7 +158,7 @@ pub(crate) fn locate_sized(
     mean: &Dimensions,
     size_information: &Matrix3<f64>,
 ) -> Option<SingleView> {
-    if seen.edges.iter().filter(|e| **e).count() < 2 || !(seen.edges[1] || seen.edges[3]) {
+    if !seen.tells() {
         return None;
     }
     let measured = seen.bbox.to_array();

@@ -59,7 +59,7 @@ pub struct Track {
 /// Times are nanoseconds made seconds: a gap of exactly the longest must count as one \[s\].
 const ROUNDING_S: f64 = 1e-6;
 /// χ² of four edges stays under it in 99 %.
-const EXPLAINED_CHI2: f64 = 13.3;
+const EXPLAINED: f64 = 13.3;
 /// Two boxes that overlap more are the same vehicle seen twice.
 const DOUBLED_IOU: f64 = 0.5;
 
@@ -234,13 +234,14 @@ fn place(
     seen: &SeenBox,
 ) -> Option<(Vector3<f64>, Matrix3<f64>)> {
     // Box-level place: the heading of the road will do, or, where that does not explain the box, one across it.
-    let facing = |heading_rad: f64| locate(camera, ground, seen, heading_rad, &size_prior(seen.class));
+    let prior = size_prior(seen.class);
+    let facing = |heading_rad: f64| locate(camera, ground, seen, heading_rad, &prior);
     let along = facing(0.0);
     let found = match along {
-        Some(view) if view.chi2 < EXPLAINED_CHI2 => view,
+        Some(view) if view.misfit(&prior) < EXPLAINED => view,
         _ => {
             let across = facing(std::f64::consts::FRAC_PI_2);
-            along.into_iter().chain(across).min_by(|a, b| a.chi2.total_cmp(&b.chi2))?
+            along.into_iter().chain(across).min_by(|a, b| a.misfit(&prior).total_cmp(&b.misfit(&prior)))?
         }
     };
     let r = ground.world_from_camera.rotation_matrix();

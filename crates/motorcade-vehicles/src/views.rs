@@ -30,15 +30,20 @@ pub(crate) struct Story<'a> {
 }
 
 impl Story<'_> {
-    /// χ² of the edges of all boxes, as of a dozen independent ones, and of the size against what was known of it.
-    fn misfit(&self, boxes: &[(usize, SingleView)], size: &JointSize) -> f64 {
+    /// χ² of the edges of all boxes that tell something, as of a dozen independent ones, and of the size against what was known of
+    /// it; and how many times worse than their deviations say that is, 1 where the boxes fit.
+    fn misfit(&self, boxes: &[(usize, SingleView)], size: &JointSize) -> (f64, f64) {
         const INDEPENDENT: f64 = 12.0;
-        let count = self.track.boxes.len();
+        /// χ² of a box that fits: with place and size free few freedoms are left.
+        const FITS: f64 = 2.0;
+        let count = self.track.boxes.iter().filter(|b| b.seen.tells()).count().max(boxes.len());
         let unplaced = (count - boxes.len()) as f64 * UNEXPLAINED;
         let edges = boxes.iter().map(|(_, view)| view.chi2.min(UNEXPLAINED)).sum::<f64>() + unplaced;
         let off = size.size.to_vector() - self.prior.mean.to_vector();
         let off = off.component_div(&self.prior.sigma.to_vector()).norm_squared();
-        edges * (INDEPENDENT / count.max(1) as f64).min(1.0) + off
+        let independent = (count.max(1) as f64).min(INDEPENDENT);
+        let misfit = edges * independent / count.max(1) as f64 + off;
+        (misfit, (misfit / (FITS * independent + 3.0)).max(1.0).sqrt())
     }
 
     /// Places every box with a size of this mean and information; headings are relative to each frame's camera.
@@ -69,8 +74,10 @@ pub(crate) struct Views {
     /// In order of frames.
     pub(crate) views: Vec<View>,
     pub(crate) size: JointSize,
-    /// How badly the boxes fit with these headings.
+    /// How badly the boxes fit with these headings: χ².
     pub(crate) misfit: f64,
+    /// How many times worse than their deviations say that is; 1 where they fit.
+    pub(crate) doubt: f64,
 }
 
 /// A box that nothing explains counts no more: χ² of its edges.
@@ -85,16 +92,9 @@ impl Views {
         };
         let size = JointSize::of(&place_all(&story.prior), &story.prior)?;
         let boxes = place_all(&size.as_prior());
-        let misfit = story.misfit(&boxes, &size);
+        let (misfit, doubt) = story.misfit(&boxes, &size);
         let views = fuse(&boxes, &story.given.views);
-        (!views.is_empty()).then_some(Self { views, size, misfit })
-    }
-
-    /// How many times worse boxes fit than their deviations say; 1 where they fit.
-    pub(crate) fn doubt(&self) -> f64 {
-        /// χ² of a dozen boxes that fit: with places and sizes free few freedoms are left.
-        const FITS: f64 = 24.0;
-        (self.misfit / FITS).max(1.0).sqrt()
+        (!views.is_empty()).then_some(Self { views, size, misfit, doubt })
     }
 
     /// Places in the world.

@@ -151,6 +151,9 @@ const CORRELATED_FRAMES: f64 = 2.0;
 /// Frames whose common shape is sought: a network misplaces the same point of the same car in the same way every time, so that
 /// more would only seem to tell more.
 const SPREAD_FRAMES: usize = 12;
+/// How much less is known of a track's shape than the fit says: sizes of six cars of KITTI, by a network of 14 keypoints, are off by
+/// two to three of its standard deviations.
+const WIDENED: f64 = 2.5;
 /// Fewer have no common shape worth the name.
 const LEAST_FRAMES: usize = 3;
 /// Share of a vehicle's box that a keypoint is placed to, one standard deviation: 2 px of a 64 px heat map.
@@ -179,17 +182,18 @@ impl<'a> KeypointViews<'a> {
         let seen = |b: &TrackBox| self.seen(b, track.class);
         let seen: Vec<Seen> = track.boxes.iter().filter(|_| known).filter_map(seen).collect();
         // The rare track in both layouts has a shape in each.
-        let shapes = [Layout::Car36, Layout::Car14].map(|layout| self.shape_of_track(&seen, layout));
+        let found = [Layout::Car36, Layout::Car14].map(|layout| self.shape_of_track(&seen, layout));
+        let shapes = found.each_ref().map(|track| track.as_ref().map(|track| track.shape.widened(WIDENED)));
         let fit = |s: &Seen| {
             let fitter = self.fitter(s.layout);
             let fit = match &shapes[usize::from(s.layout == Layout::Car14)] {
-                Some(track) => fitter.fit_shaped(self.camera, &s.observation, &track.shape),
+                Some(shape) => fitter.fit_shaped(self.camera, &s.observation, shape),
                 None => fitter.fit(self.camera, &s.observation),
             };
             fit.ok().filter(|fit| !fit.heading_is_ambiguous()).map(|fit| view(s.frame, &fit))
         };
         let views = seen.iter().filter_map(fit).collect();
-        GivenTrack { views, size: shapes.iter().flatten().next().map(|fit| size(fit, track.class)) }
+        GivenTrack { views, size: found.iter().flatten().next().map(|fit| size(fit, track.class)) }
     }
 
     fn fitter(&self, layout: Layout) -> &ShapeFitter {
@@ -211,21 +215,19 @@ impl<'a> KeypointViews<'a> {
     /// The shape that frames spread over the track agree on; `None` when it was seen in too few.
     fn shape_of_track(&self, seen: &[Seen], layout: Layout) -> Option<TrackFit> {
         let same: Vec<&Seen> = seen.iter().filter(|s| s.layout == layout).collect();
-        let every = same.len().div_ceil(SPREAD_FRAMES).max(1);
-        let some: Vec<Observation> = same.iter().step_by(every).map(|s| s.observation.clone()).collect();
-        if some.len() < LEAST_FRAMES {
-            return None;
-        }
-        self.fitter(layout).fit_track(self.camera, &some).ok()
+        let some = same.len().min(SPREAD_FRAMES);
+        let spread = (0..some).map(|i| same[i * same.len() / some].observation.clone());
+        let fit = self.fitter(layout).fit_track(self.camera, &spread.collect::<Vec<_>>()).ok()?;
+        (fit.frames.iter().flatten().count() >= LEAST_FRAMES).then_some(fit)
     }
 }
 
 /// The size of a track's shape as a prior for its boxes.
 fn size(fit: &TrackFit, class: VehicleClass) -> SizePrior {
-    // Six cars of KITTI by a network of 14 keypoints: off by two to three times what the fit says.
-    const WIDENED: f64 = 2.5;
+    /// Sizes of an outline mean no more \[m\].
+    const LEAST_M: f64 = 0.02;
     let class = size_prior(class).sigma.to_vector();
-    let found = fit.size_covariance.diagonal().map(|v| WIDENED * v.max(0.0).sqrt());
+    let found = fit.size_covariance.diagonal().map(|v| (WIDENED * v.max(0.0).sqrt()).max(LEAST_M));
     let sigma = found.zip_map(&class, f64::min);
     SizePrior { mean: fit.dimensions, sigma: Dimensions::from_vector(&sigma) }
 }

@@ -65,7 +65,9 @@ fn the_whole_drive_at_once_is_not_worse() {
     let whole = conclude(drive(300), &Given::default(), HEIGHT_M, &config, 1, &Silent);
     let (online, batch) = (errors(&told, 10), errors(&whole, 10));
     println!("camera and car ahead [m]: online {online:?}, batch {batch:?}");
-    assert!(batch.0 <= online.0 && batch.1 <= online.1, "online {online:?}, batch {batch:?}");
+    // The motion given is perfect: vehicles, which online move no camera, can only make it worse, by a ten-thousandth of the way.
+    let perfect = 1e-4 * whole.ego.length_m();
+    assert!(batch.0 <= online.0.max(perfect) && batch.1 <= online.1, "online {online:?}, batch {batch:?}");
     // 300 m driven.
     assert!(online.0 < 3.0 && online.1 < 4.0, "{online:?}");
     assert!(told.ego.frames.len() == 300 && told.warnings.is_empty(), "{:?}", told.warnings);
@@ -79,7 +81,14 @@ fn the_whole_drive_at_once_is_not_worse() {
 #[test]
 #[ignore = "times a long drive; .ci/run runs it in release"]
 fn a_frame_costs_the_same_from_start_to_end() {
-    let (_, times_ms, _) = online(drive(4000), &Config::default());
+    let (_, times_ms, told) = online(drive(4000), &Config::default());
+    assert!(told.warnings.is_empty(), "{:?}", told.warnings);
+    let way = told.ego.length_m();
+    // 10 m/s for 400 s, the road measured within 1 %.
+    assert!((way / 4000.0 - 1.0).abs() < 0.005, "{way} m");
+    for state in told.vehicles.iter().flat_map(|v| &v.states) {
+        assert!(state.covariance.symmetric_eigenvalues().min() > 0.0);
+    }
     let median = |times: &[f64]| {
         let mut sorted = times.to_vec();
         sorted.sort_by(f64::total_cmp);

@@ -17,3 +17,10 @@ pub struct TrackShape {
     /// Their covariance, the poses marginalised.
     pub(super) covariance: ShapeMatrix,
 }
+
+impl TrackShape {
+    /// The same shape, known `factor` times less well (standard deviations).
+    pub fn widened(&self, factor: f64) -> Self {
+        Self { covariance: self.covariance * (factor * factor), ..*self }
+    }
+}

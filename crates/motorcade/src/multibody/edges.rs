@@ -3,9 +3,9 @@
 use motorcade_geometry::{Camera, Pose, Vehicle, World};
 use motorcade_graph::factors::{Between, VectorPrior};
 use motorcade_graph::{Factor, GraphError, Robust, VariableId};
-use motorcade_odometry::{EgoFrame, EgoTrajectory, FrameStatus};
+use motorcade_odometry::{EgoFrame, EgoTrajectory};
 use motorcade_vehicles::{Measured, Sighting, VehicleState, VehicleTrajectory};
-use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
+use nalgebra::{DMatrix, DVector, Matrix6, Vector3, Vector6};
 
 use super::classes::{ClassScales, EdgeClass};
 use super::motion_factors::{NoSideSlip, SteadyMotion};
@@ -100,12 +100,19 @@ fn step_information(frame: &EgoFrame, step: &Pose<Camera, Camera>, options: &Gra
     const HELD_M: f64 = 1e-4;
     /// A scale that is less certain was guessed rather than measured.
     const GUESSED: f64 = 0.2;
-    let mut information = inverse(&frame.step_covariance) * TAKEN_BACK;
-    let guessed = frame.scale_sigma > GUESSED || frame.status == FrameStatus::Bridged;
+    let information = inverse(&frame.step_covariance);
+    if !frame.step_measured {
+        return information;
+    }
     let along = step.rotation_matrix().transpose() * step.translation();
-    if let (CameraWay::LengthsHeld, false, Some(d)) = (options.camera, guessed, along.try_normalize(1e-3)) {
-        let held = Vector6::new(0.0, 0.0, 0.0, d.x, d.y, d.z) / HELD_M;
-        information += held * held.transpose();
+    let d = along.try_normalize(1e-3).unwrap_or_else(Vector3::zeros);
+    let d = Vector6::new(0.0, 0.0, 0.0, d.x, d.y, d.z);
+    // Errors of scale last: of the length nothing is taken back.
+    let across = Matrix6::identity() - d * d.transpose();
+    let taken = Matrix6::identity() + across * (TAKEN_BACK.sqrt() - 1.0);
+    let mut information = taken * information * taken;
+    if options.camera == CameraWay::LengthsHeld && frame.scale_sigma < GUESSED {
+        information += d * d.transpose() / (HELD_M * HELD_M);
     }
     information
 }

@@ -56,7 +56,7 @@ pub enum CameraWay {
     /// Nothing: vehicles are placed against the way as odometry and road give it.
     Held,
     /// Turn and shift it, but where the road was measured each step keeps its length: sizes of vehicles say less of lengths than
-    /// the camera's height, to which the length of the way stays proportional.
+    /// the camera's height, to which the length of the way stays proportional. Online the same as `Held`.
     #[default]
     LengthsHeld,
     /// Stretch it too, as in the paper.
@@ -97,7 +97,7 @@ pub struct GraphOptions {
     /// covariance, as if views had sizes of their own.
     pub shared_size: bool,
     /// Times the scale of the covariances of each class of camera–vehicle edges is re-estimated from its residuals; 0 leaves
-    /// them.
+    /// them. Online windows are too short for it, and constant weights have none.
     pub variance_rounds: usize,
     /// Tracks start at the medoid of what their views say; false starts them where the front end has them.
     pub medoid_start: bool,
@@ -200,16 +200,19 @@ impl Multibody {
         }
         let (cameras, scales) = (out.cameras.clone(), out.scales.clone());
         let build = Build { ego, cameras: &cameras, options, scales: &scales };
-        let mut all = edges::of_cameras(&build)?;
+        for edge in edges::of_cameras(&build)? {
+            out.graph.add_boxed(edge.factor)?;
+        }
         for vehicle in vehicles {
             let starts = starts(vehicle, ego, options);
             let body = out.body(vehicle, &starts, &build);
-            all.extend(edges::of_vehicle(vehicle, &body.own(&starts), &build)?);
+            for edge in edges::of_vehicle(vehicle, &body.own(&starts), &build)? {
+                let id = out.graph.add_boxed(edge.factor)?;
+                // All views of a standing vehicle together count as one: their residuals tell nothing of their noise.
+                let tells = edge.class.filter(|_| !edges::stands(vehicle, options));
+                out.classed.extend(tells.map(|class| (id, class)));
+            }
             out.vehicles.push(body);
-        }
-        for edge in all {
-            let id = out.graph.add_boxed(edge.factor)?;
-            out.classed.extend(edge.class.map(|class| (id, class)));
         }
         Ok(out)
     }

@@ -1,7 +1,7 @@
 //! The graph on vehicles whose poses, sizes and noise are known.
 
 use motorcade_geometry::{Camera, Pose, Vehicle, World};
-use motorcade_odometry::{EgoTrajectory, FrameStatus, UpToScale};
+use motorcade_odometry::{EgoTrajectory, UpToScale};
 use motorcade_perception::VehicleClass;
 use motorcade_vehicles::{Dimensions, Sighting, Source, VehicleState, VehicleTrajectory};
 use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
@@ -221,7 +221,7 @@ fn a_standing_car_is_a_landmark_across_a_break() {
     for frame in &mut broken.frames[BREAK..] {
         frame.world_from_camera = aside * frame.world_from_camera;
     }
-    broken.frames[BREAK].status = FrameStatus::Bridged;
+    broken.frames[BREAK].step_measured = false;
     let aside = Vector6::new(0.0, 0.0, 0.0, 0.5, 0.5, 0.5);
     broken.frames[BREAK].step_covariance += Matrix6::from_diagonal(&aside.map(|s| s * s));
     let off = |way: CameraWay| {

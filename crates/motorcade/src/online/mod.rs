@@ -20,7 +20,6 @@ use serde::{Deserialize, Serialize};
 use crate::config::Config;
 use crate::front_end::{FrontEnd, SoFar};
 use crate::given_vehicles::given_tracks;
-use crate::multibody::CameraWay;
 use crate::pipeline::{Given, grounds, with_keypoints};
 use crate::progress::Progress;
 use crate::result::{RunResult, summary_warnings};
@@ -244,7 +243,7 @@ impl<'a> Online<'a> {
     /// Moves a window to where its first frame is in the world.
     fn place(&self, ego: &mut EgoTrajectory, first: usize) {
         let Some(begin) = ego.frames.first().map(|f| f.world_from_camera) else { return };
-        let free = self.config.graph.camera != CameraWay::Held;
+        let free = !window_graph::held(&self.config.graph);
         let known = self.graph.camera(first).filter(|_| free).unwrap_or(self.anchor);
         let world_from_window: Pose<World, World> = (known * begin.inverse()).cast();
         for frame in &mut ego.frames {

@@ -1,4 +1,4 @@
-//! The multi-object graph of a window of frames. Measurements within the window are put in anew with every frame, as scales_of,
+//! The multi-object graph of a window of frames. Measurements within the window are put in anew with every frame, as sizes,
 //! headings and scales become better known; what leaves it stays as a prior on what remains.
 
 use std::collections::{BTreeMap, VecDeque};
@@ -95,11 +95,11 @@ impl WindowGraph {
         for (k, frame) in ego.frames.iter().enumerate() {
             let pose = *frame.world_from_camera.isometry();
             match self.cameras.get(k) {
-                Some(id) if options.camera == CameraWay::Held => self.graph.values_mut().set(*id, pose)?,
+                Some(id) if held(options) => self.graph.values_mut().set(*id, pose)?,
                 Some(_) => {}
                 None => {
                     let id = self.graph.add_variable(pose);
-                    if self.cameras.is_empty() || options.camera == CameraWay::Held {
+                    if self.cameras.is_empty() || held(options) {
                         self.graph.fix(id)?;
                     }
                     self.cameras.push_back(id);
@@ -249,6 +249,12 @@ impl WindowGraph {
         self.first += 1;
         retire(&mut self.graph, &leaving)
     }
+}
+
+/// Windows let vehicles move the camera freely or not at all: with every frame lengths are known better, and a way that is bent
+/// to fit them anew in a few iterations is told in jumps (4 km of ring road 2.8 % too long).
+pub(super) fn held(options: &GraphOptions) -> bool {
+    options.camera != CameraWay::Free
 }
 
 fn retire(graph: &mut Graph, variables: &[VariableId]) -> Result<(), GraphError> {
