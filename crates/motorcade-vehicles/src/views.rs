@@ -43,7 +43,7 @@ impl Story<'_> {
         let off = off.component_div(&self.prior.sigma.to_vector()).norm_squared();
         let independent = (count.max(1) as f64).min(INDEPENDENT);
         let misfit = edges * independent / count.max(1) as f64 + off;
-        (misfit, (misfit / (FITS * independent + 3.0)).max(1.0).sqrt())
+        (misfit, (misfit / (FITS * independent)).max(1.0).sqrt())
     }
 
     /// Places every box with a size of this mean and information; headings are relative to each frame's camera.
