@@ -65,9 +65,7 @@ fn the_whole_drive_at_once_is_not_worse() {
     let whole = conclude(drive(300), &Given::default(), HEIGHT_M, &config, 1, &Silent);
     let (online, batch) = (errors(&told, 10), errors(&whole, 10));
     println!("camera and car ahead [m]: online {online:?}, batch {batch:?}");
-    // The motion given is perfect: vehicles, which online move no camera, can only make it worse, by a ten-thousandth of the way.
-    let perfect = 1e-4 * whole.ego.length_m();
-    assert!(batch.0 <= online.0.max(perfect) && batch.1 <= online.1, "online {online:?}, batch {batch:?}");
+    assert!(batch.0 <= online.0 && batch.1 <= online.1, "online {online:?}, batch {batch:?}");
     // 300 m driven.
     assert!(online.0 < 3.0 && online.1 < 4.0, "{online:?}");
     assert!(told.ego.frames.len() == 300 && told.warnings.is_empty(), "{:?}", told.warnings);

@@ -56,6 +56,7 @@ pub fn graph() -> Vec<Variant> {
     out.extend([
         variant("default, no graph", Preset::Default, &["graph.enabled=false"]),
         variant("default, camera held", Preset::Default, &["graph.camera=held"]),
+        variant("default, lengths held", Preset::Default, &["graph.camera=lengths_held"]),
         variant("default, camera free", Preset::Default, &["graph.camera=free"]),
         variant("default, sizes not shared", Preset::Default, &["graph.shared_size=false"]),
         variant("default, started by the front end", Preset::Default, &["graph.medoid_start=false"]),

@@ -91,15 +91,29 @@ pub(crate) fn of_cameras(build: &Build<'_>) -> Result<Vec<Edge>, GraphError> {
     cameras.windows(2).zip(ego.frames.windows(2)).map(one).collect()
 }
 
+/// True for a step of the camera that no vehicle may change.
+pub(crate) fn step_is_held(frame: &EgoFrame, options: &GraphOptions) -> bool {
+    match options.camera {
+        CameraWay::Held => true,
+        CameraWay::StepsHeld => options.camera_camera && frame.step_measured && metric(frame),
+        CameraWay::LengthsHeld | CameraWay::Free => false,
+    }
+}
+
+/// A scale that is less certain was guessed rather than measured.
+fn metric(frame: &EgoFrame) -> bool {
+    const GUESSED: f64 = 0.2;
+    frame.scale_sigma < GUESSED
+}
+
 /// Information of a step of the camera.
 fn step_information(frame: &EgoFrame, step: &Pose<Camera, Camera>, options: &GraphOptions) -> Matrix6<f64> {
     /// Frames are placed against the same landmarks: what one errs the next takes back, and over a second and more the variance
     /// of the way is a fifth of the sum of its steps' (ten rendered drives, 30 to 119 frames; rotation and sideways).
     const TAKEN_BACK: f64 = 5.0;
-    /// What a step's length is held to \[m\].
+    /// What a step that is held may turn by \[rad\], and be off by \[m\]: a hundred of them a tenth of a milliradian, a millimetre.
+    const HELD_RAD: f64 = 1e-5;
     const HELD_M: f64 = 1e-4;
-    /// A scale that is less certain was guessed rather than measured.
-    const GUESSED: f64 = 0.2;
     let information = inverse(&frame.step_covariance);
     if !frame.step_measured {
         return information;
@@ -110,11 +124,15 @@ fn step_information(frame: &EgoFrame, step: &Pose<Camera, Camera>, options: &Gra
     // Errors of scale last: of the length nothing is taken back.
     let across = Matrix6::identity() - d * d.transpose();
     let taken = Matrix6::identity() + across * (TAKEN_BACK.sqrt() - 1.0);
-    let mut information = taken * information * taken;
-    if options.camera == CameraWay::LengthsHeld && frame.scale_sigma < GUESSED {
-        information += d * d.transpose() / (HELD_M * HELD_M);
-    }
-    information
+    let [turn, place] = [HELD_RAD, HELD_M].map(|sigma| 1.0 / (sigma * sigma));
+    let whole = Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, place, place, place));
+    let held = match options.camera {
+        CameraWay::StepsHeld if metric(frame) => whole,
+        CameraWay::StepsHeld => across * whole * across,
+        CameraWay::LengthsHeld if metric(frame) => d * d.transpose() * place,
+        CameraWay::LengthsHeld | CameraWay::Held | CameraWay::Free => Matrix6::zeros(),
+    };
+    taken * information * taken + held
 }
 
 /// All edges of a vehicle.

@@ -7,8 +7,8 @@
 //! | scale of the size | one variable a vehicle, shared by its camera–vehicle edges, with what is known of it | – |
 //! | vehicle–vehicle | steady motion and no side slip | difference of road-plane places, λ high beyond 45 m |
 //!
-//! By default a vehicle that stands is one node, a landmark seen from many cameras. Vehicles may bend the camera's way, but not
-//! stretch it where the road was measured: metres are those of the camera's height ([`CameraWay`]).
+//! By default a vehicle that stands is one node, a landmark seen from many cameras. Where odometry broke off, landmarks tell how
+//! the way goes on; steps that odometry measured stay as they are ([`CameraWay`]).
 
 pub(crate) mod classes;
 pub(crate) mod edges;
@@ -55,9 +55,11 @@ pub enum GraphKernel {
 pub enum CameraWay {
     /// Nothing: vehicles are placed against the way as odometry and road give it.
     Held,
-    /// Turn and shift it, but where the road was measured each step keeps its length: sizes of vehicles say less of lengths than
-    /// the camera's height, to which the length of the way stays proportional. Online the same as `Held`.
+    /// Move it where odometry broke off or guessed: a step measured from hundreds of corners and the road is held whole, and with
+    /// it the proportion of all lengths to the camera's height. Online the same as `Held`.
     #[default]
+    StepsHeld,
+    /// Bend it too, each measured step keeping its length. Online the same as `Held`.
     LengthsHeld,
     /// Stretch it too, as in the paper.
     Free,
@@ -191,9 +193,11 @@ impl Multibody {
             classed: Vec::new(),
             scales: ClassScales::default(),
         };
+        let mut held = true;
         for (frame, e) in ego.frames.iter().enumerate() {
             let id = out.node(Node::Camera { frame }, e.world_from_camera.isometry());
-            if frame == 0 || options.camera == CameraWay::Held {
+            held &= frame == 0 || edges::step_is_held(e, options);
+            if held {
                 out.graph.fix(id)?;
             }
             out.cameras.push(id);
