@@ -1,12 +1,16 @@
 //! Camera–vehicle factor whose measured pose depends on the scale of the vehicle's size, which all views of a track share.
 
-use motorcade_geometry::lie::se3;
+use motorcade_geometry::lie::{se3, so3};
 use motorcade_graph::{Factor, GraphError, Terms, Values, VariableId};
 use motorcade_vehicles::{Dimensions, Sighting};
 use nalgebra::{DMatrixViewMut, DVectorViewMut, Isometry3, Matrix6, Vector6};
 
-/// `r = log((Z · exp(J (s − s₀)))⁻¹ · C⁻¹ V)` (6): camera C and vehicle V are poses in the world, s (1) the logarithm of the
-/// vehicle's height \[m\], its proportions kept; Z is the pose measured for a vehicle of s₀, J (6) its derivative.
+/// `r = [log R(E); t(E)]` (6), rotation R and translation t of `E = (Z · exp(J (s − s₀)))⁻¹ · C⁻¹ V`: camera C and vehicle V are
+/// poses in the world, s (1) the logarithm of the vehicle's height \[m\], its proportions kept; Z is the pose measured for a
+/// vehicle of s₀, J (6) its derivative.
+///
+/// Not `log E`: its translation is turned by half the rotation, and a vehicle that a view puts metres too far (known badly) and a
+/// hand's breadth aside (known well) would be turned until the one explained the other.
 ///
 /// The covariance of the factor is that with the scale held: what a wrong scale does to all views alike is not in it.
 #[derive(Clone, Debug)]
@@ -67,14 +71,18 @@ impl Factor for SizedSighting {
         let x = self.shift(values.scalar(scale)?);
         // M = Z⁻¹ C⁻¹ V, E = exp(−x) M
         let m = self.measurement.inv_mul(&camera_from_vehicle);
-        let r = se3::log(&(se3::exp(&-x) * m));
-        residual.copy_from(&r);
+        let e = se3::exp(&-x) * m;
+        let w = so3::log(&e.rotation);
+        residual.fixed_rows_mut::<3>(0).copy_from(&w);
+        residual.fixed_rows_mut::<3>(3).copy_from(&e.translation.vector);
         if let Some(j) = jacobian {
-            let second = se3::right_jacobian_inverse(&r);
-            // ∂r/∂V = Jr⁻¹(r), ∂r/∂C = −Jr⁻¹(r) Ad(V⁻¹C)   (6×6 each)
+            let mut second = Matrix6::zeros();
+            second.fixed_view_mut::<3, 3>(0, 0).copy_from(&so3::right_jacobian_inverse(&w));
+            second.fixed_view_mut::<3, 3>(3, 3).copy_from(e.rotation.to_rotation_matrix().matrix());
+            // D = diag(Jr⁻¹(log R), R): ∂r/∂V = D, ∂r/∂C = −D Ad(V⁻¹C)   (6×6 each)
             j.view_mut((0, 6), (6, 6)).copy_from(&second);
             j.view_mut((0, 0), (6, 6)).copy_from(&(-second * se3::adjoint(&camera_from_vehicle.inverse())));
-            // exp(−x − Jδ) = exp(−x) exp(−Jδ), x being a multiple of J; hence ∂r/∂s = −Jr⁻¹(r) Ad(M⁻¹) J   (6×1)
+            // exp(−x − Jδ) = exp(−x) exp(−Jδ), x being a multiple of J; hence ∂r/∂s = −D Ad(M⁻¹) J   (6×1)
             j.view_mut((0, 12), (6, 1)).copy_from(&(-second * se3::adjoint(&m.inverse()) * self.by_scale));
         }
         Ok(())

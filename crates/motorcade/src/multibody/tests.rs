@@ -240,3 +240,17 @@ fn a_standing_car_is_a_landmark_across_a_break() {
     println!("off after the break [m]: held {held}, steps held {steps}, lengths held {bent}");
     assert!((held - 0.5).abs() < 1e-9 && steps < 0.2 && bent < 0.2, "{held} {steps} {bent}");
 }
+
+/// The further away, the more too far and the more aside a view puts a parked car: which it cannot tell well and can tell well. The
+/// heading, on which all agree, is none of that.
+#[test]
+fn views_that_disagree_on_the_place_do_not_turn_a_parked_car() {
+    let truth = on_road(4.0, 95.0, 0.0);
+    let sightings = |k: usize| {
+        let share = 1.0 - k as f64 / FRAMES as f64;
+        vec![seen(Source::Box, &truth, k, &(Vector6::new(0.0, 0.0, 0.0, 3.0, 0.5, 0.0) * share))]
+    };
+    let (found, _) = solved(vehicle(|_| truth, sightings, 0.01), &GraphOptions::default());
+    let (place_m, turn_rad) = worst(&found, |_| truth);
+    assert!(turn_rad < 1e-3 && place_m < 3.0, "{turn_rad} rad, {place_m} m");
+}
