@@ -78,6 +78,8 @@ pub struct SingleView {
     pub(crate) information: Matrix6<f64>,
     pub(crate) gradient: Vector6<f64>,
     pub(crate) state: Vector6<f64>,
+    /// Derivative of the gradient by the heading.
+    by_heading: Vector6<f64>,
     /// Camera-frame directions of (ahead, left, above).
     axes: Matrix3<f64>,
 }
@@ -96,11 +98,22 @@ impl SingleView {
     /// H = [H_pp, H_ps; H_sp, H_ss + W]     ∂place/∂mean = (H⁻¹)_ps W  (→ −H_pp⁻¹ H_ps for a size that is held)
     /// ```
     pub(crate) fn by_mean_size(&self, size_information: &Matrix3<f64>) -> Option<Matrix3<f64>> {
+        let inverse = self.inverse(size_information)?;
+        Some(self.axes * inverse.fixed_view::<3, 3>(0, 3) * size_information)
+    }
+
+    /// How the place depends on the heading it was found with (camera frame, m per rad): −(H⁻¹ ∂g/∂heading)_p, H as above.
+    /// A vehicle that is turned further shows more of its side, and as wide a box stands further away: half a metre for 3° at 18 m.
+    pub(crate) fn by_heading(&self, size_information: &Matrix3<f64>) -> Option<Vector3<f64>> {
+        let slope = self.inverse(size_information)? * self.by_heading;
+        Some(self.axes * -slope.fixed_rows::<3>(0))
+    }
+
+    fn inverse(&self, size_information: &Matrix3<f64>) -> Option<Matrix6<f64>> {
         let mut h = self.information;
         let mut block = h.fixed_view_mut::<3, 3>(3, 3);
         block += size_information;
-        let inverse = h.cholesky()?.inverse();
-        Some(self.axes * inverse.fixed_view::<3, 3>(0, 3) * size_information)
+        Some(h.cholesky()?.inverse())
     }
 }
 
@@ -172,6 +185,7 @@ pub(crate) fn locate_sized(
         let (place, size) = (foot + axes * x.fixed_rows::<3>(0), x.fixed_rows::<3>(3).into_owned());
         let at = touching(camera, &rotation, &place, seen.class, &size)?;
         let (mut h, mut g, mut chi2) = (Matrix6::zeros(), Vector6::zeros(), 0.0);
+        let mut by_heading = Vector6::zeros();
         for edge in 0..4 {
             let off = at[edge].pixel - measured[edge];
             let Some(s) = deviation_px(camera, seen, edge, off) else { continue };
@@ -179,6 +193,8 @@ pub(crate) fn locate_sized(
             // Cauchy with three sigma: a box jumps now and then.
             let w = 1.0 / (1.0 + r * r / 9.0);
             let j = derivative(camera, edge, &at[edge], &axes, &rotation) / s;
+            let turned = ground.up.cross(&(at[edge].point.coords - place));
+            by_heading += j.transpose() * (by_point(camera, edge, &at[edge].point) * turned / s * w);
             h += j.transpose() * j * w;
             g += j.transpose() * (r * w);
             chi2 += r * r;
@@ -193,7 +209,7 @@ pub(crate) fn locate_sized(
         rows += size_information * (size - mean);
         let factor = h.cholesky()?;
         let mut step = factor.solve(&-g);
-        last = Some((x, factor, (information, gradient), chi2));
+        last = Some((x, factor, (information, gradient, by_heading), chi2));
         // Far away the image is almost flat in depth: no more than a third of the distance at once.
         let limit = 0.33 * x[0];
         if step[0].abs() > limit {
@@ -207,7 +223,7 @@ pub(crate) fn locate_sized(
             return None;
         }
     }
-    let (state, factor, (information, gradient), chi2) = last?;
+    let (state, factor, (information, gradient, by_heading), chi2) = last?;
     Some(SingleView {
         position_in_camera: Point3::from(foot + axes * state.fixed_rows::<3>(0)),
         covariance: axes * factor.inverse().fixed_view::<3, 3>(0, 0) * axes.transpose(),
@@ -216,6 +232,7 @@ pub(crate) fn locate_sized(
         information,
         gradient,
         state,
+        by_heading,
         axes,
     })
 }
@@ -253,15 +270,19 @@ fn derivative(
     axes: &Matrix3<f64>,
     rotation: &Matrix3<f64>,
 ) -> RowVector6<f64> {
-    let p = &at.point;
-    let by_point = if edge.is_multiple_of(2) {
-        RowVector3::new(1.0, 0.0, -p.x / p.z) * (camera.fx / p.z)
-    } else {
-        RowVector3::new(0.0, 1.0, -p.y / p.z) * (camera.fy / p.z)
-    };
+    let by_point = by_point(camera, edge, &at.point);
     let (by_place, by_body) = (by_point * axes, by_point * rotation);
     let f = &at.fractions;
     RowVector6::new(by_place.x, by_place.y, by_place.z, by_body.x * f.x, by_body.y * f.y, by_body.z * f.z)
+}
+
+/// Derivative of an edge by the point it touches (camera frame), 1×3 \[px/m\].
+fn by_point(camera: &PinholeCamera, edge: usize, p: &Point3<f64>) -> RowVector3<f64> {
+    if edge.is_multiple_of(2) {
+        RowVector3::new(1.0, 0.0, -p.x / p.z) * (camera.fx / p.z)
+    } else {
+        RowVector3::new(0.0, 1.0, -p.y / p.z) * (camera.fy / p.z)
+    }
 }
 
 #[cfg(test)]
@@ -345,6 +366,23 @@ mod tests {
         }
         // A higher car with the same box stands further away.
         assert!(slope[(2, 2)] > 3.0, "{slope}");
+    }
+
+    #[test]
+    fn the_place_moves_with_the_heading_as_differences_say() {
+        let prior = size_prior(VehicleClass::Car);
+        let information = Matrix3::identity() * 1e6;
+        let pose = standing_pose(&ground().point(18.0, -2.5, 0.0), &ground().direction_of(0.1), &ground().up);
+        let bbox = image_box(&CAMERA, &pose, VehicleClass::Car, &prior.mean).unwrap();
+        let seen = SeenBox::new(bbox, VehicleClass::Car, &CAMERA, &[]);
+        let at = |heading: f64| {
+            locate_sized(&CAMERA, &ground(), &seen, heading, &prior.mean, &information).unwrap()
+        };
+        let numeric = (at(0.101).position_in_camera - at(0.099).position_in_camera) / 2e-3;
+        let analytic = at(0.1).by_heading(&information).unwrap();
+        assert!((numeric - analytic).norm() < 0.05 * (1.0 + numeric.norm()), "{numeric} {analytic}");
+        // Turned further it shows more of its side: as wide a box then stands further away.
+        assert!(analytic.z > 5.0, "{analytic}");
     }
 
     /// The lower part of a car behind another: its roof, as high as the camera, hardly tells the distance.

@@ -12,8 +12,8 @@ use crate::single_view::{SingleView, locate_sized};
 use crate::tracker::{Track, TrackBox};
 use crate::trajectory::{GivenTrack, GivenView, Measured, Sighting, Source};
 
-/// A box tells heading badly; it comes from the way the vehicle goes, or from all its boxes together.
-const HEADING_SIGMA_RAD: f64 = 0.15;
+/// A box takes its heading from the way the vehicle goes or from standing along the road: 2° at best, as in its states.
+const HEADING_SIGMA_RAD: f64 = 0.035;
 /// Upright on the road, whose cross-fall and crown are a degree or two.
 const TILT_SIGMA_RAD: f64 = 0.03;
 
@@ -155,10 +155,16 @@ impl Views {
         let by_scale = view.by_mean_size(size_information)? * self.size.size.to_vector();
         let pose = standing_pose(&view.position_in_camera, forward, &ground.up);
         let r = pose.rotation_matrix();
+        let covariance = pose_covariance(&(r.transpose() * view.covariance * r), HEADING_SIGMA_RAD);
+        // The place is that for this heading, and goes with it.
+        let mut by_heading = Matrix6::identity();
+        by_heading
+            .fixed_view_mut::<3, 1>(3, 2)
+            .copy_from(&(r.transpose() * view.by_heading(size_information)?));
         Some(Sighting {
             source: Source::Box,
             camera_from_vehicle: pose,
-            covariance: pose_covariance(&(r.transpose() * view.covariance * r), HEADING_SIGMA_RAD),
+            covariance: by_heading * covariance * by_heading.transpose(),
             by_scale: tangent(&(r.transpose() * by_scale)),
         })
     }
