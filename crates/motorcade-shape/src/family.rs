@@ -1,30 +1,34 @@
-//! The family of cars the prior is made from: real models, by their dimensions as remembered.
+//! The family of cars the prior is made from: every ordinary body of a published list.
 //!
-//! Remembered: length, width (without mirrors), height and wheelbase of all 32. They are meant to be those of the manufacturers'
-//! data sheets, and no data sheet was at hand: single figures may be off by a centimetre or a model year, or wrong. Estimated:
-//! front overhang, tyre diameter, and the heights and places of bonnet, windows and roof, from the models' general proportions,
-//! to about 5 cm. Sourced, figure by figure: none. No package that could be found has modern European cars with all four lengths.
+//! The list is `EuroSegmentCar.csv` of the Joint Research Centre of the European Commission, in PyPI `co2mpas_driver` 1.3.4: cars
+//! sold in Europe, most of them in 2012 to 2015. Length, width (without mirrors), height, wheelbase and driven wheels are those of
+//! the numbered row (its `Category-Item`). The diameter of the tyres is 2.06 times its dynamic rolling radius, which is the size of
+//! the tyre: 0.585 m is a 185/55 R15, on the Fiat 500. The list names no makes. Names are ours, where body, year and lengths leave
+//! no doubt; nothing depends on them.
 //!
-//! Checked against figures that others published, in `tests/published_dimensions.rs` (sources and tolerances there):
+//! Which rows: one for each distinct body, the first where several agree to 5 mm in all four lengths (a facelift that changed one
+//! counts as another); released in 2003 or later, with a fixed roof, four seats or more, and every figure given; up to 5.0 m long
+//! (beyond are limousines) and 1.9 m high (beyond are upright off-roaders). Hatchbacks up to 3.75 m are city cars; above 4.5 m
+//! they are saloons in outline with a door at the back, fit neither drawing, and are left out. The other types are as the list has
+//! them. `scripts/published_dimensions.py` checks every figure against the list, and that no row is missing or there without right.
 //!
-//! - as they are, within their rounding: length and wheelbase of the E-Class W211 and the A4 B8, wheelbase of the Transporter T5;
-//! - length and wheelbase against the same car's generation before, of 2004: 14 models; wheelbase against a later one: 10;
-//! - width against forebears of 1985 or 1993: 9 models; height against those of 1985: 7;
-//! - wheelbase on length for each body type, width on length and height for ordinary cars, and their spread in the prior,
-//!   against lists of 1985, 1993 and 2004; front overhangs and tyres against six cars.
+//! Estimated, as the list does not have them: front overhang, and the heights and places of bonnet, windows, roof and tail, by one
+//! template a body type (`template.rs`), to about 5 cm for the mean of a type.
 //!
-//! The test says what it would see: all lengths, widths or wheelbases off by 1 %, all heights by 4 %; a single wheelbase off by
-//! 15 cm on 17 of the 32 cars, a length by 25 cm on 14, a width by 10 cm on 7, a height by 20 cm on 7. Fiat 500, up!, Twingo,
-//! Corsa, Astra, Tiguan, Qashqai, Kangoo, Vito and Hilux have no relative there. Other checks: proportions of three cars in
-//! `tests/catalogue.rs`, and the published shape prior in `tests/published.rs`.
+//! The list has no large vans and no pickups, which are common in traffic: four of them stand apart, below. Published of those is
+//! the Transporter's wheelbase (3.00 m, its successor T6.1 in PyPI `opendbc` 0.3.1). Their other figures are unsourced; what
+//! published relatives say of some of them is in `tests/published_dimensions.rs`.
 
 use crate::blueprint::Blueprint;
 use crate::body_type::BodyType;
+use crate::template::{LARGE_VAN, Template};
 
 /// One model of the family.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CarModel {
-    /// Make and model.
+    /// Its row in the published list; `None`: its figures are unsourced.
+    pub row: Option<u32>,
+    /// Make and model, or kind and row.
     pub name: &'static str,
     /// Body type.
     pub body_type: BodyType,
@@ -32,65 +36,125 @@ pub struct CarModel {
     pub blueprint: Blueprint,
 }
 
-/// Remembered: length, width, height, wheelbase; estimated: front overhang, tyre diameter \[m\].
-type Sheet = [f64; 6];
-/// Estimated \[m\]: bonnet height; windscreen base behind the front axle, its height; roof front behind the front axle;
-/// roof rear and rear window base behind the rear axle, the latter's height; height of the tail.
-type Glasshouse = [f64; 8];
-
-const fn model(name: &'static str, body_type: BodyType, sheet: Sheet, glass: Glasshouse) -> CarModel {
-    let blueprint = Blueprint {
-        length_m: sheet[0],
-        width_m: sheet[1],
-        height_m: sheet[2],
-        wheelbase_m: sheet[3],
-        front_overhang_m: sheet[4],
-        tyre_diameter_m: sheet[5],
-        bonnet_height_m: glass[0],
-        windscreen_base_m: glass[1],
-        windscreen_base_height_m: glass[2],
-        roof_front_m: glass[3],
-        roof_rear_m: glass[4],
-        rear_window_base_m: glass[5],
-        rear_window_base_height_m: glass[6],
-        tail_height_m: glass[7],
-    };
-    CarModel { name, body_type, blueprint }
+/// The wheels that drive.
+enum Driven {
+    Front,
+    Rear,
+    All,
 }
 
-/// Every model, by body type.
+/// Length, width, height, wheelbase \[m\].
+type Size = [f64; 4];
+
+const fn listed(
+    row: u32,
+    name: &'static str,
+    body_type: BodyType,
+    size: Size,
+    tyre_diameter_m: f64,
+    driven: Driven,
+) -> CarModel {
+    let ordinary = Template::of(body_type);
+    let template = match driven {
+        Driven::Front | Driven::All => ordinary,
+        Driven::Rear => ordinary.rear_driven(),
+    };
+    let blueprint = template.drawn(size, tyre_diameter_m);
+    CarModel { row: Some(row), name, body_type, blueprint }
+}
+
+const fn unlisted(
+    name: &'static str,
+    body_type: BodyType,
+    size: Size,
+    tyre_diameter_m: f64,
+    template: Template,
+) -> CarModel {
+    CarModel { row: None, name, body_type, blueprint: template.drawn(size, tyre_diameter_m) }
+}
+
+/// Every model: those of the list by body type and length, then the large vans and the pickups.
 #[rustfmt::skip] // one car a line
 pub const FAMILY: &[CarModel] = &[
-    model("Fiat 500", BodyType::City, [3.546, 1.627, 1.488, 2.300, 0.700, 0.580], [0.78, 0.33, 0.99, 0.83, 0.22, 0.42, 1.00, 0.86]),
-    model("Volkswagen up!", BodyType::City, [3.540, 1.641, 1.489, 2.420, 0.590, 0.600], [0.78, 0.30, 0.99, 0.83, 0.30, 0.44, 1.00, 0.86]),
-    model("Renault Twingo II", BodyType::City, [3.602, 1.654, 1.470, 2.367, 0.680, 0.570], [0.78, 0.33, 0.99, 0.83, 0.28, 0.46, 1.00, 0.86]),
-    model("Toyota Yaris II", BodyType::City, [3.750, 1.695, 1.530, 2.460, 0.750, 0.590], [0.78, 0.33, 1.03, 0.83, 0.25, 0.45, 1.00, 0.86]),
-    model("Volkswagen Polo V", BodyType::Hatchback, [3.970, 1.682, 1.462, 2.470, 0.830, 0.600], [0.76, 0.43, 0.98, 1.02, 0.20, 0.56, 1.02, 0.92]),
-    model("Opel Corsa D", BodyType::Hatchback, [3.999, 1.737, 1.488, 2.511, 0.850, 0.610], [0.76, 0.36, 0.98, 0.95, 0.20, 0.56, 1.02, 0.92]),
-    model("Peugeot 207", BodyType::Hatchback, [4.030, 1.748, 1.472, 2.540, 0.860, 0.610], [0.76, 0.34, 0.98, 0.98, 0.20, 0.56, 1.02, 0.92]),
-    model("Volkswagen Golf VI", BodyType::Hatchback, [4.199, 1.779, 1.479, 2.578, 0.880, 0.630], [0.76, 0.43, 0.98, 1.02, 0.26, 0.62, 1.02, 0.92]),
-    model("Opel Astra H", BodyType::Hatchback, [4.249, 1.753, 1.460, 2.614, 0.910, 0.630], [0.76, 0.43, 0.98, 1.02, 0.20, 0.56, 1.02, 0.92]),
-    model("Ford Focus II", BodyType::Hatchback, [4.342, 1.840, 1.497, 2.640, 0.900, 0.640], [0.76, 0.43, 0.98, 1.02, 0.26, 0.64, 1.02, 0.92]),
-    model("Volkswagen Passat B6", BodyType::Saloon, [4.765, 1.820, 1.472, 2.709, 0.950, 0.650], [0.74, 0.58, 0.96, 1.24, -0.20, 0.45, 1.02, 0.93]),
-    model("BMW 3 Series E90", BodyType::Saloon, [4.520, 1.817, 1.421, 2.760, 0.750, 0.630], [0.74, 0.66, 0.93, 1.34, -0.28, 0.45, 1.02, 0.93]),
-    model("Mercedes-Benz C-Class W204", BodyType::Saloon, [4.581, 1.770, 1.447, 2.760, 0.780, 0.630], [0.74, 0.64, 0.96, 1.32, -0.28, 0.45, 1.02, 0.93]),
-    model("Audi A4 B8", BodyType::Saloon, [4.703, 1.826, 1.427, 2.808, 0.840, 0.650], [0.74, 0.62, 0.96, 1.30, -0.28, 0.45, 1.02, 0.93]),
-    model("Mercedes-Benz E-Class W211", BodyType::Saloon, [4.818, 1.822, 1.452, 2.854, 0.830, 0.650], [0.74, 0.64, 0.96, 1.36, -0.28, 0.45, 1.02, 0.93]),
-    model("Audi A4 Avant B8", BodyType::Estate, [4.699, 1.826, 1.436, 2.808, 0.840, 0.650], [0.74, 0.58, 0.96, 1.22, 0.50, 0.84, 1.04, 0.93]),
-    model("Volkswagen Passat Variant B6", BodyType::Estate, [4.774, 1.820, 1.517, 2.709, 0.950, 0.650], [0.74, 0.58, 0.97, 1.22, 0.68, 0.92, 1.04, 0.93]),
-    model("Skoda Octavia Combi II", BodyType::Estate, [4.572, 1.769, 1.468, 2.578, 0.910, 0.630], [0.74, 0.58, 0.97, 1.22, 0.66, 0.88, 1.04, 0.93]),
-    model("Volvo V70 III", BodyType::Estate, [4.823, 1.861, 1.547, 2.816, 0.920, 0.660], [0.74, 0.58, 0.97, 1.22, 0.66, 0.84, 1.04, 0.93]),
-    model("Volkswagen Tiguan", BodyType::Suv, [4.427, 1.809, 1.686, 2.604, 0.900, 0.690], [0.90, 0.50, 1.11, 1.06, 0.42, 0.68, 1.16, 1.02]),
-    model("Nissan Qashqai", BodyType::Suv, [4.315, 1.783, 1.606, 2.630, 0.860, 0.680], [0.86, 0.50, 1.07, 1.06, 0.42, 0.68, 1.16, 1.02]),
-    model("Toyota RAV4 III", BodyType::Suv, [4.395, 1.815, 1.685, 2.560, 0.890, 0.700], [0.90, 0.50, 1.11, 1.06, 0.42, 0.68, 1.16, 1.02]),
-    model("BMW X5 E70", BodyType::Suv, [4.854, 1.933, 1.766, 2.933, 0.870, 0.750], [0.96, 0.62, 1.16, 1.20, 0.42, 0.68, 1.20, 1.06]),
-    model("Volkswagen Touran", BodyType::Van, [4.407, 1.794, 1.635, 2.678, 0.900, 0.640], [0.80, 0.26, 1.06, 0.92, 0.42, 0.66, 1.06, 0.98]),
-    model("Renault Kangoo II", BodyType::Van, [4.213, 1.829, 1.803, 2.697, 0.860, 0.620], [0.84, 0.26, 1.14, 0.88, 0.46, 0.58, 1.12, 1.04]),
-    model("Volkswagen Transporter T5", BodyType::Van, [4.890, 1.904, 1.970, 3.000, 0.900, 0.660], [0.92, 0.14, 1.24, 0.62, 0.76, 0.92, 1.22, 1.12]),
-    model("Mercedes-Benz Vito W639", BodyType::Van, [4.748, 1.901, 1.902, 3.200, 0.820, 0.660], [0.90, 0.20, 1.20, 0.68, 0.52, 0.62, 1.20, 1.10]),
-    model("Toyota Hilux VII", BodyType::Pickup, [5.260, 1.835, 1.860, 3.085, 0.910, 0.760], [0.96, 0.52, 1.14, 1.12, -1.02, -0.84, 1.16, 0.98]),
-    model("Ford Ranger T6", BodyType::Pickup, [5.359, 1.850, 1.815, 3.220, 0.910, 0.760], [0.96, 0.52, 1.14, 1.12, -1.02, -0.84, 1.16, 0.98]),
-    model("Audi TT 8J", BodyType::Coupe, [4.178, 1.842, 1.352, 2.468, 0.900, 0.640], [0.68, 0.60, 0.91, 1.30, -0.12, 0.62, 0.96, 0.86]),
-    model("BMW 3 Series Coupe E92", BodyType::Coupe, [4.612, 1.782, 1.375, 2.760, 0.780, 0.640], [0.68, 0.68, 0.93, 1.44, -0.35, 0.42, 0.96, 0.86]),
-    model("Porsche 911 997", BodyType::Coupe, [4.461, 1.808, 1.310, 2.350, 0.980, 0.650], [0.66, 0.44, 0.91, 1.10, -0.22, 0.74, 0.90, 0.80]),
+    listed(26629, "Volkswagen up!", BodyType::City, [3.540, 1.641, 1.489, 2.420], 0.585, Driven::Front),
+    listed(35135, "Fiat 500", BodyType::City, [3.546, 1.627, 1.488, 2.300], 0.585, Driven::Front),
+    listed(8358, "city car 8358", BodyType::City, [3.563, 1.641, 1.463, 2.420], 0.587, Driven::Front),
+    listed(15109, "city car 15109", BodyType::City, [3.581, 1.611, 1.643, 2.305], 0.608, Driven::All),
+    listed(4396, "city car 4396", BodyType::City, [3.610, 1.660, 1.500, 2.370], 0.583, Driven::Front),
+    listed(27748, "city car 27748", BodyType::City, [3.653, 1.643, 1.551, 2.300], 0.583, Driven::Front),
+    listed(8183, "Renault Twingo II", BodyType::City, [3.687, 1.654, 1.470, 2.367], 0.583, Driven::Front),
+    listed(41388, "hatchback 41388", BodyType::Hatchback, [3.918, 1.683, 1.463, 2.486], 0.595, Driven::Front),
+    listed(7897, "Peugeot 208 GTi", BodyType::Hatchback, [3.962, 1.739, 1.450, 2.538], 0.621, Driven::Front),
+    listed(7972, "Peugeot 208", BodyType::Hatchback, [3.962, 1.739, 1.460, 2.538], 0.621, Driven::Front),
+    listed(44387, "Volkswagen Polo V", BodyType::Hatchback, [3.972, 1.682, 1.453, 2.470], 0.600, Driven::Front),
+    listed(5779, "Skoda Fabia III", BodyType::Hatchback, [3.992, 1.732, 1.467, 2.470], 0.603, Driven::Front),
+    listed(15552, "hatchback 15552", BodyType::Hatchback, [4.020, 1.746, 1.534, 2.588], 0.621, Driven::Front),
+    listed(5768, "Opel Corsa E", BodyType::Hatchback, [4.021, 1.736, 1.479, 2.510], 0.621, Driven::Front),
+    listed(40516, "hatchback 40516", BodyType::Hatchback, [4.027, 1.707, 1.493, 2.575], 0.601, Driven::Front),
+    listed(3408, "hatchback 3408", BodyType::Hatchback, [4.058, 1.733, 1.518, 2.589], 0.621, Driven::Front),
+    listed(8620, "Fiat Punto", BodyType::Hatchback, [4.065, 1.687, 1.490, 2.510], 0.621, Driven::Front),
+    listed(10133, "hatchback 10133", BodyType::Hatchback, [4.220, 1.760, 1.515, 2.600], 0.632, Driven::Front),
+    listed(2508, "Audi A3 8V", BodyType::Hatchback, [4.237, 1.777, 1.421, 2.601], 0.634, Driven::Front),
+    listed(20409, "hatchback 20409", BodyType::Hatchback, [4.245, 1.760, 1.510, 2.600], 0.632, Driven::Front),
+    listed(34092, "Peugeot 308 II", BodyType::Hatchback, [4.253, 1.804, 1.457, 2.620], 0.637, Driven::Front),
+    listed(26539, "Volkswagen Golf VII", BodyType::Hatchback, [4.255, 1.799, 1.452, 2.637], 0.634, Driven::Front),
+    listed(8709, "hatchback 8709", BodyType::Hatchback, [4.300, 1.780, 1.465, 2.650], 0.634, Driven::Front),
+    listed(34271, "Renault Megane III", BodyType::Hatchback, [4.302, 1.808, 1.471, 2.640], 0.652, Driven::Front),
+    listed(5635, "Citroen C4 II", BodyType::Hatchback, [4.329, 1.789, 1.489, 2.608], 0.634, Driven::Front),
+    listed(26765, "hatchback 26765", BodyType::Hatchback, [4.369, 1.802, 1.435, 2.647], 0.637, Driven::Front),
+    listed(1872, "Volvo V40 Cross Country", BodyType::Hatchback, [4.370, 1.802, 1.470, 2.646], 0.657, Driven::Front),
+    listed(7661, "Opel Astra J", BodyType::Hatchback, [4.419, 1.814, 1.510, 2.685], 0.657, Driven::Front),
+    listed(6378, "Ford Focus III saloon", BodyType::Saloon, [4.538, 1.823, 1.484, 2.648], 0.647, Driven::Front),
+    listed(26799, "Audi A4 B8", BodyType::Saloon, [4.701, 1.826, 1.427, 2.808], 0.654, Driven::All),
+    listed(35476, "Volkswagen Passat B8", BodyType::Saloon, [4.767, 1.832, 1.461, 2.791], 0.664, Driven::Front),
+    listed(36525, "Peugeot 508", BodyType::Saloon, [4.792, 1.853, 1.456, 2.817], 0.664, Driven::Front),
+    listed(1431, "saloon 1431", BodyType::Saloon, [4.825, 1.815, 1.430, 2.850], 0.657, Driven::Rear),
+    listed(1840, "Volvo S80 II", BodyType::Saloon, [4.851, 1.860, 1.493, 2.835], 0.657, Driven::Front),
+    listed(39396, "BMW 5 Series F10", BodyType::Saloon, [4.907, 1.860, 1.464, 2.968], 0.679, Driven::All),
+    listed(5909, "Audi A6 C7", BodyType::Saloon, [4.933, 1.874, 1.455, 2.912], 0.678, Driven::All),
+    listed(8280, "Seat Ibiza ST", BodyType::Estate, [4.227, 1.693, 1.445, 2.469], 0.600, Driven::Front),
+    listed(10328, "estate 10328", BodyType::Estate, [4.522, 1.770, 1.457, 2.640], 0.632, Driven::Front),
+    listed(34499, "estate 34499", BodyType::Estate, [4.535, 1.816, 1.444, 2.634], 0.647, Driven::Front),
+    listed(34474, "estate 34474", BodyType::Estate, [4.543, 1.816, 1.481, 2.630], 0.657, Driven::All),
+    listed(39723, "Peugeot 308 SW II", BodyType::Estate, [4.585, 1.804, 1.471, 2.730], 0.634, Driven::Front),
+    listed(3079, "BMW 3 Series Touring F31", BodyType::Estate, [4.624, 1.811, 1.429, 2.810], 0.652, Driven::Rear),
+    listed(2090, "Volvo V60", BodyType::Estate, [4.628, 1.865, 1.484, 2.776], 0.645, Driven::Front),
+    listed(34603, "Skoda Octavia Combi III", BodyType::Estate, [4.659, 1.814, 1.461, 2.680], 0.637, Driven::Front),
+    listed(4350, "estate 4350", BodyType::Estate, [4.700, 1.760, 1.525, 2.700], 0.632, Driven::Front),
+    listed(36591, "estate 36591", BodyType::Estate, [4.715, 1.760, 1.525, 2.700], 0.647, Driven::Front),
+    listed(5725, "estate 5725", BodyType::Estate, [4.800, 1.840, 1.480, 2.750], 0.679, Driven::Front),
+    listed(47766, "Peugeot 508 SW", BodyType::Estate, [4.813, 1.853, 1.476, 2.817], 0.664, Driven::Front),
+    listed(34760, "Skoda Superb Combi II", BodyType::Estate, [4.833, 1.817, 1.510, 2.761], 0.632, Driven::Front),
+    listed(40130, "Mercedes-Benz E-Class Estate S212", BodyType::Estate, [4.895, 1.854, 1.512, 2.874], 0.652, Driven::Rear),
+    listed(33986, "estate 33986", BodyType::Estate, [4.913, 1.858, 1.514, 2.737], 0.678, Driven::Front),
+    listed(33958, "estate 33958", BodyType::Estate, [4.920, 1.858, 1.525, 2.737], 0.692, Driven::Front),
+    listed(34202, "Renault Captur", BodyType::Suv, [4.122, 1.778, 1.566, 2.606], 0.657, Driven::Front),
+    listed(34024, "Peugeot 2008", BodyType::Suv, [4.159, 1.739, 1.556, 2.538], 0.640, Driven::Front),
+    listed(7836, "Opel Mokka", BodyType::Suv, [4.278, 1.777, 1.658, 2.555], 0.690, Driven::Front),
+    listed(40170, "Nissan Qashqai II", BodyType::Suv, [4.377, 1.806, 1.590, 2.646], 0.685, Driven::Front),
+    listed(5358, "Audi Q3", BodyType::Suv, [4.388, 1.831, 1.608, 2.603], 0.690, Driven::All),
+    listed(22563, "Volkswagen Tiguan", BodyType::Suv, [4.426, 1.809, 1.703, 2.604], 0.690, Driven::Front),
+    listed(8866, "Land Rover Freelander 2", BodyType::Suv, [4.500, 1.910, 1.740, 2.660], 0.737, Driven::All),
+    listed(9738, "Ford Kuga II", BodyType::Suv, [4.524, 1.838, 1.702, 2.690], 0.692, Driven::Front),
+    listed(6446, "Land Rover Discovery Sport", BodyType::Suv, [4.599, 1.895, 1.724, 2.741], 0.741, Driven::All),
+    listed(6222, "BMW X3 F25", BodyType::Suv, [4.657, 1.881, 1.661, 2.810], 0.702, Driven::All),
+    listed(9551, "BMW X5 M F85", BodyType::Suv, [4.880, 1.985, 1.754, 2.933], 0.736, Driven::All),
+    listed(9872, "Range Rover L405", BodyType::Suv, [4.999, 1.983, 1.835, 2.922], 0.789, Driven::All),
+    listed(9645, "people carrier 9645", BodyType::Van, [4.101, 1.766, 1.631, 2.540], 0.621, Driven::Front),
+    listed(34058, "Peugeot 3008", BodyType::Van, [4.365, 1.837, 1.639, 2.613], 0.657, Driven::Front),
+    listed(34286, "Renault Scenic III", BodyType::Van, [4.366, 1.845, 1.640, 2.702], 0.657, Driven::Front),
+    listed(7979, "Citroen Berlingo and Peugeot Partner II", BodyType::Van, [4.380, 1.810, 1.801, 2.728], 0.647, Driven::Front),
+    listed(20699, "Volkswagen Touran", BodyType::Van, [4.397, 1.794, 1.674, 2.678], 0.632, Driven::Front),
+    listed(19028, "people carrier 19028", BodyType::Van, [4.658, 1.820, 1.685, 2.760], 0.657, Driven::Front),
+    listed(24268, "Ford S-Max", BodyType::Van, [4.768, 1.884, 1.658, 2.850], 0.657, Driven::Front),
+    listed(22376, "Porsche 911 991", BodyType::Coupe, [4.509, 1.852, 1.295, 2.450], 0.679, Driven::Rear),
+    listed(18771, "Mercedes-Benz C-Class Coupe C204", BodyType::Coupe, [4.590, 1.770, 1.406, 2.760], 0.647, Driven::Rear),
+    listed(27096, "Audi A5 8T", BodyType::Coupe, [4.626, 1.854, 1.372, 2.751], 0.653, Driven::All),
+    listed(24313, "coupe 24313", BodyType::Coupe, [4.630, 1.865, 1.385, 2.820], 0.679, Driven::Rear),
+    listed(5603, "BMW 6 Series Coupe F13", BodyType::Coupe, [4.894, 1.894, 1.369, 2.855], 0.679, Driven::All),
+    // Unsourced but for the Transporter's wheelbase.
+    unlisted("Volkswagen Transporter T5", BodyType::Van, [4.890, 1.904, 1.970, 3.000], 0.660, LARGE_VAN),
+    unlisted("Mercedes-Benz Vito W639", BodyType::Van, [4.748, 1.901, 1.902, 3.200], 0.660, LARGE_VAN),
+    unlisted("Toyota Hilux VII", BodyType::Pickup, [5.260, 1.835, 1.860, 3.085], 0.760, Template::of(BodyType::Pickup)),
+    unlisted("Ford Ranger T6", BodyType::Pickup, [5.359, 1.850, 1.815, 3.220], 0.760, Template::of(BodyType::Pickup)),
 ];

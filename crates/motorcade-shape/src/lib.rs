@@ -1,7 +1,7 @@
 //! The shape of vehicles: a parametric car of named keypoints, and pose and shape of a vehicle from its 2D keypoints.
 //!
 //! Implements section 3.4 (equations 6–8) of Nair et al., *Multi-object Monocular SLAM for Dynamic Environments* (IV 2020,
-//! arXiv 2002.03528) with a prior of our own: cars drawn from the dimensions of real models, their mean and principal components.
+//! arXiv 2002.03528) with a prior of our own: cars drawn from published dimensions, their mean and principal components.
 //!
 //! Three types to know: a [`ShapePrior`] (our own by [`ShapePrior::of_family`], others from [JSON files](json) or
 //! [tables](mod@convert)), an [`Observation`] of one vehicle in one image, and the
@@ -51,6 +51,7 @@ pub mod json;
 mod keypoint;
 mod prior;
 mod table;
+mod template;
 mod view;
 
 pub use blueprint::Blueprint;
