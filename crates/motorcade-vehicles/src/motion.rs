@@ -160,23 +160,17 @@ pub fn probability_moving(places: &[Place], doubt: f64) -> f64 {
     if duration < 0.25 {
         return 0.5;
     }
-    // Weighted straight line through the places.
-    let (mut w_sum, mut t_sum, mut p_sum) = (0.0, 0.0, Vector3::zeros());
+    // Slope over time of a weighted straight line through the places.
     let weight = |p: &Place| 1.0 / p.covariance.trace().max(1e-6);
-    for p in places {
-        w_sum += weight(p);
-        t_sum += weight(p) * p.time_s;
-        p_sum += p.position * weight(p);
-    }
-    let (t_mean, p_mean) = (t_sum / w_sum, p_sum / w_sum);
-    let (mut tt, mut tp) = (0.0, Vector3::zeros());
-    for p in places {
-        tt += weight(p) * (p.time_s - t_mean).powi(2);
-        tp += (p.position - p_mean) * (weight(p) * (p.time_s - t_mean));
-    }
-    let velocity = tp / tt.max(1e-9);
-    // Depth errs by a common 5 % (size, slope): while the range changes, this looks like motion.
-    let feigned = 0.05 * (last.range_m - first.range_m).abs() / duration;
+    let w_sum: f64 = places.iter().map(weight).sum();
+    let t_mean = places.iter().map(|p| weight(p) * p.time_s).sum::<f64>() / w_sum;
+    let lever = |p: &Place| weight(p) * (p.time_s - t_mean);
+    let levers: f64 = places.iter().map(|p| lever(p) * (p.time_s - t_mean)).sum::<f64>().max(1e-9);
+    let velocity = places.iter().map(|p| p.position * lever(p)).sum::<Vector3<f64>>() / levers;
+    let slope = |error: fn(&Place) -> f64| places.iter().map(|p| error(p) * lever(p)).sum::<f64>() / levers;
+    // Depth errs by a common 5 % (size, slope), and by a common share of what each place may err (pitch of the road): while the
+    // range changes, this looks like motion.
+    let feigned = slope(|p| 0.05 * p.range_m).hypot(slope(|p| p.covariance.trace().sqrt()));
     // Noise of the line itself; neighbouring frames share most of theirs, so a handful of views count.
     let noise = (1.0 / w_sum * places.len() as f64 / 4.0).sqrt() * 3.0 / duration;
     let sigma = 0.3_f64.hypot(feigned).hypot(noise) * doubt;
@@ -209,6 +203,38 @@ mod tests {
     fn moving_and_standing_are_told_apart() {
         assert!(probability_moving(&places(8.0), 1.0) > 0.95);
         assert!(probability_moving(&places(0.05), 1.0) < 0.1);
+    }
+
+    /// A car that comes nearer, over a road whose pitch is taken wrongly by half a degree and thought known to a fifth: its
+    /// distance errs by its square.
+    #[test]
+    fn a_wrong_pitch_does_not_make_a_parked_car_drive() {
+        const HEIGHT_M: f64 = 1.65;
+        let seen = |from_m: f64, closing_mps: f64, own_mps: f64| -> Vec<Place> {
+            let one = |k: u32| {
+                let t = f64::from(k) * 0.1;
+                let range_m = from_m - closing_mps * t;
+                let by_degree = 1.0_f64.to_radians() * range_m * range_m / HEIGHT_M;
+                Place {
+                    frame: k as usize,
+                    time_s: t,
+                    // In the world, where the camera drives.
+                    position: Vector3::new(2.0, 1.6, from_m - own_mps * t + 0.5 * by_degree),
+                    covariance: Matrix3::from_diagonal(&Vector3::new(
+                        0.01,
+                        0.01,
+                        0.04 + (0.2 * by_degree).powi(2),
+                    )),
+                    range_m,
+                }
+            };
+            (0..30).map(one).collect()
+        };
+        let (parked, oncoming) = (seen(45.0, 11.0, 0.0), seen(65.0, 19.0, 8.0));
+        let feigned_mps = (parked[0].position - parked[29].position).norm() / 2.9;
+        assert!(feigned_mps > 3.0, "{feigned_mps}");
+        assert!(probability_moving(&parked, 1.0) < 0.2, "{}", probability_moving(&parked, 1.0));
+        assert!(probability_moving(&oncoming, 1.0) > 0.95, "{}", probability_moving(&oncoming, 1.0));
     }
 
     #[test]
