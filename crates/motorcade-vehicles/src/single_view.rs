@@ -56,6 +56,11 @@ impl SeenBox {
         Self { bbox, class, edges }
     }
 
+    /// True for a box that the left or right border cuts off.
+    fn is_cut_aside(&self, camera: &PinholeCamera) -> bool {
+        self.bbox.x1 <= BORDER_PX || self.bbox.x2 >= f64::from(camera.width) - 1.0 - BORDER_PX
+    }
+
     /// False for a box of which too little is seen to place a vehicle.
     pub(crate) fn tells(&self) -> bool {
         let [_, top, _, bottom] = self.edges;
@@ -127,14 +132,19 @@ fn edge_sigma_px(bbox: &BoundingBox, edge: usize) -> f64 {
 ///
 /// What is cut off or hidden reaches at least as far as what is seen, to which it is held less firmly than a vehicle that is seen
 /// ends at its edge. Where something hides its bottom it seldom reaches much further: that keeps its depth within bounds, which its
-/// roof, at the camera's own height, would not.
+/// roof, at the camera's own height, would not. Of a vehicle cut off at the left or right border only a part is seen, a bonnet or
+/// a boot: the whole may be higher and stand lower.
 fn deviation_px(camera: &PinholeCamera, seen: &SeenBox, edge: usize, off: f64) -> Option<f64> {
     const HIDDEN: f64 = 3.0;
-    /// As a share of the height that is seen.
+    /// As shares of the height that is seen.
     const BEYOND: f64 = 0.3;
+    const PART: f64 = 0.15;
     let hidden = edge == 3 && seen.bbox.y2 < f64::from(camera.height) - 1.0 - BORDER_PX;
     let reaches = if edge < 2 { off <= 0.0 } else { off >= 0.0 };
     match (seen.edges[edge], reaches) {
+        (true, true) if !edge.is_multiple_of(2) && seen.is_cut_aside(camera) => {
+            Some(edge_sigma_px(&seen.bbox, edge).hypot(PART * seen.bbox.height()))
+        }
         (true, _) => Some(edge_sigma_px(&seen.bbox, edge)),
         (false, false) => Some(HIDDEN * edge_sigma_px(&seen.bbox, edge)),
         (false, true) => hidden.then(|| BEYOND * seen.bbox.height()),
@@ -410,6 +420,25 @@ mod tests {
         let seen = SeenBox::new(bbox, VehicleClass::Car, &CAMERA, &[]);
         let found = locate(&CAMERA, &ground(), &seen, 0.0, &prior);
         assert!(found.is_none_or(|f| f.position_in_camera.z < 9.0), "{found:?}");
+    }
+
+    /// A car that leaves at the left: its bonnet is lower than its roof, and its tyres are out of sight.
+    #[test]
+    fn the_part_of_a_car_at_the_border_is_not_taken_for_a_small_one() {
+        let prior = size_prior(VehicleClass::Car);
+        for left in [7.0, 7.5, 8.0] {
+            let truth = ground().point(9.0, left, 0.0);
+            let pose = standing_pose(&truth, &ground().direction_of(0.0), &ground().up);
+            let whole = image_box(&CAMERA, &pose, VehicleClass::Car, &prior.mean).unwrap();
+            let (top, bottom) = (whole.y1 + 0.25 * whole.height(), whole.y2 - 0.15 * whole.height());
+            let bbox = BoundingBox { x1: 0.0, y1: top, y2: bottom, ..whole };
+            let seen = SeenBox::new(bbox, VehicleClass::Car, &CAMERA, &[]);
+            assert_eq!(seen.edges, [false, true, true, true]);
+            let found = locate(&CAMERA, &ground(), &seen, 0.0, &prior).unwrap();
+            let off = found.position_in_camera - truth;
+            let sigmas = off.dot(&(found.covariance.try_inverse().unwrap() * off)).sqrt();
+            assert!(off.norm() < 1.5 && sigmas < 2.0, "{left}: {off}, {sigmas} standard deviations");
+        }
     }
 
     #[test]
