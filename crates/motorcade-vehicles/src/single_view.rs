@@ -56,9 +56,11 @@ impl SeenBox {
         Self { bbox, class, edges }
     }
 
-    /// True for a box that the left or right border cuts off.
-    fn is_cut_aside(&self, camera: &PinholeCamera) -> bool {
-        self.bbox.x1 <= BORDER_PX || self.bbox.x2 >= f64::from(camera.width) - 1.0 - BORDER_PX
+    /// True for a box whose height is that of a part: of a car that the left or right border cuts off a bonnet or a boot is
+    /// seen. Lorries, buses and vans are as high all along.
+    fn is_of_a_part(&self, camera: &PinholeCamera) -> bool {
+        let cut = self.bbox.x1 <= BORDER_PX || self.bbox.x2 >= f64::from(camera.width) - 1.0 - BORDER_PX;
+        cut && self.class == VehicleClass::Car
     }
 
     /// False for a box of which too little is seen to place a vehicle.
@@ -132,8 +134,7 @@ fn edge_sigma_px(bbox: &BoundingBox, edge: usize) -> f64 {
 ///
 /// What is cut off or hidden reaches at least as far as what is seen, to which it is held less firmly than a vehicle that is seen
 /// ends at its edge. Where something hides its bottom it seldom reaches much further: that keeps its depth within bounds, which its
-/// roof, at the camera's own height, would not. Of a vehicle cut off at the left or right border only a part is seen, a bonnet or
-/// a boot: the whole may be higher and stand lower.
+/// roof, at the camera's own height, would not. The whole of which only a part is seen may be higher and stand lower.
 fn deviation_px(camera: &PinholeCamera, seen: &SeenBox, edge: usize, off: f64) -> Option<f64> {
     const HIDDEN: f64 = 3.0;
     /// As shares of the height that is seen.
@@ -142,7 +143,7 @@ fn deviation_px(camera: &PinholeCamera, seen: &SeenBox, edge: usize, off: f64) -
     let hidden = edge == 3 && seen.bbox.y2 < f64::from(camera.height) - 1.0 - BORDER_PX;
     let reaches = if edge < 2 { off <= 0.0 } else { off >= 0.0 };
     match (seen.edges[edge], reaches) {
-        (true, true) if !edge.is_multiple_of(2) && seen.is_cut_aside(camera) => {
+        (true, true) if !edge.is_multiple_of(2) && seen.is_of_a_part(camera) => {
             Some(edge_sigma_px(&seen.bbox, edge).hypot(PART * seen.bbox.height()))
         }
         (true, _) => Some(edge_sigma_px(&seen.bbox, edge)),
