@@ -26,7 +26,8 @@ models = options.shared / "models"
 def run(name, *arguments):
     command = [str(options.motorcade), "run", *map(str, arguments), "--out", str(out / name), "--force", "--progress", "none"]
     done = subprocess.run(command, check=False, stdout=subprocess.PIPE, text=True)
-    print(done.stdout.strip())
+    # The lines told online are many.
+    print(*(line for line in done.stdout.splitlines() if not line.startswith("{")), sep="\n")
     if done.returncode != 0:
         sys.exit(f"{name}: exit code {done.returncode}")
     return out / name
