@@ -204,7 +204,7 @@ pub enum PresetName {
 /// Units of a given trajectory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum TrajectoryScale {
-    /// Up to scale: the road gives the metres.
+    /// Up to scale: the road gives the metres; without frames, vehicles that stand.
     #[default]
     Unknown,
     /// Metres.

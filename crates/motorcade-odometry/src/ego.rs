@@ -74,7 +74,17 @@ impl EgoTrajectory {
 
     /// As [`EgoTrajectory::new`] for an odometry that is metric already: only the road is taken from the measurements.
     pub fn metric(odometry: &UpToScale, measurements: &[RoadMeasurement], height_m: f64) -> Self {
-        Self::build(odometry, measurements, height_m, metric_segment, 0.0)
+        Self::metric_within(odometry, measurements, height_m, 0.0)
+    }
+
+    /// As [`EgoTrajectory::metric`] for one all of whose lengths may be off by a common share of this standard deviation.
+    pub fn metric_within(
+        odometry: &UpToScale,
+        measurements: &[RoadMeasurement],
+        height_m: f64,
+        scale_bias_sigma: f64,
+    ) -> Self {
+        Self::build(odometry, measurements, height_m, metric_segment, scale_bias_sigma)
     }
 
     fn build(

@@ -113,19 +113,19 @@ impl FrontEnd {
         Ok(Self { looked_for_vehicles, interrupted, ..pass.finish(given) })
     }
 
-    /// Where no frames are: `given` must hold a metric trajectory.
+    /// Where no frames are: `given` must hold a trajectory.
     ///
     /// # Errors
-    /// A trajectory that is missing, not metric or of another length.
+    /// A trajectory that is missing or of another length.
     pub fn without_frames(
         input: PixelFree,
         given: &Given,
         config: &Config,
         watch: Watch<'_>,
     ) -> Result<Self> {
-        let fits = |t: &GivenTrajectory| t.metric && t.world_from_camera.len() == input.frames.len();
+        let fits = |t: &GivenTrajectory| t.world_from_camera.len() == input.frames.len();
         if !given.trajectory.as_ref().is_some_and(fits) {
-            let text = "without frames the camera trajectory must be given, in metres (--trajectory-scale metric), a pose a frame";
+            let text = "without frames the camera trajectory must be given, a pose a frame";
             return Err(Error::Config(text.to_owned()));
         }
         let mut pass = Pass::new(input.camera, given, config);
@@ -139,7 +139,7 @@ impl FrontEnd {
     }
 }
 
-/// A run without any pixel: frames by number and time, detections and a metric camera trajectory from files.
+/// A run without any pixel: frames by number and time, detections and a camera trajectory from files.
 #[derive(Clone, Debug)]
 pub struct PixelFree {
     /// Intrinsics.

@@ -33,6 +33,7 @@ mod pipeline;
 mod progress;
 mod result;
 mod scale_source;
+mod standing_unit;
 mod timing;
 
 pub use config::{Config, Preset, RunOptions, ScaleOptions, VehicleMask, VehicleOptions};

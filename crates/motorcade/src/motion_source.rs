@@ -12,11 +12,17 @@ use nalgebra::Vector3;
 pub struct GivenTrajectory {
     /// `world_from_camera` of each frame.
     pub world_from_camera: Vec<Pose<World, Camera>>,
-    /// True when its lengths are metres; else the road gives the scale.
+    /// True when its lengths are metres; else the road gives the scale, or vehicles that stand.
     pub metric: bool,
 }
 
 impl GivenTrajectory {
+    /// The same in metres, of a unit of so many.
+    pub(crate) fn metric(&self, unit_m: f64) -> Self {
+        let poses = self.world_from_camera.iter().map(|p| p.scaled(unit_m));
+        Self { world_from_camera: poses.collect(), metric: true }
+    }
+
     /// As an odometry. One of unknown scale gets a unit near a metre, which the road search starts from.
     pub(crate) fn up_to_scale(&self) -> UpToScale {
         let poses = &self.world_from_camera;

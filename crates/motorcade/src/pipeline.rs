@@ -3,7 +3,7 @@
 use motorcade_dataset::Sequence;
 use motorcade_geometry::PinholeCamera;
 use motorcade_odometry::{EgoFrame, EgoTrajectory};
-use motorcade_perception::Perception;
+use motorcade_perception::{Detection, Perception};
 use motorcade_shape::ShapePrior;
 use motorcade_vehicles::{GivenTrack, GroundFrame, Track, VehicleTrajectory, estimate_track, track_vehicles};
 
@@ -16,7 +16,7 @@ use crate::motion_source::GivenTrajectory;
 use crate::multibody::Multibody;
 use crate::progress::Progress;
 use crate::result::{FrameInfo, RunResult, summary_warnings};
-use crate::scale_source;
+use crate::{scale_source, standing_unit};
 
 /// What files give in place of stages.
 #[derive(Clone, Debug, Default)]
@@ -57,26 +57,28 @@ pub fn conclude(
     threads: usize,
     progress: &dyn Progress,
 ) -> RunResult {
-    let FrontEnd { camera, frames, detections, mut stopwatch, mut warnings, .. } = front_end;
+    let FrontEnd { camera, frames, detections, mut stopwatch, mut warnings, mut metric, .. } = front_end;
     let (motion, measurements) = (front_end.motion, front_end.road_measurements);
-    let mut ego = stopwatch
-        .time("scale", || scale_source::ego(&motion, &measurements, height_m, front_end.metric, config));
-    let start_ns = frames.first().map_or(0, |f| f.timestamp_ns);
-    let grounds = grounds(&ego, &frames, start_ns);
+    let mut ego =
+        stopwatch.time("scale", || scale_source::ego(&motion, &measurements, height_m, metric, config));
     progress.begin("vehicles", None);
-    let numbers: Vec<u64> = frames.iter().map(|f| f.number).collect();
-    let tracks: Vec<(Track, GivenTrack)> = stopwatch.time("tracking", || match &given.vehicles {
-        Some(poses) => given_tracks(poses, &numbers, &grounds, &detections, &camera),
-        None => {
-            let tracks = track_vehicles(&camera, &grounds, &detections, &config.tracker);
-            with_keypoints(tracks, given, &numbers, &camera, &grounds)
+    let seen = Seen { camera: &camera, frames: &frames, detections: &detections, given, config };
+    let mut vehicles = stopwatch.time("vehicles", || seen.follow(&ego));
+    let unknown = given.trajectory.as_ref().filter(|_| !metric && measurements.is_empty());
+    if let Some(trajectory) = unknown {
+        let mut found = None;
+        // Twice: with the unit known boxes are linked better.
+        for _ in 0..2 {
+            found = standing_unit::of(&vehicles, &trajectory.world_from_camera);
+            let Some(unit) = found else { break };
+            let mut motion = trajectory.metric(unit.metres).up_to_scale();
+            motion.frames.truncate(frames.len());
+            ego = EgoTrajectory::metric_within(&motion, &measurements, height_m, unit.sigma);
+            vehicles = stopwatch.time("vehicles", || seen.follow(&ego));
+            metric = true;
         }
-    });
-    let side = config.vehicles.traffic_side;
-    let estimate =
-        |(track, given): &(Track, GivenTrack)| estimate_track(&camera, &grounds, track, given, side);
-    let mut vehicles: Vec<VehicleTrajectory> =
-        stopwatch.time("vehicles", || tracks.iter().filter_map(estimate).collect());
+        warnings.extend(found.inspect(|unit| progress.warn(&unit.to_string())).map(|unit| unit.to_string()));
+    }
     progress.begin("graph", None);
     let solved = stopwatch.time("graph", || solve_graph(&mut ego, &mut vehicles, config, threads));
     let (graph, graph_report) = solved.unwrap_or_else(|error| {
@@ -99,11 +101,41 @@ pub fn conclude(
         warnings,
         interrupted: front_end.interrupted,
     };
-    for warning in summary_warnings(&result, front_end.metric) {
+    for warning in summary_warnings(&result, metric) {
         progress.warn(&warning);
         result.warnings.push(warning);
     }
     result
+}
+
+/// What vehicles are found from.
+struct Seen<'a> {
+    camera: &'a PinholeCamera,
+    frames: &'a [FrameInfo],
+    detections: &'a [Vec<Detection>],
+    given: &'a Given,
+    config: &'a Config,
+}
+
+impl Seen<'_> {
+    /// Vehicles, each for itself, as seen from a camera that goes this way.
+    fn follow(&self, ego: &EgoTrajectory) -> Vec<VehicleTrajectory> {
+        let Self { camera, frames, detections, given, config } = *self;
+        let start_ns = frames.first().map_or(0, |f| f.timestamp_ns);
+        let grounds = grounds(ego, frames, start_ns);
+        let numbers: Vec<u64> = frames.iter().map(|f| f.number).collect();
+        let tracks: Vec<(Track, GivenTrack)> = match &given.vehicles {
+            Some(poses) => given_tracks(poses, &numbers, &grounds, detections, camera),
+            None => {
+                let tracks = track_vehicles(camera, &grounds, detections, &config.tracker);
+                with_keypoints(tracks, given, &numbers, camera, &grounds)
+            }
+        };
+        let side = config.vehicles.traffic_side;
+        let estimate =
+            |(track, given): &(Track, GivenTrack)| estimate_track(camera, &grounds, track, given, side);
+        tracks.iter().filter_map(estimate).collect()
+    }
 }
 
 /// Tracks with what their keypoints say of them.
