@@ -69,15 +69,18 @@ pub fn conclude(
         let mut found = None;
         // Twice: with the unit known boxes are linked better.
         for _ in 0..2 {
-            found = standing_unit::of(&vehicles, &trajectory.world_from_camera);
-            let Some(unit) = found else { break };
+            let Some(unit) = standing_unit::of(&vehicles, &trajectory.world_from_camera) else { break };
             let mut motion = trajectory.metric(unit.metres).up_to_scale();
             motion.frames.truncate(frames.len());
             ego = EgoTrajectory::metric_within(&motion, &measurements, height_m, unit.sigma);
             vehicles = stopwatch.time("vehicles", || seen.follow(&ego));
-            metric = true;
+            found = Some(unit);
         }
-        warnings.extend(found.inspect(|unit| progress.warn(&unit.to_string())).map(|unit| unit.to_string()));
+        if let Some(unit) = found {
+            metric = true;
+            progress.warn(&unit.to_string());
+            warnings.push(unit.to_string());
+        }
     }
     progress.begin("graph", None);
     let solved = stopwatch.time("graph", || solve_graph(&mut ego, &mut vehicles, config, threads));
