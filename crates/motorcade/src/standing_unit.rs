@@ -2,7 +2,7 @@
 //! stand tell how far it went between two views.
 //!
 //! Which of them stand is not known. Those that do agree on the unit; traffic that moves tells another one each, unless it
-//! moves alike: oncoming vehicles that are all as fast as the camera agree on half the unit, and nothing in boxes and poses
+//! moves alike: oncoming vehicles that are all as fast as the camera agree on twice the unit, and nothing in boxes and poses
 //! speaks against it.
 
 use motorcade_geometry::{Camera, Pose, World};
