@@ -29,7 +29,7 @@ pub struct Blueprint {
     pub roof_front_m: f64,
     /// Rear edge of the roof behind the rear axle (negative: ahead of it, as on saloons).
     pub roof_rear_m: f64,
-    /// Base of the rear window behind the rear axle (negative on pickups).
+    /// Base of the rear window behind the rear axle.
     pub rear_window_base_m: f64,
     /// Height of the rear window's base.
     pub rear_window_base_height_m: f64,

@@ -14,24 +14,21 @@ pub enum BodyType {
     Estate,
     /// High two-box body.
     Suv,
-    /// People carriers and small delivery vans.
+    /// People carriers.
     Van,
-    /// Cab and open bed.
-    Pickup,
     /// Low, roof falling to the tail.
     Coupe,
 }
 
 impl BodyType {
     /// All of them, in order.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 7] = [
         Self::City,
         Self::Hatchback,
         Self::Saloon,
         Self::Estate,
         Self::Suv,
         Self::Van,
-        Self::Pickup,
         Self::Coupe,
     ];
 
@@ -44,7 +41,6 @@ impl BodyType {
             Self::Estate => "estate",
             Self::Suv => "suv",
             Self::Van => "van",
-            Self::Pickup => "pickup",
             Self::Coupe => "coupe",
         }
     }
@@ -54,11 +50,10 @@ impl BodyType {
         match self {
             Self::City => 0.10,
             Self::Hatchback => 0.30,
-            Self::Saloon => 0.19,
+            Self::Saloon => 0.20,
             Self::Estate => 0.13,
-            Self::Suv => 0.14,
+            Self::Suv => 0.15,
             Self::Van => 0.08,
-            Self::Pickup => 0.02,
             Self::Coupe => 0.04,
         }
     }

@@ -15,19 +15,17 @@
 //! Estimated, as the list does not have them: front overhang, and the heights and places of bonnet, windows, roof and tail, by one
 //! template a body type (`template.rs`), to about 5 cm for the mean of a type.
 //!
-//! The list has no large vans and no pickups, which are common in traffic: four of them stand apart, below. Published of those is
-//! the Transporter's wheelbase (3.00 m, its successor T6.1 in PyPI `opendbc` 0.3.1). Their other figures are unsourced; what
-//! published relatives say of some of them is in `tests/published_dimensions.rs`.
+//! The list has no pickups and no van above 1.80 m; no list found has all four lengths of any, so neither shapes the prior.
 
 use crate::blueprint::Blueprint;
 use crate::body_type::BodyType;
-use crate::template::{LARGE_VAN, Template};
+use crate::template::Template;
 
 /// One model of the family.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CarModel {
-    /// Its row in the published list; `None`: its figures are unsourced.
-    pub row: Option<u32>,
+    /// Its row in the published list.
+    pub row: u32,
     /// Make and model, or kind and row.
     pub name: &'static str,
     /// Body type.
@@ -60,20 +58,10 @@ const fn listed(
         Driven::Rear => ordinary.rear_driven(),
     };
     let blueprint = template.drawn(size, tyre_diameter_m);
-    CarModel { row: Some(row), name, body_type, blueprint }
+    CarModel { row, name, body_type, blueprint }
 }
 
-const fn unlisted(
-    name: &'static str,
-    body_type: BodyType,
-    size: Size,
-    tyre_diameter_m: f64,
-    template: Template,
-) -> CarModel {
-    CarModel { row: None, name, body_type, blueprint: template.drawn(size, tyre_diameter_m) }
-}
-
-/// Every model: those of the list by body type and length, then the large vans and the pickups.
+/// Every model, by body type and length.
 #[rustfmt::skip] // one car a line
 pub const FAMILY: &[CarModel] = &[
     listed(26629, "Volkswagen up!", BodyType::City, [3.540, 1.641, 1.489, 2.420], 0.585, Driven::Front),
@@ -152,9 +140,4 @@ pub const FAMILY: &[CarModel] = &[
     listed(27096, "Audi A5 8T", BodyType::Coupe, [4.626, 1.854, 1.372, 2.751], 0.653, Driven::All),
     listed(24313, "coupe 24313", BodyType::Coupe, [4.630, 1.865, 1.385, 2.820], 0.679, Driven::Rear),
     listed(5603, "BMW 6 Series Coupe F13", BodyType::Coupe, [4.894, 1.894, 1.369, 2.855], 0.679, Driven::All),
-    // Unsourced but for the Transporter's wheelbase.
-    unlisted("Volkswagen Transporter T5", BodyType::Van, [4.890, 1.904, 1.970, 3.000], 0.660, LARGE_VAN),
-    unlisted("Mercedes-Benz Vito W639", BodyType::Van, [4.748, 1.901, 1.902, 3.200], 0.660, LARGE_VAN),
-    unlisted("Toyota Hilux VII", BodyType::Pickup, [5.260, 1.835, 1.860, 3.085], 0.760, Template::of(BodyType::Pickup)),
-    unlisted("Ford Ranger T6", BodyType::Pickup, [5.359, 1.850, 1.815, 3.220], 0.760, Template::of(BodyType::Pickup)),
 ];

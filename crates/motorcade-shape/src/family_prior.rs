@@ -212,7 +212,9 @@ mod tests {
         let size = |t: BodyType| prior.dimensions(prior.coefficients_of(t).unwrap());
         assert_eq!(prior.named_shapes().len(), BodyType::ALL.len());
         assert!(size(BodyType::City).length_m < 3.75 && size(BodyType::Saloon).length_m > 4.5);
-        assert!(size(BodyType::Van).height_m > 1.7 && size(BodyType::Coupe).height_m < 1.42);
+        let ordinary = size(BodyType::Hatchback).height_m;
+        assert!(size(BodyType::Van).height_m > ordinary + 0.15);
+        assert!(size(BodyType::Coupe).height_m < ordinary - 0.06);
         for named in prior.named_shapes() {
             let drawn = named.blueprint.unwrap().dimensions().to_vector();
             assert!((size(named.body_type).to_vector() - drawn).amax() < 0.05, "{:?}", named.body_type);

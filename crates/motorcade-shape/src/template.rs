@@ -11,9 +11,6 @@ use crate::body_type::BodyType;
 /// - of the height: bonnet, windscreen base, rear window base, tail.
 pub(crate) struct Template([f64; 9]);
 
-/// Transporters: the driver sits over the front axle.
-pub(crate) const LARGE_VAN: Template = Template([0.50, 0.05, 0.21, 0.74, 0.89, 0.47, 0.63, 0.63, 0.57]);
-
 /// What of length less wheelbase a car with driven rear wheels has less before its front axle: the engine stands behind it.
 const REAR_DRIVEN_LESS: f64 = 0.03;
 
@@ -28,7 +25,6 @@ impl Template {
             BodyType::Estate =>    [0.45, 0.21, 0.45,  0.58,  0.80, 0.50, 0.65, 0.70, 0.62],
             BodyType::Suv =>       [0.49, 0.20, 0.41,  0.45,  0.73, 0.54, 0.66, 0.69, 0.61],
             BodyType::Van =>       [0.54, 0.10, 0.33,  0.60,  0.84, 0.48, 0.64, 0.63, 0.59],
-            BodyType::Pickup =>    [0.42, 0.17, 0.36, -0.82, -0.67, 0.52, 0.62, 0.63, 0.53],
             BodyType::Coupe =>     [0.49, 0.23, 0.51, -0.22,  0.60, 0.50, 0.68, 0.70, 0.62],
         })
     }

@@ -57,7 +57,7 @@ fn perfect_keypoints_of_a_known_type_give_pose_and_shape_back() {
             let (position, turn) =
                 (position_error_m(&fit, &truth), heading_error_rad(&fit.camera_from_vehicle, &truth));
             worst = worst.max(position);
-            assert!(position < 0.36 && turn < 0.03, "{body_type:?} {heading}: {position} m, {turn} rad");
+            assert!(position < 0.35 && turn < 0.03, "{body_type:?} {heading}: {position} m, {turn} rad");
             // What is left is the pull of the prior towards the mean: distance and size look alike.
             let size = fit.dimensions.to_vector() - prior.dimensions(shape).to_vector();
             // Seen almost from behind, the length hardly shows.
@@ -168,7 +168,8 @@ fn the_road_plane_steadies_the_place() {
     assert!(with < 0.8 * without);
 }
 
-/// Normalised error squared of position and rotation against the covariance, whose mean is 6 for an honest one.
+/// Normalised error squared of position and rotation against the covariance: χ² of 6 degrees of freedom for an honest one, whose
+/// median is 5.35. Not the mean: a few fits in a hundred settle some degrees beside the true heading, and they alone would rule it.
 #[test]
 fn covariances_are_honest() {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
@@ -176,7 +177,7 @@ fn covariances_are_honest() {
     let prior = ShapePrior::of_family(Layout::Car36);
     let fitter = ShapeFitter::new(prior.clone(), options);
     let network = Network { sigma_px: 1.5, outliers: 0.0, hidden: 0.1, body_sigma_m: 0.05 };
-    let (mut sum, mut inside, mut count) = (0.0, 0, 0);
+    let mut all = Vec::new();
     for k in 0..300 {
         let distance_m = 8.0 + 17.0 * rng.random::<f64>();
         // The true road lies off the assumed one as its sigmas say, and the vehicle leans.
@@ -195,13 +196,13 @@ fn covariances_are_honest() {
             continue;
         }
         let nees = error.dot(&fit.covariance.cholesky().unwrap().solve(&error));
-        sum += nees;
-        inside += usize::from(nees < 12.59);
-        count += 1;
+        all.push(nees);
     }
-    let (mean, share) = (sum / f64::from(count), inside as f64 / f64::from(count));
-    println!("NEES {mean:.2} of 6, {:.0} % within the 95 % region, {count} fits", 100.0 * share);
-    assert!(count > 280 && mean > 3.0 && mean < 9.0 && share > 0.85, "{mean} {share} {count}");
+    let count = all.len();
+    let share = all.iter().filter(|n| **n < 12.59).count() as f64 / count as f64;
+    let (mean, median) = (all.iter().sum::<f64>() / count as f64, median(&mut all));
+    println!("NEES: median {median:.2} of 5.35, mean {mean:.2} of 6, {:.1} % in the 95 % region", 100.0 * share);
+    assert!(count > 280 && (4.3..6.4).contains(&median) && share > 0.9, "{median} {share} {count}");
 }
 
 #[test]

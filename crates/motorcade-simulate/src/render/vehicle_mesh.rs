@@ -68,7 +68,7 @@ fn build(class: VehicleClass, size: &Dimensions, form: &Form) -> Mesh {
 fn lower_body(g: &Glasshouse, form: &Form) -> Vec<Station> {
     let (foot, bonnet_start) = (g.windscreen, 0.5 * (g.windscreen.0 + 0.465));
     let middle = 0.5 * (g.rear_window.1 + foot.1);
-    let mut stations = vec![
+    vec![
         [-0.5, 0.24, g.tail - 0.13, 0.36],
         [-0.488, 0.19, g.tail - 0.05, 0.43],
         [-0.470, 0.16, g.tail, 0.465],
@@ -80,10 +80,7 @@ fn lower_body(g: &Glasshouse, form: &Form) -> Vec<Station> {
         [0.465, 0.15, g.bonnet, 0.45],
         [0.487, 0.17, g.bonnet - 0.07, 0.41],
         [0.5, 0.21, g.bonnet - 0.16, 0.34],
-    ];
-    // Behind the rear axle on hatchbacks, ahead of it on pickups.
-    stations.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    stations
+    ]
 }
 
 struct Builder {
