@@ -122,6 +122,18 @@ impl BoundingBox {
     }
 }
 
+/// What a box is drawn around.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BoxAround {
+    /// What can be seen of the vehicle, as detectors draw it.
+    #[default]
+    Seen,
+    /// The eight corners of its 3D box, hidden or not, clipped to the image: boxes of label files that have 3D boxes. On five
+    /// KITTI sequences they are those of the projected corners within a pixel. Of a car 20 m ahead such a box ends 5 px below its tyres.
+    Corners,
+}
+
 /// One vehicle in one frame.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Detection {
@@ -131,6 +143,9 @@ pub struct Detection {
     pub score: f64,
     /// Where it is.
     pub bbox: BoundingBox,
+    /// What that box is drawn around.
+    #[serde(default)]
+    pub around: BoxAround,
     /// Identity given by the file it came from.
     pub external_id: Option<i64>,
 }

@@ -22,15 +22,8 @@ pub enum BodyType {
 
 impl BodyType {
     /// All of them, in order.
-    pub const ALL: [Self; 7] = [
-        Self::City,
-        Self::Hatchback,
-        Self::Saloon,
-        Self::Estate,
-        Self::Suv,
-        Self::Van,
-        Self::Coupe,
-    ];
+    pub const ALL: [Self; 7] =
+        [Self::City, Self::Hatchback, Self::Saloon, Self::Estate, Self::Suv, Self::Van, Self::Coupe];
 
     /// Name in files.
     pub fn name(self) -> &'static str {

@@ -201,7 +201,10 @@ fn covariances_are_honest() {
     let count = all.len();
     let share = all.iter().filter(|n| **n < 12.59).count() as f64 / count as f64;
     let (mean, median) = (all.iter().sum::<f64>() / count as f64, median(&mut all));
-    println!("NEES: median {median:.2} of 5.35, mean {mean:.2} of 6, {:.1} % in the 95 % region", 100.0 * share);
+    println!(
+        "NEES: median {median:.2} of 5.35, mean {mean:.2} of 6, {:.1} % in the 95 % region",
+        100.0 * share
+    );
     assert!(count > 280 && (4.3..6.4).contains(&median) && share > 0.9, "{median} {share} {count}");
 }
 

@@ -6,7 +6,7 @@
 //!
 //! ```
 //! use motorcade_geometry::{PinholeCamera, Pose};
-//! use motorcade_perception::{BoundingBox, VehicleClass};
+//! use motorcade_perception::{BoundingBox, BoxAround, Detection, VehicleClass};
 //! use motorcade_vehicles::{GroundFrame, SeenBox, locate, size_prior};
 //! use nalgebra::Vector3;
 //!
@@ -15,7 +15,9 @@
 //!     world_from_camera: Pose::identity(), up: -Vector3::y(), height_m: 1.65, pitch_sigma_rad: 0.002, time_s: 0.0,
 //! };
 //! let bbox = BoundingBox { x1: 570.0, y1: 184.0, x2: 631.0, y2: 240.0 };
-//! let seen = SeenBox::new(bbox, VehicleClass::Car, &camera, &[]);
+//! let detection =
+//!     Detection { class: VehicleClass::Car, score: 0.9, bbox, around: BoxAround::Seen, external_id: None };
+//! let seen = SeenBox::new(&detection, &camera, &[]);
 //! let car = locate(&camera, &ground, &seen, 0.0, &size_prior(VehicleClass::Car)).unwrap();
 //! assert!((car.position_in_camera.z - 21.0).abs() < 1.5);
 //! ```
@@ -42,5 +44,6 @@ pub use single_view::{SeenBox, SingleView, locate};
 pub use size::size_prior;
 pub use tracker::{Track, TrackBox, Tracker, TrackerOptions, track_vehicles};
 pub use trajectory::{
-    BySize, GivenTrack, GivenView, Measured, Sighting, Source, TrafficSide, VehicleState, VehicleTrajectory,
+    BySize, GivenTrack, GivenView, Measured, Scaling, Sighting, Source, TrafficSide, VehicleState,
+    VehicleTrajectory,
 };

@@ -4,7 +4,7 @@
 //! floats above the road, the roof is narrower than the body. At 20 m the overhang alone is 4 % of depth.
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
-use motorcade_perception::{BoundingBox, VehicleClass};
+use motorcade_perception::{BoundingBox, BoxAround, VehicleClass};
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use motorcade_shape::Dimensions;
@@ -41,11 +41,14 @@ const BOX: [[f64; 3]; 8] = [
 const MOTORCYCLE: [[f64; 3]; 5] =
     [[0.35, 0.2, 0.0], [-0.35, 0.2, 0.0], [0.48, 0.2, 0.25], [-0.48, 0.3, 0.35], [0.0, 0.8, 1.0]];
 
-fn outline(class: VehicleClass) -> &'static [[f64; 3]] {
-    match class {
-        VehicleClass::Car => &CAR,
-        VehicleClass::Van | VehicleClass::Truck | VehicleClass::Bus => &BOX,
-        VehicleClass::Motorcycle => &MOTORCYCLE,
+const CORNERS: [[f64; 3]; 4] = [[0.5, 1.0, 0.0], [0.5, 1.0, 1.0], [-0.5, 1.0, 0.0], [-0.5, 1.0, 1.0]];
+
+fn outline(class: VehicleClass, around: BoxAround) -> &'static [[f64; 3]] {
+    match (around, class) {
+        (BoxAround::Corners, _) => &CORNERS,
+        (BoxAround::Seen, VehicleClass::Car) => &CAR,
+        (BoxAround::Seen, VehicleClass::Van | VehicleClass::Truck | VehicleClass::Bus) => &BOX,
+        (BoxAround::Seen, VehicleClass::Motorcycle) => &MOTORCYCLE,
     }
 }
 
@@ -66,14 +69,14 @@ pub(crate) fn touching(
     camera: &PinholeCamera,
     rotation: &Matrix3<f64>,
     position: &Vector3<f64>,
-    class: VehicleClass,
+    (class, around): (VehicleClass, BoxAround),
     size: &Vector3<f64>,
 ) -> Option<[Touching; 4]> {
     const NEAREST_M: f64 = 0.5;
     let nowhere = Touching { pixel: f64::MAX, point: Point3::origin(), fractions: Vector3::zeros() };
     let mut edges = [nowhere; 4];
     (edges[2].pixel, edges[3].pixel) = (f64::MIN, f64::MIN);
-    for [x, y, z] in outline(class) {
+    for [x, y, z] in outline(class, around) {
         for side in [-0.5, 0.5] {
             let fractions = Vector3::new(*x, side * y, *z);
             let point = Point3::from(rotation * fractions.component_mul(size) + position);
@@ -99,10 +102,11 @@ pub fn image_box(
     camera: &PinholeCamera,
     camera_from_vehicle: &Pose<Camera, Vehicle>,
     class: VehicleClass,
+    around: BoxAround,
     size: &Dimensions,
 ) -> Option<BoundingBox> {
     let (rotation, position) = (camera_from_vehicle.rotation_matrix(), camera_from_vehicle.translation());
-    let edges = touching(camera, &rotation, &position, class, &size.to_vector())?;
+    let edges = touching(camera, &rotation, &position, (class, around), &size.to_vector())?;
     Some(BoundingBox::new(edges.map(|e| e.pixel)))
 }
 
@@ -128,7 +132,7 @@ mod tests {
     fn a_car_ahead_touches_the_road_with_its_rear_tyres() {
         let size = Dimensions { length_m: 4.2, width_m: 1.7, height_m: 1.5 };
         let pose = standing_pose(&Point3::new(0.0, 1.65, 20.0), &Vector3::z(), &-Vector3::y());
-        let b = image_box(&CAMERA, &pose, VehicleClass::Car, &size).unwrap();
+        let b = image_box(&CAMERA, &pose, VehicleClass::Car, BoxAround::Seen, &size).unwrap();
         let rear_axle_z = 20.0 - 0.29 * 4.2;
         assert!((b.y2 - (180.0 + 720.0 * 1.65 / rear_axle_z)).abs() < 1e-9);
         assert!((b.x1 + b.x2 - 1200.0).abs() < 1e-9);
@@ -138,6 +142,6 @@ mod tests {
     fn behind_the_camera_there_is_no_box() {
         let size = Dimensions { length_m: 4.2, width_m: 1.7, height_m: 1.5 };
         let pose = standing_pose(&Point3::new(0.0, 1.65, 1.0), &Vector3::z(), &-Vector3::y());
-        assert!(image_box(&CAMERA, &pose, VehicleClass::Car, &size).is_none());
+        assert!(image_box(&CAMERA, &pose, VehicleClass::Car, BoxAround::Seen, &size).is_none());
     }
 }

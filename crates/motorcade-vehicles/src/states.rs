@@ -1,7 +1,7 @@
 //! The states of a vehicle, put together.
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle, World};
-use motorcade_perception::{BoundingBox, VehicleClass};
+use motorcade_perception::{BoundingBox, BoxAround, VehicleClass};
 use motorcade_shape::Dimensions;
 use nalgebra::{Matrix3, Matrix6, Point3};
 
@@ -71,7 +71,7 @@ fn projected(
     class: VehicleClass,
     size: &Dimensions,
 ) -> Option<BoundingBox> {
-    let bbox = image_box(camera, pose, class, size)?.clipped(camera.width, camera.height);
+    let bbox = image_box(camera, pose, class, BoxAround::Seen, size)?.clipped(camera.width, camera.height);
     (bbox.width() > 1.0 && bbox.height() > 1.0).then_some(bbox)
 }
 

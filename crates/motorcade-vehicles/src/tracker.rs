@@ -138,7 +138,7 @@ impl Tracker {
         let mut used = vec![false; boxes.len()];
         for (track, index) in pairs {
             used[index] = true;
-            let seen = SeenBox::new(boxes[index].bbox, boxes[index].class, camera, &all);
+            let seen = SeenBox::new(boxes[index], camera, &all);
             self.live[track].extend(camera, ground, TrackBox { frame, seen, score: boxes[index].score });
         }
         for (index, detection) in boxes.iter().enumerate() {
@@ -149,7 +149,7 @@ impl Tracker {
             if used[index] || detection.score < options.begin_score || doubled {
                 continue;
             }
-            let seen = SeenBox::new(detection.bbox, detection.class, camera, &all);
+            let seen = SeenBox::new(detection, camera, &all);
             let first = TrackBox { frame, seen, score: detection.score };
             if let Some(begun) = Live::begin(self.next_id, camera, ground, first) {
                 self.next_id += 1;

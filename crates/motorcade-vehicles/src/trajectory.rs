@@ -68,6 +68,18 @@ pub struct Measured {
     pub covariance: Matrix6<f64>,
 }
 
+/// What the distances of a sighting scale with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Scaling {
+    /// The vehicle's size.
+    Size,
+    /// A factor of the source's own, one for all frames of a track: what it took the vehicle for, we do not know.
+    Source {
+        /// Standard deviation of the factor's logarithm.
+        sigma: f64,
+    },
+}
+
 /// What one source of one frame says of a vehicle of a known scale, and how that depends on the scale: a wrong scale is common
 /// to all frames of a track, what remains is a frame's own.
 #[derive(Clone, Copy, Debug)]
@@ -76,9 +88,11 @@ pub struct Sighting {
     pub source: Source,
     /// Pose in the camera if the vehicle has the track's size \[m\].
     pub camera_from_vehicle: Pose<Camera, Vehicle>,
-    /// Covariance of the pose with the scale of the size held (6×6 `[ω, ν]`, vehicle frame).
+    /// Covariance of the pose with the scale held (6×6 `[ω, ν]`, vehicle frame).
     pub covariance: Matrix6<f64>,
-    /// Derivative of the pose's tangent by the logarithm of the scale, all proportions kept \[rad, m\].
+    /// Which scale that is.
+    pub scaling: Scaling,
+    /// Derivative of the pose's tangent by the logarithm of the scale, all proportions of a size kept \[rad, m\].
     pub by_scale: Vector6<f64>,
 }
 
@@ -136,6 +150,9 @@ pub struct GivenView {
     pub heading_sigma_rad: f64,
     /// How the position depends on the vehicle's size; `None` when that is not known.
     pub by_size: Option<BySize>,
+    /// Where it is not: standard deviation of the logarithm of a factor on the distance that all positions of the track have in
+    /// common. The covariance has it in it.
+    pub scale_sigma: f64,
     /// Whether it was given or comes from keypoints.
     pub source: Source,
 }

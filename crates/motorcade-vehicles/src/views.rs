@@ -10,7 +10,7 @@ use crate::motion::Place;
 use crate::silhouette::standing_pose;
 use crate::single_view::{SingleView, locate_sized};
 use crate::tracker::{Track, TrackBox};
-use crate::trajectory::{GivenTrack, GivenView, Measured, Sighting, Source};
+use crate::trajectory::{GivenTrack, GivenView, Measured, Scaling, Sighting, Source};
 
 /// A box takes its heading from the way the vehicle goes or from standing along the road: 2° at best, as in its states.
 const HEADING_SIGMA_RAD: f64 = 0.035;
@@ -165,19 +165,26 @@ impl Views {
             source: Source::Box,
             camera_from_vehicle: pose,
             covariance: by_heading * covariance * by_heading.transpose(),
+            scaling: Scaling::Size,
             by_scale: tangent(&(r.transpose() * by_scale)),
         })
     }
 
     fn sighting_of_given(&self, given: &GivenView, ground: &GroundFrame) -> Sighting {
         let size = self.size.size.to_vector();
-        let (place, by_scale, covariance) = match given.by_size {
+        let (place, scaling, by_scale, covariance) = match given.by_size {
             Some(by) => {
                 let proportions = by.slope * self.size.proportions() * by.slope.transpose();
                 let shift = by.slope * (size - by.size.to_vector());
-                (given.position_in_camera + shift, by.slope * size, by.covariance + proportions)
+                let place = given.position_in_camera + shift;
+                (place, Scaling::Size, by.slope * size, by.covariance + proportions)
             }
-            None => (given.position_in_camera, Vector3::zeros(), given.covariance),
+            None if given.scale_sigma > 0.0 => {
+                let (place, sigma) = (given.position_in_camera, given.scale_sigma);
+                let own = given.covariance - place.coords * place.coords.transpose() * sigma.powi(2);
+                (place, Scaling::Source { sigma }, place.coords, own)
+            }
+            None => (given.position_in_camera, Scaling::Size, Vector3::zeros(), given.covariance),
         };
         let pose = standing_pose(&place, &given.forward_in_camera, &ground.up);
         let r = pose.rotation_matrix();
@@ -185,6 +192,7 @@ impl Views {
             source: given.source,
             camera_from_vehicle: pose,
             covariance: pose_covariance(&(r.transpose() * covariance * r), given.heading_sigma_rad),
+            scaling,
             by_scale: tangent(&(r.transpose() * by_scale)),
         }
     }

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test")]
 
 use motorcade_geometry::{PinholeCamera, Pose};
-use motorcade_perception::{BoundingBox, Detection, VehicleClass};
+use motorcade_perception::{BoundingBox, BoxAround, Detection, VehicleClass};
 use motorcade_vehicles::{
     GivenTrack, GivenView, GroundFrame, Source, Track, TrackerOptions, TrafficSide, estimate_track,
     image_box, size_prior, standing_pose, track_vehicles,
@@ -34,10 +34,17 @@ fn car(ahead_m: f64, left_m: f64) -> Option<Detection> {
 fn car_below(height_m: f64, ahead_m: f64, left_m: f64) -> Option<Detection> {
     let ground = &grounds(1, height_m)[0];
     let pose = standing_pose(&ground.point(ahead_m, left_m, 0.0), &ground.ahead(), &ground.up);
-    let bbox = image_box(&CAMERA, &pose, VehicleClass::Car, &size_prior(VehicleClass::Car).mean)?;
+    let bbox =
+        image_box(&CAMERA, &pose, VehicleClass::Car, BoxAround::Seen, &size_prior(VehicleClass::Car).mean)?;
     let bbox = bbox.clipped(CAMERA.width, CAMERA.height);
     let seen = bbox.width() > 5.0;
-    seen.then_some(Detection { bbox, score: 0.8, class: VehicleClass::Car, external_id: None })
+    seen.then_some(Detection {
+        bbox,
+        score: 0.8,
+        class: VehicleClass::Car,
+        around: BoxAround::Seen,
+        external_id: None,
+    })
 }
 
 fn link(frames: usize, seen: impl Fn(usize) -> Vec<Detection>) -> Vec<Track> {
@@ -98,9 +105,21 @@ fn cars_parked_across_the_road_stand_there() {
     let seen = |ahead_m: f64| {
         let ground = &grounds[0];
         let pose = standing_pose(&ground.point(ahead_m, -8.0, 0.0), &ground.left(), &ground.up);
-        let bbox = image_box(&CAMERA, &pose, VehicleClass::Car, &size_prior(VehicleClass::Car).mean)?;
+        let bbox = image_box(
+            &CAMERA,
+            &pose,
+            VehicleClass::Car,
+            BoxAround::Seen,
+            &size_prior(VehicleClass::Car).mean,
+        )?;
         let bbox = bbox.clipped(CAMERA.width, CAMERA.height);
-        let detection = Detection { bbox, score: 0.8, class: VehicleClass::Car, external_id: None };
+        let detection = Detection {
+            bbox,
+            score: 0.8,
+            class: VehicleClass::Car,
+            around: BoxAround::Seen,
+            external_id: None,
+        };
         (bbox.width() > 5.0).then_some(detection)
     };
     // Of the further ones what the nearer leave to be seen: their left.
@@ -159,7 +178,13 @@ fn boxes_of(
         let place = camera_from_world.transform_point(&(start + velocity * ground.time_s).into());
         let nose = camera_from_world.transform_vector(&velocity).normalize();
         let pose = standing_pose(&place, &nose, &ground.up);
-        let bbox = image_box(&CAMERA, &pose, VehicleClass::Car, &size_prior(VehicleClass::Car).mean)?;
+        let bbox = image_box(
+            &CAMERA,
+            &pose,
+            VehicleClass::Car,
+            BoxAround::Seen,
+            &size_prior(VehicleClass::Car).mean,
+        )?;
         let bbox = bbox.clipped(CAMERA.width, CAMERA.height);
         // A detector's edges move by a pixel from frame to frame.
         let jitter = |n: usize| ((k * 7 + n * 3) % 5) as f64 * 0.5 - 1.0;
@@ -170,7 +195,13 @@ fn boxes_of(
             y2: bbox.y2 + jitter(3),
         };
         let seen = bbox.width() > 5.0 && bbox.height() > 5.0 && !hidden.contains(&k);
-        seen.then_some(Detection { bbox, score: 0.8, class: VehicleClass::Car, external_id: None })
+        seen.then_some(Detection {
+            bbox,
+            score: 0.8,
+            class: VehicleClass::Car,
+            around: BoxAround::Seen,
+            external_id: None,
+        })
     };
     grounds.iter().enumerate().map(|ground| one(ground).into_iter().collect()).collect()
 }
@@ -218,7 +249,7 @@ fn a_second_box_on_a_vehicle_is_no_second_vehicle() {
         let one = car(15.0, 0.0).unwrap();
         let (b, class) = (one.bbox, VehicleClass::Van);
         let looser = BoundingBox { x1: b.x1 - 4.0, y1: b.y1 - 6.0, x2: b.x2 + 5.0, y2: b.y2 + 2.0 };
-        vec![one, Detection { bbox: looser, class, score: 0.6, external_id: None }]
+        vec![one, Detection { bbox: looser, class, score: 0.6, around: BoxAround::Seen, external_id: None }]
     });
     assert_eq!(tracks.len(), 1);
 }
@@ -256,6 +287,7 @@ fn given_poses_that_are_flipped_are_turned() {
                 covariance: Matrix3::identity() * 0.25,
                 heading_sigma_rad: 0.15,
                 by_size: None,
+                scale_sigma: 0.0,
                 source: Source::Given,
             }
         })

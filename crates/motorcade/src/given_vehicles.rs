@@ -66,9 +66,10 @@ fn read_one(path: &Path) -> Result<Vec<GivenPose>> {
     Ok(rows)
 }
 
-/// Depth error of a single-view pose as a share of its distance: published front ends reach 5–8 % within 30 m, most of it
-/// common to all frames of a vehicle.
-const DEPTH_SHARE: f64 = 0.08;
+/// Depth error of a single-view pose as a share of its distance: published front ends reach 5–8 % within 30 m. Most of it is common
+/// to all frames of a vehicle, which the front end takes for larger or smaller than it is; the rest is a frame's own.
+const COMMON_SHARE: f64 = 0.06;
+const OWN_SHARE: f64 = 0.053;
 
 /// Headings of such poses scatter by 5 to 10° from frame to frame.
 const HEADING_SIGMA_RAD: f64 = 0.15;
@@ -95,11 +96,7 @@ pub(crate) fn given_tracks(
             let within = views.first().is_some_and(|f| frame >= f.frame)
                 && views.last().is_some_and(|l| frame <= l.frame);
             for d in seen.iter().filter(|d| within && d.external_id == Some(id)) {
-                boxes.push(TrackBox {
-                    frame,
-                    seen: SeenBox::new(d.bbox, d.class, camera, &all),
-                    score: d.score,
-                });
+                boxes.push(TrackBox { frame, seen: SeenBox::new(d, camera, &all), score: d.score });
             }
         }
         let class =
@@ -116,7 +113,7 @@ fn view(pose: &GivenPose, frame: usize, ground: &GroundFrame) -> GivenView {
     let position = point - ground.up * above;
     let ray = position.normalize();
     let range = position.norm();
-    let along = (DEPTH_SHARE * range).hypot(0.3);
+    let along = (OWN_SHARE * range).hypot(0.3).hypot(COMMON_SHARE * range);
     let across = (0.01 * range).hypot(0.1);
     let spread = ray * ray.transpose();
     let covariance = spread * along.powi(2) + (Matrix3::identity() - spread) * across.powi(2);
@@ -128,6 +125,7 @@ fn view(pose: &GivenPose, frame: usize, ground: &GroundFrame) -> GivenView {
         covariance,
         heading_sigma_rad: HEADING_SIGMA_RAD,
         by_size: None,
+        scale_sigma: COMMON_SHARE,
         source: Source::Given,
     }
 }

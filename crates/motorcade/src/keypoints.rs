@@ -252,6 +252,7 @@ fn view(frame: usize, fit: &ShapeFit) -> GivenView {
         covariance: r * place * r.transpose() * CORRELATED_FRAMES,
         heading_sigma_rad: fit.covariance[(2, 2)].max(0.0).sqrt().max(0.05),
         by_size: by_size(fit),
+        scale_sigma: 0.0,
         source: Source::Keypoints,
     }
 }
@@ -274,6 +275,7 @@ mod tests {
     use super::*;
     use motorcade_geometry::robust::median;
     use motorcade_geometry::{Camera, Pose, Vehicle};
+    use motorcade_perception::BoxAround;
     use motorcade_shape::{BodyType, project};
     use motorcade_vehicles::SeenBox;
     use nalgebra::{Vector2, Vector3};
@@ -338,7 +340,8 @@ mod tests {
                 })
                 .collect();
             let hull = hull(&points).unwrap();
-            let seen = SeenBox { bbox: hull, class: VehicleClass::Car, edges: [true; 4] };
+            let seen =
+                SeenBox { bbox: hull, class: VehicleClass::Car, around: BoxAround::Seen, edges: [true; 4] };
             boxes.push(TrackBox { frame: k, seen, score: 1.0 });
             let set = KeypointSet { layout: Layout::Car14, points, hull };
             table.frames.insert(k as u64, vec![set]);

@@ -6,13 +6,14 @@ use std::path::Path;
 use motorcade_dataset::read_labels;
 use motorcade_dataset::text::{Row, TextFile};
 
-use crate::detection::{BoundingBox, Detection, VehicleClass};
+use crate::detection::{BoundingBox, BoxAround, Detection, VehicleClass};
 use crate::error::Result;
 
 /// Layouts of detection files. Frame numbers are the input's own in all of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DetectionFormat {
-    /// 17 or 18 columns, space separated; track −1 means no identity.
+    /// 17 or 18 columns, space separated; track −1 means no identity. Boxes of labels (a 3D size, no score) are drawn around the
+    /// corners of their 3D box, which is not looked at otherwise; those of results around what a detector saw.
     Kitti,
     /// `frame,id,x,y,width,height,confidence,..`, 7 to 10 columns; class 3 car, 5 motorcycle, −1 taken as car.
     Mot,
@@ -82,7 +83,10 @@ fn kitti(path: &Path) -> Result<Vec<Found>> {
         let class: VehicleClass = label.class.parse().ok()?;
         let bbox = BoundingBox::new(label.bbox_px);
         let external_id = Some(label.track).filter(|track| *track >= 0);
-        Some((label.frame, Detection { class, score: label.score.unwrap_or(1.0), bbox, external_id }))
+        let is_label = label.score.is_none() && label.size_hwl_m.iter().all(|side| *side > 0.0);
+        let around = if is_label { BoxAround::Corners } else { BoxAround::Seen };
+        let score = label.score.unwrap_or(1.0);
+        Some((label.frame, Detection { class, score, bbox, around, external_id }))
     };
     Ok(read_labels(path)?.into_iter().map(vehicle).collect())
 }
@@ -99,7 +103,8 @@ fn mot(row: &Row<'_>) -> Result<Found> {
         _ => return Ok(None),
     };
     let bbox = checked(row, [x, y, x + width, y + height])?;
-    Ok(Some((frame, Detection { class, score, bbox, external_id: Some(id).filter(|id| *id >= 0) })))
+    let (around, external_id) = (BoxAround::Seen, Some(id).filter(|id| *id >= 0));
+    Ok(Some((frame, Detection { class, score, bbox, around, external_id })))
 }
 
 fn rrc(row: &Row<'_>) -> Result<Found> {
@@ -107,7 +112,8 @@ fn rrc(row: &Row<'_>) -> Result<Found> {
     let frame = row.parse(0, "a frame number")?;
     let bbox = checked(row, row.numbers(1, "a box edge")?)?;
     let score = row.number(5, "a score")?;
-    Ok(Some((frame, Detection { class: VehicleClass::Car, score, bbox, external_id: None })))
+    let (class, around) = (VehicleClass::Car, BoxAround::Seen);
+    Ok(Some((frame, Detection { class, score, bbox, around, external_id: None })))
 }
 
 #[cfg(test)]
@@ -139,6 +145,17 @@ mod tests {
         assert_eq!((kitti.of_frame(4)[0].class, kitti.of_frame(4)[0].external_id), (VehicleClass::Van, None));
         assert!(mot.of_frame(4).is_empty(), "a pedestrian");
         assert!(rrc.of_frame(99).is_empty());
+    }
+
+    #[test]
+    fn boxes_of_labels_are_drawn_around_corners_and_those_of_results_around_what_is_seen() {
+        let row = |size: &str, score: &str| {
+            read(&format!("3 7 Car 0 0 -10 10 20 110 70 {size} 1 1.6 20 0{score}\n")).unwrap().of_frame(3)[0]
+                .around
+        };
+        assert_eq!(row("1.5 1.6 3.9", ""), BoxAround::Corners);
+        assert_eq!(row("1.5 1.6 3.9", " 0.9"), BoxAround::Seen);
+        assert_eq!(row("-1 -1 -1", ""), BoxAround::Seen);
     }
 
     #[test]

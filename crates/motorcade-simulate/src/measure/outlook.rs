@@ -84,7 +84,6 @@ impl Outlook {
                 visible_samples: visible as u64,
                 own_samples: own as u64,
                 visible_px: (visible >= 1.0).then(|| inside.to_array()),
-                projected_px: Some(s.whole.to_array()),
             };
         }
         views

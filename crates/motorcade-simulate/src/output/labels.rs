@@ -2,7 +2,8 @@
 
 use motorcade_dataset::Label;
 use motorcade_geometry::{Camera, Pose, Vehicle};
-use motorcade_perception::BoundingBox;
+use motorcade_perception::{BoundingBox, BoxAround};
+use motorcade_vehicles::image_box;
 use nalgebra::Vector3;
 
 use crate::drive::Drive;
@@ -11,7 +12,7 @@ use crate::render::VehicleView;
 /// A vehicle with fewer visible quarter pixels than this is not labelled: nobody could see it.
 const FEWEST_SAMPLES: u64 = 60;
 
-/// Labels of the vehicles that can be seen in a frame. Boxes are of the whole vehicle, clipped to the image, as
+/// Labels of the vehicles that can be seen in a frame. Boxes are drawn around the corners of the 3D box, clipped to the image, as
 /// KITTI's; truncation is the share of the unclipped box outside the image.
 pub(crate) fn of_frame(drive: &Drive, frame: usize, views: &[VehicleView]) -> Vec<Label> {
     let camera = drive.camera();
@@ -23,15 +24,15 @@ pub(crate) fn of_frame(drive: &Drive, frame: usize, views: &[VehicleView]) -> Ve
         let (Some(pose), Some(seen)) = (drive.camera_from_vehicle(i, frame), view.visible_px) else {
             continue;
         };
-        let (bbox, truncated) = match view.projected_px {
-            Some(whole) => {
-                let whole = BoundingBox::new(whole);
-                let inside = whole.clipped(camera.width, camera.height);
-                (inside, 1.0 - inside.area() / whole.area().max(1e-9))
-            }
-            // Partly behind the camera: only what is seen is known, and it is surely cut.
-            None => (BoundingBox::new(seen).clipped(camera.width, camera.height), 0.9),
-        };
+        let (bbox, truncated) =
+            match image_box(&camera, &pose, vehicle.class, BoxAround::Corners, &vehicle.size) {
+                Some(whole) => {
+                    let inside = whole.clipped(camera.width, camera.height);
+                    (inside, 1.0 - inside.area() / whole.area().max(1e-9))
+                }
+                // Partly behind the camera: only what is seen is known, and it is surely cut.
+                None => (BoundingBox::new(seen).clipped(camera.width, camera.height), 0.9),
+            };
         let [x, y, z] = pose.translation().into();
         let ry_rad = ry(&pose);
         labels.push(Label {

@@ -26,8 +26,6 @@ pub struct VehicleView {
     pub own_samples: u64,
     /// x1, y1, x2, y2 of what is seen \[px\]; `None` when nothing is.
     pub visible_px: Option<[f64; 4]>,
-    /// x1, y1, x2, y2 of its whole projected mesh, not clipped to the image \[px\]; `None` when part is behind.
-    pub projected_px: Option<[f64; 4]>,
 }
 
 impl VehicleView {

@@ -201,7 +201,6 @@ impl<'a> Renderer<'a> {
                     owner: i as u16 + 1,
                 });
             }
-            views[i].projected_px = projected(camera, mesh, &camera_from_vehicle);
             views[i].own_samples = own_samples(&drawn[first..]);
         }
         (surfaces, drawn, views)

@@ -57,7 +57,7 @@ const fn case(name: &'static str, frames: usize, weather: Weather, bounds: [f64;
 pub const SHORT: &[Case] = &[
     case("straight", 40, Clear, [0.3, 2.5, 0.0, 0.0, 60.0]),
     case("pitched", 40, Overcast, [0.15, 1.5, 0.0, 0.0, 60.0]),
-    case("parked", 40, Rain, [0.35, 2.5, 1.0, 88.0, 60.0]),
+    case("parked", 40, Rain, [0.35, 2.5, 1.1, 88.0, 60.0]),
     case("roundabout", 40, Clear, [0.3, 2.5, 0.8, 88.0, 60.0]),
 ];
 

@@ -1,15 +1,16 @@
 //! The edges of the multi-object graph, for the whole drive or a window of it.
 
 use motorcade_geometry::{Camera, Pose, Vehicle, World};
-use motorcade_graph::factors::{Between, VectorPrior};
+use motorcade_graph::factors::Between;
 use motorcade_graph::{Factor, GraphError, Robust, VariableId};
 use motorcade_odometry::{EgoFrame, EgoTrajectory};
 use motorcade_vehicles::{Measured, Sighting, VehicleState, VehicleTrajectory};
-use nalgebra::{DMatrix, DVector, Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix6, Vector3, Vector6};
 
 use super::classes::{ClassScales, EdgeClass};
 use super::motion_factors::{NoSideSlip, SteadyMotion};
 use super::sized_sighting::SizedSighting;
+use super::track_scales::TrackScales;
 use super::{CameraWay, GraphOptions};
 
 /// An edge, not yet in a graph.
@@ -48,8 +49,8 @@ pub(crate) struct Own<'a> {
     pub(crate) nodes: &'a [VariableId],
     /// Where they start.
     pub(crate) starts: &'a [Pose<World, Vehicle>],
-    /// The logarithm of its height \[m\], its size's scale, when views share it.
-    pub(crate) scale: Option<VariableId>,
+    /// Its scales, when views share them.
+    pub(crate) scales: Option<TrackScales>,
 }
 
 /// A vehicle that moves with less probability is one node.
@@ -144,16 +145,16 @@ pub(crate) fn of_vehicle(
     let options = build.options;
     let mut out = Vec::new();
     if options.camera_vehicle {
-        match own.scale {
-            Some(scale) => {
-                let sized = sized_sightings(vehicle, own.nodes, scale, build);
+        match &own.scales {
+            Some(scales) => {
+                let sized = sized_sightings(vehicle, own.nodes, scales, build);
                 out.extend(sized.into_iter().map(|(class, s)| Edge::classed(s, class, build)));
             }
             None => out.extend(views(vehicle, own.nodes, build)?),
         }
     }
-    if let Some(scale) = own.scale {
-        out.push(Edge::fixed(scale_prior(vehicle, scale, options)?));
+    if let Some(scales) = &own.scales {
+        out.extend(scales.priors(vehicle, options)?.into_iter().map(Edge::fixed));
     }
     if options.vehicle_vehicle && !stands(vehicle, options) {
         out.extend(if options.constant_weights {
@@ -166,11 +167,11 @@ pub(crate) fn of_vehicle(
     Ok(out)
 }
 
-/// Camera–vehicle edges that share the scale of the vehicle's size: what each source of each frame says, the scale held.
+/// Camera–vehicle edges that share scales: what each source of each frame says, its scale held.
 pub(crate) fn sized_sightings(
     vehicle: &VehicleTrajectory,
     nodes: &[VariableId],
-    scale: VariableId,
+    scales: &TrackScales,
     build: &Build<'_>,
 ) -> Vec<(EdgeClass, SizedSighting)> {
     let share = correlated_frames(vehicle, build.options);
@@ -178,33 +179,13 @@ pub(crate) fn sized_sightings(
         let (camera, node) = (build.cameras[state.frame], *node);
         let one = move |sighting: &Sighting| {
             let information = inverse(&(sighting.covariance * share));
-            let factor = SizedSighting::new([camera, node, scale], sighting, &vehicle.size, information);
+            let (scale, at) = scales.of(sighting, vehicle);
+            let factor = SizedSighting::new([camera, node, scale], sighting, at, information);
             (EdgeClass::of(sighting.source), factor)
         };
         state.sightings.iter().map(one).collect::<Vec<_>>()
     };
     vehicle.states.iter().zip(nodes).flat_map(of_state).collect()
-}
-
-/// What is known of the scale from the vehicle's class and from each frame alone, at the weight of [`scale_weight`].
-fn scale_prior(
-    vehicle: &VehicleTrajectory,
-    scale: VariableId,
-    options: &GraphOptions,
-) -> Result<VectorPrior, GraphError> {
-    /// Sizes mean no more: outlines are those of a drawing.
-    const LEAST_SIGMA: f64 = 0.005;
-    let variance = vehicle.scale_variance().max(LEAST_SIGMA * LEAST_SIGMA);
-    let mean = DVector::from_element(1, vehicle.size.height_m.ln());
-    VectorPrior::new(scale, mean, DMatrix::from_element(1, 1, scale_weight(options) / variance))
-}
-
-/// How much more the prior of a scale counts than views do in the graph. Views count there as one in `correlated_frames`; of
-/// the scale they tell less, because errors of depth that last (plane, slope, the detector's habit: two seconds, 20 frames) look
-/// like a scale. What counts is the ratio of both, and the variance found is that many times too small.
-pub(crate) fn scale_weight(options: &GraphOptions) -> f64 {
-    const LASTING_FRAMES: f64 = 20.0;
-    (LASTING_FRAMES / options.correlated_frames).max(1.0)
 }
 
 /// Camera–vehicle edges without a common size: what each frame says of the vehicle.

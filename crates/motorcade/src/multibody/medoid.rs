@@ -2,7 +2,7 @@
 
 use motorcade_geometry::{Pose, Vehicle, World};
 use motorcade_odometry::EgoTrajectory;
-use motorcade_vehicles::{Sighting, Source, VehicleState, VehicleTrajectory};
+use motorcade_vehicles::{Scaling, Sighting, Source, VehicleState, VehicleTrajectory};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// Squared distances count up to this: χ² of 4 freedoms (place, heading) stays under it in 99 %.
@@ -78,7 +78,11 @@ fn candidates(
         let there = if is_box { Pose::from_parts(pose.rotation(), seen.translation()) } else { seen };
         let place: Matrix3<f64> = sighting.covariance.fixed_view::<3, 3>(3, 3).into_owned();
         let slope = sighting.by_scale.fixed_rows::<3>(3);
-        let scale = slope * slope.transpose() * vehicle.scale_variance();
+        let variance = match sighting.scaling {
+            Scaling::Size => vehicle.scale_variance(),
+            Scaling::Source { sigma } => sigma * sigma,
+        };
+        let scale = slope * slope.transpose() * variance;
         Some(Candidate {
             pose: there * pose.inverse() * *reference,
             place_variance: CORRELATED * (place + scale).trace(),

@@ -17,6 +17,7 @@ mod motion_factors;
 mod sized_sighting;
 #[cfg(test)]
 mod tests;
+pub(crate) mod track_scales;
 mod variance;
 
 use motorcade_geometry::{Pose, Vehicle, World, lie::se3::adjoint};
@@ -30,6 +31,7 @@ use serde::{Deserialize, Serialize};
 use classes::{ClassScales, EdgeClass};
 use edges::{Build, Own};
 use sized_sighting::SizedSighting;
+use track_scales::{TrackScales, scale_weight};
 pub use variance::VarianceFactor;
 
 /// Robust kernels of camera–vehicle edges.
@@ -169,7 +171,7 @@ pub struct Multibody {
 struct Body {
     /// One node a state; a standing vehicle repeats its node.
     nodes: Vec<VariableId>,
-    scale: Option<VariableId>,
+    scales: Option<TrackScales>,
     /// Edges to the cameras.
     sightings: Vec<(EdgeClass, SizedSighting)>,
 }
@@ -243,10 +245,10 @@ impl Multibody {
             };
             nodes.push(id);
         }
-        let scale =
-            edges::shares_size(build.options).then(|| self.graph.add_variable(vehicle.size.height_m.ln()));
-        let sightings = scale.map_or_else(Vec::new, |s| edges::sized_sightings(vehicle, &nodes, s, build));
-        Body { nodes, scale, sightings }
+        let scales = edges::shares_size(build.options).then(|| TrackScales::add(&mut self.graph, vehicle));
+        let sighted = |s: &TrackScales| edges::sized_sightings(vehicle, &nodes, s, build);
+        let sightings = scales.as_ref().map_or_else(Vec::new, sighted);
+        Body { nodes, scales, sightings }
     }
 
     /// Optimises the graph and puts the result, with covariances, into the trajectories.
@@ -283,8 +285,8 @@ impl Multibody {
                 state.covariance =
                     vehicle_covariance(&self.graph, &marginals, frame, &placed, [camera, *id])?;
             }
-            if let Some(scale) = body.scale {
-                tell_size(&self.graph, &marginals, scale, vehicle, options)?;
+            if let Some(scales) = &body.scales {
+                tell_size(&self.graph, &marginals, scales.size, vehicle, options)?;
             }
         }
         Ok(report)
@@ -327,7 +329,7 @@ impl Multibody {
 
 impl Body {
     fn own<'a>(&'a self, starts: &'a [Pose<World, Vehicle>]) -> Own<'a> {
-        Own { nodes: &self.nodes, starts, scale: self.scale }
+        Own { nodes: &self.nodes, starts, scales: self.scales }
     }
 }
 
@@ -361,7 +363,7 @@ pub(crate) fn tell_size(
     vehicle: &mut VehicleTrajectory,
     options: &GraphOptions,
 ) -> Result<(), GraphError> {
-    let variance = marginals.covariance(scale)?[(0, 0)] * edges::scale_weight(options);
+    let variance = marginals.covariance(scale)?[(0, 0)] * scale_weight(options);
     vehicle.rescale(graph.values().scalar(scale)? - vehicle.size.height_m.ln(), variance);
     Ok(())
 }

@@ -1,13 +1,14 @@
-//! Camera–vehicle factor whose measured pose depends on the scale of the vehicle's size, which all views of a track share.
+//! Camera–vehicle factor whose measured pose depends on a scale that views of a track share: of the vehicle's size, or of the
+//! distances a source gives.
 
 use motorcade_geometry::lie::{se3, so3};
 use motorcade_graph::{Factor, GraphError, Terms, Values, VariableId};
-use motorcade_vehicles::{Dimensions, Sighting};
+use motorcade_vehicles::Sighting;
 use nalgebra::{DMatrixViewMut, DVectorViewMut, Isometry3, Matrix6, Vector6};
 
 /// `r = [log R(E); t(E)]` (6), rotation R and translation t of `E = (Z · exp(J (s − s₀)))⁻¹ · C⁻¹ V`: camera C and vehicle V are
-/// poses in the world, s (1) the logarithm of the vehicle's height \[m\], its proportions kept; Z is the pose measured for a
-/// vehicle of s₀, J (6) its derivative.
+/// poses in the world, s (1) the logarithm of the scale, of a size its height \[m\]; Z is the pose measured at s₀, J (6) its
+/// derivative.
 ///
 /// Not `log E`: its translation is turned by half the rotation, and a vehicle that a view puts metres too far (known badly) and a
 /// hand's breadth aside (known well) would be turned until the one explained the other.
@@ -23,23 +24,19 @@ pub struct SizedSighting {
 }
 
 impl SizedSighting {
-    /// Between `[camera, vehicle, scale]`; `information` (6×6 `[ω, ν]`) of the pose with the scale held.
-    pub fn new(
-        variables: [VariableId; 3],
-        sighting: &Sighting,
-        at_size: &Dimensions,
-        information: Matrix6<f64>,
-    ) -> Self {
+    /// Between `[camera, vehicle, scale]`, measured with the scale at `at`; `information` (6×6 `[ω, ν]`) of the pose with the
+    /// scale held.
+    pub fn new(variables: [VariableId; 3], sighting: &Sighting, at: f64, information: Matrix6<f64>) -> Self {
         Self {
             variables,
             measurement: *sighting.camera_from_vehicle.isometry(),
             by_scale: sighting.by_scale,
-            at: at_size.height_m.ln(),
+            at,
             information,
         }
     }
 
-    /// The pose measured if the vehicle's height has this logarithm, and its information.
+    /// The pose measured if the scale has this logarithm, and its information.
     pub fn at(&self, scale: f64) -> (Isometry3<f64>, Matrix6<f64>) {
         (self.measurement * se3::exp(&self.shift(scale)), self.information)
     }
@@ -94,7 +91,7 @@ mod tests {
     use super::*;
     use motorcade_geometry::Pose;
     use motorcade_graph::{Graph, numeric};
-    use motorcade_vehicles::Source;
+    use motorcade_vehicles::{Scaling, Source};
 
     #[test]
     fn jacobians_match_differences() {
@@ -107,11 +104,12 @@ mod tests {
             source: Source::Box,
             camera_from_vehicle: Pose::new(at([1.1, 0.2, -1.5, 2.5, 0.4, 11.0])),
             covariance: Matrix6::identity(),
+            scaling: Scaling::Size,
             // A slope of the rotation too.
             by_scale: Vector6::new(0.3, -0.2, 0.5, 8.0, -1.0, 0.4),
         };
-        let at_size = Dimensions { length_m: 4.2, width_m: 1.7, height_m: 1.5 };
-        let factor = SizedSighting::new([camera, vehicle, scale], &sighting, &at_size, Matrix6::identity());
+        let factor =
+            SizedSighting::new([camera, vehicle, scale], &sighting, 1.5_f64.ln(), Matrix6::identity());
         assert!(numeric::jacobian_error(&factor, graph.values()).unwrap() < 1e-6);
     }
 }

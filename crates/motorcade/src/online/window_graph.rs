@@ -12,6 +12,7 @@ use nalgebra::Isometry3;
 use super::OnlineOptions;
 use crate::multibody::classes::ClassScales;
 use crate::multibody::edges::{self, Build, Own};
+use crate::multibody::track_scales::TrackScales;
 use crate::multibody::{CameraWay, GraphOptions, place, starts, tell_size, vehicle_covariance};
 
 /// A vehicle whose front end turns by more was taken for the wrong way round, and begins anew \[rad\].
@@ -28,8 +29,8 @@ pub(super) struct WindowGraph {
     first: usize,
     cameras: VecDeque<VariableId>,
     vehicles: BTreeMap<usize, Nodes>,
-    /// Scale of the size of each vehicle, where views share it.
-    scales_of: BTreeMap<usize, VariableId>,
+    /// Scales of each vehicle, where views share them.
+    scales_of: BTreeMap<usize, TrackScales>,
     /// Windows are too short to re-estimate covariances: all stay at 1.
     scales: ClassScales,
 }
@@ -125,8 +126,8 @@ impl WindowGraph {
         for vehicle in vehicles {
             let starts = starts(vehicle, ego, options);
             let own = self.vehicle_nodes(first, vehicle, &starts, options);
-            let scale = self.scale_node(vehicle, options);
-            all.extend(edges::of_vehicle(vehicle, &Own { nodes: &own, starts: &starts, scale }, &build)?);
+            let scales = self.scale_nodes(vehicle, options);
+            all.extend(edges::of_vehicle(vehicle, &Own { nodes: &own, starts: &starts, scales }, &build)?);
             nodes.push(own);
         }
         for edge in all {
@@ -135,10 +136,10 @@ impl WindowGraph {
         Ok(nodes)
     }
 
-    /// The scale of a vehicle's size, where views share it.
-    fn scale_node(&mut self, vehicle: &VehicleTrajectory, options: &GraphOptions) -> Option<VariableId> {
+    /// The scales of a vehicle, where views share them.
+    fn scale_nodes(&mut self, vehicle: &VehicleTrajectory, options: &GraphOptions) -> Option<TrackScales> {
         let Self { graph, scales_of, .. } = self;
-        let new = || graph.add_variable(vehicle.size.height_m.ln());
+        let new = || TrackScales::add(graph, vehicle);
         edges::shares_size(options).then(|| *scales_of.entry(vehicle.id).or_insert_with(new))
     }
 
@@ -189,8 +190,8 @@ impl WindowGraph {
             let placed: Pose<World, Vehicle> = Pose::new(pose(*node)?);
             state.covariance = vehicle_covariance(&self.graph, &marginals, frame, &placed, [*camera, *node])?;
             place(state, &placed);
-            if let Some(size) = self.scales_of.get(&vehicle.id) {
-                tell_size(&self.graph, &marginals, *size, vehicle, options)?;
+            if let Some(scales) = self.scales_of.get(&vehicle.id) {
+                tell_size(&self.graph, &marginals, scales.size, vehicle, options)?;
             }
         }
         Ok(())
@@ -235,7 +236,7 @@ impl WindowGraph {
 
     fn retire_vehicle(&mut self, id: usize) -> Result<(), GraphError> {
         let mut nodes = self.vehicles.remove(&id).map_or_else(Vec::new, |n| n.all());
-        nodes.extend(self.scales_of.remove(&id));
+        nodes.extend(self.scales_of.remove(&id).iter().flat_map(TrackScales::nodes));
         retire(&mut self.graph, &nodes)
     }
 

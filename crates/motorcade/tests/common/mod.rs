@@ -5,7 +5,7 @@
 use motorcade::{FrameInfo, FrontEnd, Stopwatch};
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
 use motorcade_odometry::{RoadMeasurement, UpToScale};
-use motorcade_perception::{BoundingBox, Detection, VehicleClass};
+use motorcade_perception::{BoundingBox, BoxAround, Detection, VehicleClass};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// KITTI's, nearly.
@@ -33,7 +33,7 @@ pub fn drive(frames: usize) -> FrontEnd {
         let at = |x: f64, y: f64| (CAMERA.fx * x / ahead + CAMERA.cx, CAMERA.fy * y / ahead + CAMERA.cy);
         let ((x1, y1), (x2, y2)) = (at(-left - 0.9, HEIGHT_M - 1.5), at(-left + 0.9, HEIGHT_M));
         let bbox = BoundingBox::new([x1, y1, x2, y2]);
-        Detection { bbox, score: 0.9, class: VehicleClass::Car, external_id: None }
+        Detection { bbox, score: 0.9, class: VehicleClass::Car, around: BoxAround::Seen, external_id: None }
     };
     let seen = |k: usize| {
         let parked = 60.0 - (k % 150) as f64;
