@@ -1,0 +1,71 @@
+//! A trajectory of unknown unit without pictures: cars that stand beside the road tell its metres, through the whole pipeline.
+
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test")]
+
+mod common;
+
+use common::{CAMERA, HEIGHT_M};
+use motorcade::{
+    Config, FrameInfo, FrontEnd, Given, GivenTrajectory, PixelFree, RunResult, Silent, conclude,
+};
+use motorcade_geometry::{Camera, Pose, World};
+use motorcade_perception::{BoxAround, Detection, VehicleClass};
+use motorcade_vehicles::{Dimensions, image_box, standing_pose};
+use nalgebra::{Point3, UnitQuaternion, Vector3};
+
+const FRAMES: usize = 160;
+const PARKED_SIZE: Dimensions = Dimensions { length_m: 4.3, width_m: 1.75, height_m: 1.5 };
+
+/// A car `ahead` metres before the camera and `right` beside it.
+fn boxed(right: f64, ahead: f64) -> Option<Detection> {
+    let pose = standing_pose(&Point3::new(right, HEIGHT_M, ahead), &Vector3::z(), &-Vector3::y());
+    let (class, around) = (VehicleClass::Car, BoxAround::Seen);
+    let whole = (ahead > 6.0).then(|| image_box(&CAMERA, &pose, class, around, &PARKED_SIZE)).flatten()?;
+    let bbox = whole.clipped(CAMERA.width, CAMERA.height);
+    let seen = bbox.width() > 8.0 && bbox.height() > 12.0;
+    seen.then_some(Detection { bbox, score: 0.9, class, around, external_id: None })
+}
+
+/// A straight road at 10 m/s behind another car; a car is parked at the right every 35 m, where there are any. A unit of the
+/// trajectory is so many metres.
+fn told_from_files(unit_m: f64, parked: bool) -> RunResult {
+    let seen = |k: usize| {
+        let spots = (0..8).filter(|_| parked).map(|spot| (4.5, 30.0 + 35.0 * f64::from(spot) - k as f64));
+        let in_view = spots.filter(|(_, ahead)| *ahead < 60.0);
+        std::iter::once((0.0, 16.0)).chain(in_view).filter_map(|(right, ahead)| boxed(right, ahead)).collect()
+    };
+    let at = |k: usize| Vector3::z() * (k as f64 / unit_m);
+    let camera = |k: usize| -> Pose<World, Camera> { Pose::from_parts(UnitQuaternion::identity(), at(k)) };
+    let frame =
+        |k: usize| FrameInfo { number: k as u64, timestamp_ns: k as i64 * 100_000_000, problem: None };
+    let trajectory = GivenTrajectory { world_from_camera: (0..FRAMES).map(camera).collect(), metric: false };
+    let (given, config) = (Given { trajectory: Some(trajectory), ..Given::default() }, Config::default());
+    let (frames, detections) = ((0..FRAMES).map(frame).collect(), (0..FRAMES).map(seen).collect());
+    let input = PixelFree { camera: CAMERA, frames, detections };
+    let front_end = FrontEnd::without_frames(input, &given, &config, &mut |_| ()).unwrap();
+    conclude(front_end, &given, HEIGHT_M, &config, 1, &Silent)
+}
+
+#[test]
+fn parked_cars_tell_the_metres_whatever_the_unit() {
+    let way_m = (FRAMES - 1) as f64;
+    let lengths = [0.4, 1.0, 20.0].map(|unit_m| {
+        let told = told_from_files(unit_m, true);
+        assert!(told.warnings.iter().any(|w| w.contains("vehicles then stand")), "{:?}", told.warnings);
+        // A tenth is stated: what all boxes have in common.
+        assert!(told.ego.frames.iter().all(|f| f.scale_bias_sigma > 0.09));
+        told.ego.length_m()
+    });
+    println!("{lengths:.1?} m of {way_m}");
+    for length_m in lengths {
+        assert!((length_m / way_m - 1.0).abs() < 0.08, "{lengths:?}");
+        assert!((length_m / lengths[0] - 1.0).abs() < 1e-6, "{lengths:?}");
+    }
+}
+
+#[test]
+fn traffic_that_moves_tells_no_metres_and_the_run_says_so() {
+    let told = told_from_files(3.0, false);
+    assert!(!told.warnings.iter().any(|w| w.contains("vehicles then stand")), "{:?}", told.warnings);
+    assert!(told.warnings.iter().any(|w| w.contains("scale is a guess")), "{:?}", told.warnings);
+}
