@@ -5,6 +5,7 @@
 //! | camera–camera | odometry with its covariance | odometry, λ = constant |
 //! | camera–vehicle | each frame's box and keypoints, their covariances with the scale of the size held, Cauchy | the pose of all sources together, λ high up to 45 m, low beyond |
 //! | scale of the size | one variable a vehicle, shared by its camera–vehicle edges, with what is known of it | – |
+//! | scale of distances | the same for poses that were given, whose front end had a size of its own in mind | – |
 //! | vehicle–vehicle | steady motion and no side slip | difference of road-plane places, λ high beyond 45 m |
 //!
 //! By default a vehicle that stands is one node, a landmark seen from many cameras. Where odometry broke off, landmarks tell how
