@@ -4,7 +4,7 @@ use motorcade_perception::VehicleClass;
 use motorcade_shape::{Dimensions, SizePrior};
 
 /// The prior of a class, after common European, American and Asian models: unsourced (the published cars behind
-/// `motorcade-shape`'s prior average 4.41 × 1.79 × 1.53 m). The standard deviation covers small to large of the class.
+/// `motorcade-shape`'s prior average 4.39 × 1.79 × 1.52 m). The standard deviation covers small to large of the class.
 pub fn size_prior(class: VehicleClass) -> SizePrior {
     let prior = |mean: [f64; 3], sigma: [f64; 3]| SizePrior {
         mean: Dimensions { length_m: mean[0], width_m: mean[1], height_m: mean[2] },
