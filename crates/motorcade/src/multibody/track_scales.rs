@@ -19,13 +19,19 @@ pub(crate) struct TrackScales {
 impl TrackScales {
     /// Adds them to a graph, at their values.
     pub(crate) fn add(graph: &mut Graph, vehicle: &VehicleTrajectory) -> Self {
-        let size = graph.add_variable(vehicle.size.height_m.ln());
+        let mut scales = Self { size: graph.add_variable(vehicle.size.height_m.ln()), source: None };
+        scales.complete(graph, vehicle);
+        scales
+    }
+
+    /// Adds the scale of given distances when the first of them has come.
+    pub(crate) fn complete(&mut self, graph: &mut Graph, vehicle: &VehicleTrajectory) {
         let own = |sighting: &Sighting| match sighting.scaling {
             Scaling::Source { sigma } => Some(sigma),
             Scaling::Size => None,
         };
         let sigma = vehicle.states.iter().flat_map(|s| &s.sightings).find_map(own);
-        Self { size, source: sigma.map(|sigma| (graph.add_variable(0.0), sigma)) }
+        self.source = self.source.or_else(|| sigma.map(|sigma| (graph.add_variable(0.0), sigma)));
     }
 
     /// All nodes.

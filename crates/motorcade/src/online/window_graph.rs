@@ -138,9 +138,13 @@ impl WindowGraph {
 
     /// The scales of a vehicle, where views share them.
     fn scale_nodes(&mut self, vehicle: &VehicleTrajectory, options: &GraphOptions) -> Option<TrackScales> {
+        if !edges::shares_size(options) {
+            return None;
+        }
         let Self { graph, scales_of, .. } = self;
-        let new = || TrackScales::add(graph, vehicle);
-        edges::shares_size(options).then(|| *scales_of.entry(vehicle.id).or_insert_with(new))
+        let scales = scales_of.entry(vehicle.id).or_insert_with(|| TrackScales::add(graph, vehicle));
+        scales.complete(graph, vehicle);
+        Some(*scales)
     }
 
     /// The node of each state; new ones where there are none yet.
