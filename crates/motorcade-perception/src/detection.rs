@@ -130,7 +130,7 @@ pub enum BoxAround {
     #[default]
     Seen,
     /// The eight corners of its 3D box, hidden or not, clipped to the image: boxes of label files that have 3D boxes. On five
-    /// KITTI sequences they are those of the projected corners within a pixel. Of a car 20 m ahead such a box ends 5 px below its tyres.
+    /// KITTI sequences they are those of the projected corners within a pixel. Of a car 20 m ahead such a box ends 3 px below its tyres.
     Corners,
 }
 
