@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test")]
 
-use motorcade_geometry::{PinholeCamera, Pose};
+use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
 use motorcade_perception::{BoundingBox, BoxAround, Detection, VehicleClass};
 use motorcade_vehicles::{
     GivenTrack, GivenView, GroundFrame, Source, Track, TrackerOptions, TrafficSide, estimate_track,
@@ -25,6 +25,18 @@ fn grounds(frames: usize, height_m: f64) -> Vec<GroundFrame> {
     (0..frames).map(one).collect()
 }
 
+/// The part in the image of the box of a car with this pose.
+fn outline(camera_from_vehicle: &Pose<Camera, Vehicle>) -> Option<BoundingBox> {
+    let (class, size) = (VehicleClass::Car, size_prior(VehicleClass::Car).mean);
+    let whole = image_box(&CAMERA, camera_from_vehicle, class, BoxAround::Seen, &size)?;
+    Some(whole.clipped(CAMERA.width, CAMERA.height))
+}
+
+fn detected(bbox: BoundingBox) -> Detection {
+    let (class, around) = (VehicleClass::Car, BoxAround::Seen);
+    Detection { bbox, score: 0.8, class, around, external_id: None }
+}
+
 /// The box of a car that many metres ahead and to the left of the camera.
 fn car(ahead_m: f64, left_m: f64) -> Option<Detection> {
     car_below(1.65, ahead_m, left_m)
@@ -34,17 +46,8 @@ fn car(ahead_m: f64, left_m: f64) -> Option<Detection> {
 fn car_below(height_m: f64, ahead_m: f64, left_m: f64) -> Option<Detection> {
     let ground = &grounds(1, height_m)[0];
     let pose = standing_pose(&ground.point(ahead_m, left_m, 0.0), &ground.ahead(), &ground.up);
-    let bbox =
-        image_box(&CAMERA, &pose, VehicleClass::Car, BoxAround::Seen, &size_prior(VehicleClass::Car).mean)?;
-    let bbox = bbox.clipped(CAMERA.width, CAMERA.height);
-    let seen = bbox.width() > 5.0;
-    seen.then_some(Detection {
-        bbox,
-        score: 0.8,
-        class: VehicleClass::Car,
-        around: BoxAround::Seen,
-        external_id: None,
-    })
+    let bbox = outline(&pose)?;
+    (bbox.width() > 5.0).then(|| detected(bbox))
 }
 
 fn link(frames: usize, seen: impl Fn(usize) -> Vec<Detection>) -> Vec<Track> {
@@ -105,22 +108,8 @@ fn cars_parked_across_the_road_stand_there() {
     let seen = |ahead_m: f64| {
         let ground = &grounds[0];
         let pose = standing_pose(&ground.point(ahead_m, -8.0, 0.0), &ground.left(), &ground.up);
-        let bbox = image_box(
-            &CAMERA,
-            &pose,
-            VehicleClass::Car,
-            BoxAround::Seen,
-            &size_prior(VehicleClass::Car).mean,
-        )?;
-        let bbox = bbox.clipped(CAMERA.width, CAMERA.height);
-        let detection = Detection {
-            bbox,
-            score: 0.8,
-            class: VehicleClass::Car,
-            around: BoxAround::Seen,
-            external_id: None,
-        };
-        (bbox.width() > 5.0).then_some(detection)
+        let bbox = outline(&pose)?;
+        (bbox.width() > 5.0).then(|| detected(bbox))
     };
     // Of the further ones what the nearer leave to be seen: their left.
     let left_of = |further: &Detection, nearer: &Detection| {
@@ -178,14 +167,7 @@ fn boxes_of(
         let place = camera_from_world.transform_point(&(start + velocity * ground.time_s).into());
         let nose = camera_from_world.transform_vector(&velocity).normalize();
         let pose = standing_pose(&place, &nose, &ground.up);
-        let bbox = image_box(
-            &CAMERA,
-            &pose,
-            VehicleClass::Car,
-            BoxAround::Seen,
-            &size_prior(VehicleClass::Car).mean,
-        )?;
-        let bbox = bbox.clipped(CAMERA.width, CAMERA.height);
+        let bbox = outline(&pose)?;
         // A detector's edges move by a pixel from frame to frame.
         let jitter = |n: usize| ((k * 7 + n * 3) % 5) as f64 * 0.5 - 1.0;
         let bbox = BoundingBox {
@@ -195,13 +177,7 @@ fn boxes_of(
             y2: bbox.y2 + jitter(3),
         };
         let seen = bbox.width() > 5.0 && bbox.height() > 5.0 && !hidden.contains(&k);
-        seen.then_some(Detection {
-            bbox,
-            score: 0.8,
-            class: VehicleClass::Car,
-            around: BoxAround::Seen,
-            external_id: None,
-        })
+        seen.then(|| detected(bbox))
     };
     grounds.iter().enumerate().map(|ground| one(ground).into_iter().collect()).collect()
 }
@@ -249,7 +225,7 @@ fn a_second_box_on_a_vehicle_is_no_second_vehicle() {
         let one = car(15.0, 0.0).unwrap();
         let (b, class) = (one.bbox, VehicleClass::Van);
         let looser = BoundingBox { x1: b.x1 - 4.0, y1: b.y1 - 6.0, x2: b.x2 + 5.0, y2: b.y2 + 2.0 };
-        vec![one, Detection { bbox: looser, class, score: 0.6, around: BoxAround::Seen, external_id: None }]
+        vec![one, Detection { class, score: 0.6, ..detected(looser) }]
     });
     assert_eq!(tracks.len(), 1);
 }
