@@ -32,7 +32,7 @@ fn row(result: &RunResult, vehicle: &VehicleTrajectory, index: usize) -> String 
     let frame = |k: usize| result.frames.get(k).map_or(0, |f| f.number);
     let ends = states.first().zip(states.last());
     let frames = ends.map_or_else(String::new, |(a, b)| format!("{}–{}", frame(a.frame), frame(b.frame)));
-    let seen = states.iter().filter(|s| s.source == Source::Box).count();
+    let seen = states.iter().filter(|s| s.source != Source::Predicted).count();
     let speeds = states.iter().map(|s| s.speed_mps.abs());
     let mean = (!states.is_empty()).then(|| speeds.clone().sum::<f64>() / states.len() as f64);
     let distance = |s: &motorcade_vehicles::VehicleState| {

@@ -2,14 +2,17 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly too")]
 
-use motorcade::{Config, Silent};
+use motorcade::{Config, RunResult, Silent};
 use motorcade_dataset::{Sequence, SequenceOptions};
-use motorcade_perception::Perception;
+use motorcade_geometry::Pose;
+use motorcade_perception::{Perception, VehicleClass};
+use motorcade_vehicles::{Dimensions, Source, VehicleState, VehicleTrajectory};
+use nalgebra::{Matrix3, Matrix6};
 
 const HOSTILE: &str = "</pre><script>alert('x')</script>";
 
-/// A run on three grey frames: nothing is tracked, and the page must still be one.
-fn page(warning: Option<&str>) -> String {
+/// A run on three grey frames: nothing is tracked, and the page must still be one, also of what the run is changed to.
+fn page(change: impl FnOnce(&mut RunResult)) -> String {
     let folder = tempfile::tempdir().unwrap();
     for k in 0..3 {
         image::GrayImage::new(64, 48).save(folder.path().join(format!("{k}.png"))).unwrap();
@@ -28,9 +31,9 @@ fn page(warning: Option<&str>) -> String {
         &Silent,
     )
     .unwrap();
-    result.warnings.extend(warning.map(str::to_owned));
     // Times differ from run to run; the page must not.
     result.stopwatch = motorcade::Stopwatch::default();
+    change(&mut result);
     let context = motorcade::RunContext {
         config,
         camera_from_cam0: sequence.camera_from_cam0(),
@@ -44,12 +47,12 @@ fn page(warning: Option<&str>) -> String {
 
 #[test]
 fn the_same_run_gives_the_same_bytes() {
-    assert_eq!(page(None), page(None));
+    assert_eq!(page(|_| ()), page(|_| ()));
 }
 
 #[test]
 fn text_stays_text() {
-    let page = page(Some(HOSTILE));
+    let page = page(|run| run.warnings.push(HOSTILE.to_owned()));
     assert!(!page.contains("alert('x')"));
     assert_eq!(page.matches("<script>").count(), 1, "the page's own");
     assert_eq!(page.matches("&lt;script&gt;").count(), 3, "warning, command, source of vehicles");
@@ -57,7 +60,7 @@ fn text_stays_text() {
 
 #[test]
 fn a_drive_without_motion_still_has_a_map() {
-    let page = page(None);
+    let page = page(|_| ());
     assert!(page.contains("class=\"map\"") && page.contains("No vehicles were looked for"));
     assert!(page.contains("filled in: before the map began (3)"));
     assert!(!page.contains("NaN"));
@@ -68,4 +71,35 @@ fn a_drive_without_motion_still_has_a_map() {
         );
         assert_eq!(opened, closed, "{tag}");
     }
+}
+
+#[test]
+fn a_vehicle_is_seen_whatever_tells_of_it() {
+    let state = |source: Source| VehicleState {
+        frame: 1,
+        world_from_vehicle: Pose::identity(),
+        covariance: Matrix6::identity(),
+        bbox: None,
+        score: 0.9,
+        speed_mps: 3.0,
+        speed_sigma_mps: 1.0,
+        yaw_rate_radps: 0.0,
+        source,
+        measured: None,
+        sightings: Vec::new(),
+    };
+    let sources = [Source::Box, Source::Keypoints, Source::Given, Source::Predicted];
+    let vehicle = VehicleTrajectory {
+        id: 7,
+        class: VehicleClass::Car,
+        size: Dimensions { length_m: 4.2, width_m: 1.7, height_m: 1.5 },
+        size_covariance: Matrix3::identity(),
+        p_moving: 0.9,
+        states: sources.map(state).to_vec(),
+    };
+    let page = page(|run| {
+        run.looked_for_vehicles = true;
+        run.vehicles = vec![vehicle];
+    });
+    assert!(page.contains("<td>3 of 4</td>"), "predicted alone is not seen");
 }
