@@ -60,6 +60,8 @@ pub struct Track {
 const ROUNDING_S: f64 = 1e-6;
 /// χ² of four edges stays under it in 99 %.
 const EXPLAINED: f64 = 13.3;
+/// A vehicle not seen for longer was hidden, not missed \[s\].
+const OUT_OF_SIGHT_S: f64 = 0.3;
 /// Two boxes that overlap more are the same vehicle seen twice.
 const DOUBLED_IOU: f64 = 0.5;
 
@@ -134,7 +136,8 @@ impl Tracker {
         let all: Vec<BoundingBox> = boxes.iter().map(|d| d.bbox).collect();
         let expected: Vec<Option<BoundingBox>> =
             self.live.iter().map(|l| l.expected(camera, ground)).collect();
-        let pairs = match_boxes(&self.live, &expected, &boxes, options);
+        let mut pairs = match_boxes(&self.live, &expected, &boxes, options);
+        pairs.extend(self.found_again(ground, &boxes, &all, &pairs));
         let mut used = vec![false; boxes.len()];
         for (track, index) in pairs {
             used[index] = true;
@@ -161,6 +164,42 @@ impl Tracker {
             .partition(|l| ground.time_s - l.seen.1.time_s <= options.longest_gap_s + ROUNDING_S);
         self.live = keep;
         self.report(gone)
+    }
+
+    /// Tracks that were out of sight and boxes that nothing is expected at, where both stand at one place on the road: what comes out
+    /// from behind another vehicle shows a part of itself, which overlaps little with the whole that is expected.
+    fn found_again(
+        &self,
+        ground: &GroundFrame,
+        boxes: &[&Detection],
+        all: &[BoundingBox],
+        pairs: &[(usize, usize)],
+    ) -> Vec<(usize, usize)> {
+        let gone = |t: &usize| {
+            let live = &self.live[*t];
+            let away_s = ground.time_s - live.seen.1.time_s;
+            away_s > OUT_OF_SIGHT_S && pairs.iter().all(|(track, _)| track != t)
+        };
+        let new = |b: &usize| {
+            boxes[*b].score >= self.options.begin_score && pairs.iter().all(|(_, found)| found != b)
+        };
+        let gone: Vec<usize> = (0..self.live.len()).filter(gone).collect();
+        let mut candidates = Vec::new();
+        for b in (0..boxes.len()).filter(new).filter(|_| !gone.is_empty()) {
+            let Some(stands) = place(&self.camera, ground, &SeenBox::new(boxes[b], &self.camera, all)) else {
+                continue;
+            };
+            let near = |t: &usize| Some((self.live[*t].distance(ground, &stands)?, *t, b));
+            candidates.extend(gone.iter().filter_map(near));
+        }
+        candidates.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        let mut found: Vec<(usize, usize)> = Vec::new();
+        for (_, t, b) in candidates {
+            if found.iter().all(|(track, other)| *track != t && *other != b) {
+                found.push((t, b));
+            }
+        }
+        found
     }
 
     /// The tracks followed at present whose boxes suffice, as far as they go; of each the boxes from frame `first` on.
@@ -269,6 +308,19 @@ impl Live {
         let mut motion = self.motion;
         motion.predict((now.time_s - self.seen.1.time_s).max(1e-3), &up);
         motion
+    }
+
+    /// Squared distance \[χ²₃\] of a place in the world, with its covariance, from where the vehicle is expected; `None` beyond
+    /// the 95 % quantile, and where the vehicle may be so far away that another one would fit.
+    fn distance(&self, ground: &GroundFrame, place: &(Vector3<f64>, Matrix3<f64>)) -> Option<f64> {
+        const FITS: f64 = 7.8;
+        /// A car's length and a little: another one in the same lane is further off.
+        const LOST_M: f64 = 5.0;
+        let moved = self.moved(ground);
+        let spread: Matrix3<f64> = moved.p.fixed_view::<3, 3>(0, 0).into_owned();
+        let off = place.0 - moved.x.fixed_rows::<3>(0);
+        let d2 = off.dot(&((spread + place.1).try_inverse()? * off));
+        (d2 < FITS && off.norm().max(spread.trace().sqrt()) < LOST_M).then_some(d2)
     }
 
     /// Where the next box is expected: the last one, moved and scaled as its place on the road moves in the image.

@@ -231,6 +231,26 @@ fn a_second_box_on_a_vehicle_is_no_second_vehicle() {
 }
 
 #[test]
+fn a_car_that_comes_out_from_behind_another_is_the_same() {
+    const HIDDEN: std::ops::Range<usize> = 20..31;
+    // Parked at the right; a van goes by, behind which it is gone for a second, and then comes out from the right, a fifth of it first.
+    let parked = |k: usize| car(60.0 - k as f64, -4.0).unwrap().bbox;
+    let seen = |k: usize| -> Vec<Detection> {
+        let whole = parked(k);
+        let share = if k < HIDDEN.start { 1.0 } else { 0.2 + 0.1 * k.saturating_sub(HIDDEN.end) as f64 };
+        let x1 = whole.x2 - share.min(1.0) * whole.width();
+        let part = (!HIDDEN.contains(&k)).then(|| detected(BoundingBox { x1, ..whole }));
+        let van = BoundingBox { x1: x1 - 140.0, y1: whole.y1 - 40.0, x2: x1, y2: whole.y2 + 40.0 };
+        let hides = (HIDDEN.end..HIDDEN.end + 8).contains(&k);
+        part.into_iter().chain(hides.then(|| detected(van))).collect()
+    };
+    let tracks = link(45, seen);
+    let of_parked = |t: &&Track| t.boxes.iter().any(|b| (b.seen.bbox.x2 - parked(b.frame).x2).abs() < 1e-9);
+    let found: Vec<usize> = tracks.iter().filter(of_parked).map(|t| t.boxes.len()).collect();
+    assert_eq!(found, [45 - HIDDEN.len()], "boxes of the tracks of one car");
+}
+
+#[test]
 fn sixty_vehicles_in_a_frame_and_one_frame_of_a_vehicle() {
     // A car park of six rows seen from a bridge; a car that is there in one frame only is no track.
     const BRIDGE_M: f64 = 8.0;
