@@ -180,8 +180,10 @@ impl Tracker {
             let away_s = ground.time_s - live.seen.1.time_s;
             away_s > OUT_OF_SIGHT_S && pairs.iter().all(|(track, _)| track != t)
         };
+        // Neither found itself nor a second box on one that was.
         let new = |b: &usize| {
-            boxes[*b].score >= self.options.begin_score && pairs.iter().all(|(_, found)| found != b)
+            boxes[*b].score >= self.options.begin_score
+                && pairs.iter().all(|(_, found)| all[*found].iou(&all[*b]) <= DOUBLED_IOU)
         };
         let gone: Vec<usize> = (0..self.live.len()).filter(gone).collect();
         let mut candidates = Vec::new();
