@@ -3,7 +3,7 @@
 mod suites;
 mod table;
 
-use motorcade::{Config, FrontEnd, RunResult, conclude, output, write_run};
+use motorcade::{Config, FrontEnd, RunResult, estimate_drive, output, write_run};
 use motorcade_dataset::{Trajectory, read_trajectory};
 use motorcade_evaluate::{EgoReport, VehicleReport, evaluate_run, evaluate_trajectory};
 use motorcade_geometry::{Camera, Pose, World};
@@ -94,7 +94,7 @@ impl<'a> Ablation<'a> {
     /// Runs what follows the frames, and evaluates.
     fn row(&self, variant: &Variant, config: &Config, front_end: FrontEnd) -> anyhow::Result<Row> {
         let (height_m, threads) = (self.drive.height_m(), self.drive.threads());
-        let result = conclude(front_end, &self.drive.given, height_m, config, threads, &self.reporter);
+        let result = estimate_drive(front_end, &self.drive.given, height_m, config, threads, &self.reporter);
         let row = self.evaluate(variant, config, &result)?;
         tracing::info!("{}: ATE {:.3} m, SE(3)", row.name, row.ego.ate_se3_m);
         Ok(row)
@@ -145,7 +145,7 @@ impl<'a> Ablation<'a> {
         let (height_m, threads) = (self.drive.height_m(), self.drive.threads());
         let numbers: Vec<u64> = front_end.frames.iter().map(|f| f.number).collect();
         let truth = self.truth(&numbers)?;
-        let result = conclude(front_end, &self.drive.given, height_m, config, threads, &self.reporter);
+        let result = estimate_drive(front_end, &self.drive.given, height_m, config, threads, &self.reporter);
         let poses: Vec<_> = result.ego.frames.iter().map(|f| f.world_from_camera).collect();
         let ego = evaluate_trajectory(&suites::with_true_scale(&poses, &truth), &truth)?;
         Ok(Some(Row { name: "floor: true scale of ±5 frames".to_owned(), ego, vehicles: Vec::new() }))

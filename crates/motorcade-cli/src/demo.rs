@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use motorcade::{Config, Given, KeypointTable, Progress, RunContext, output, write_run};
+use motorcade::{Config, External, KeypointTable, Progress, RunContext, output, write_run};
 use motorcade_dataset::{Sequence, SequenceOptions};
 use motorcade_evaluate::evaluate_run;
 use motorcade_perception::{Perception, PerceptionOptions};
@@ -41,7 +41,7 @@ pub fn demo(arguments: &DemoArguments) -> anyhow::Result<u8> {
     let result = motorcade::run(
         &sequence,
         &perception,
-        &Given {
+        &External {
             keypoints: written.keypoints.as_deref().map(KeypointTable::read).transpose()?,
             ..Default::default()
         },

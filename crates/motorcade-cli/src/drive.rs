@@ -1,6 +1,6 @@
 //! The drive a command works on: frames, or files alone.
 
-use motorcade::{Config, FrontEnd, Given, RunContext, Watch};
+use motorcade::{Config, External, FrontEnd, RunContext, Watch};
 use motorcade_dataset::{KITTI_HEIGHT_M, Sequence, Summary};
 use motorcade_geometry::PinholeCamera;
 use motorcade_perception::{ModelOptions, Perception, PerceptionOptions};
@@ -28,7 +28,7 @@ pub struct LoadedDrive {
     drive: Drive,
     perception: Perception,
     /// What files give in place of stages.
-    pub given: Given,
+    pub given: External,
     threads: usize,
 }
 

@@ -1,7 +1,7 @@
 //! Files that take the place of stages, or help them: `--trajectory`, `--vehicle-poses`, `--keypoints`.
 
 use anyhow::bail;
-use motorcade::{Given, GivenTrajectory, KeypointTable, read_vehicle_poses};
+use motorcade::{External, ExternalTrajectory, KeypointTable, read_vehicle_poses};
 use motorcade_dataset::{Trajectory, read_trajectory};
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_shape::ShapePrior;
@@ -9,7 +9,7 @@ use motorcade_shape::ShapePrior;
 use crate::arguments::{RunArguments, TrajectoryScale};
 
 /// Reads what was given, fitted to the frames of the run.
-pub fn read(arguments: &RunArguments, numbers: &[u64], timestamps_ns: &[i64]) -> anyhow::Result<Given> {
+pub fn read(arguments: &RunArguments, numbers: &[u64], timestamps_ns: &[i64]) -> anyhow::Result<External> {
     let trajectory = match &arguments.trajectory {
         Some(path) => {
             let whole: Trajectory<World, Camera> = read_trajectory(path)?;
@@ -24,7 +24,7 @@ pub fn read(arguments: &RunArguments, numbers: &[u64], timestamps_ns: &[i64]) ->
                     numbers.last().copied().unwrap_or(0),
                 )));
             };
-            Some(GivenTrajectory {
+            Some(ExternalTrajectory {
                 world_from_camera,
                 metric: arguments.trajectory_scale == TrajectoryScale::Metric,
             })
@@ -37,7 +37,7 @@ pub fn read(arguments: &RunArguments, numbers: &[u64], timestamps_ns: &[i64]) ->
     };
     let keypoints = arguments.keypoints.as_deref().map(KeypointTable::read).transpose()?;
     let shape_prior = arguments.shape_prior.as_deref().map(ShapePrior::read).transpose()?;
-    Ok(Given { trajectory, vehicles, keypoints, shape_prior })
+    Ok(External { trajectory, vehicles, keypoints, shape_prior })
 }
 
 /// One pose a frame: by row, by frame number, or by time.

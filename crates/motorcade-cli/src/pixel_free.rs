@@ -1,6 +1,6 @@
 //! Runs without frames: a KITTI tracking split with calibration but no images, everything else from files.
 
-use motorcade::{FrameInfo, PixelFree};
+use motorcade::{FrameInfo, FramelessInput};
 use motorcade_dataset::{Calibration, Cam0, Format, Summary};
 use motorcade_geometry::{Camera, Pose};
 use motorcade_perception::DetectionTable;
@@ -10,7 +10,7 @@ use crate::arguments::RunArguments;
 /// A drive known from files only.
 pub struct Files {
     /// Frames and detections.
-    pub input: PixelFree,
+    pub input: FramelessInput,
     /// Of the camera that is processed.
     pub camera_from_cam0: Pose<Camera, Cam0>,
     /// What it is.
@@ -73,6 +73,6 @@ pub fn open(arguments: &RunArguments) -> anyhow::Result<Option<Files>> {
         unnumbered: Vec::new(),
         input_hash: format!("files only: {sequence} {first}..{end} {calibration:?}"),
     };
-    let input = PixelFree { camera, frames, detections: boxes };
+    let input = FramelessInput { camera, frames, detections: boxes };
     Ok(Some(Files { input, camera_from_cam0: calibration.camera_from_cam0, summary }))
 }

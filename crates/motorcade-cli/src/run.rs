@@ -25,7 +25,7 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     } else {
         let front_end = drive.front_end(&config, &reporter)?;
         let (height_m, threads) = (drive.height_m(), drive.threads());
-        motorcade::conclude(front_end, &drive.given, height_m, &config, threads, &reporter)
+        motorcade::estimate_drive(front_end, &drive.given, height_m, &config, threads, &reporter)
     };
     reporter.finish();
     conclude(arguments, &result, &drive.context(config, fingerprint))
@@ -34,7 +34,7 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
 /// Tells every frame on stdout as it comes.
 fn online(drive: &LoadedDrive, config: &Config, reporter: &Reporter) -> anyhow::Result<RunResult> {
     let mut online = Online::new(drive.camera()?, &drive.given, drive.height_m(), config);
-    let mut tell = |so_far: &motorcade::SoFar<'_>| reporter.print(&online.advance(so_far).to_json());
+    let mut tell = |so_far: &motorcade::FrontEndView<'_>| reporter.print(&online.advance(so_far).to_json());
     let front_end = drive.watched_front_end(config, reporter, &mut tell)?;
     Ok(online.finish(front_end, reporter))
 }

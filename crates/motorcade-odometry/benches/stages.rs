@@ -15,7 +15,7 @@ use motorcade_odometry::stages::{
 };
 use motorcade_odometry::{
     BundleOptions, CornerOptions, KltOptions, Odometry, OdometryOptions, PoseOnlyOptions, Pyramid, Request,
-    RoadOptions, RoadSight, RoadTracker, StaticMask, detect, track_checked,
+    RoadInput, RoadOptions, RoadTracker, StaticMask, detect, track_checked,
 };
 use nalgebra::{Matrix2, Point2, Point3, Vector2, Vector3, Vector6};
 use rand::{Rng, SeedableRng};
@@ -181,7 +181,7 @@ impl<'a> Drive<'a> {
         let pyramid = odometry.process(&images[*next], &StaticMask::default());
         let so_far = odometry.so_far();
         let segment = so_far.frames[*next].segment;
-        let sight = RoadSight { pyramid: &pyramid, vehicles: &[], masked: false };
+        let sight = RoadInput { pyramid: &pyramid, vehicles: &[], masked: false };
         road.process(*next, segment, &sight, |k| so_far.camera_from_world(k), |_| true);
         *next += 1;
     }

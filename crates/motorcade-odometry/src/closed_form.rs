@@ -120,7 +120,7 @@ impl ClosedFormScale {
             value: Vector3::new(mean.ln(), 0.0, 0.0),
             baseline: before_from_now.translation().norm(),
             covariance: Matrix3::from_diagonal(&Vector3::new(variance.max(1e-8), 1e-4, 1e-4)),
-            bend: None,
+            curvature: None,
             agreement: 1.0,
             pixels: alphas.len(),
         });

@@ -3,7 +3,7 @@
 use motorcade_geometry::{Camera, Pose, World};
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
-use crate::record::{FrameStatus, UpToScale};
+use crate::record::{FrameStatus, OdometryTrajectory};
 use crate::road_measurement::{RoadMeasurement, road_normal};
 use crate::scale_smoother::{NoiseModel, SmoothedState, StateMeasurement, smooth};
 use crate::uncertainty::{Uncertainty, step_covariance};
@@ -62,24 +62,28 @@ impl EgoTrajectory {
     ///
     /// All lengths are proportional to `height_m`, exactly. A segment without any road measurement goes on at the
     /// metric speed of the one before it.
-    pub fn new(odometry: &UpToScale, measurements: &[RoadMeasurement], height_m: f64) -> Self {
+    pub fn new(odometry: &OdometryTrajectory, measurements: &[RoadMeasurement], height_m: f64) -> Self {
         Self::build(odometry, measurements, height_m, smooth_segment, ROAD_BIAS)
     }
 
     /// As [`EgoTrajectory::new`], but each frame keeps the scale measured in it, as in the paper; frames without one take
     /// that of the frame before. The road is level and the camera looks along it.
-    pub fn unsmoothed(odometry: &UpToScale, measurements: &[RoadMeasurement], height_m: f64) -> Self {
+    pub fn unsmoothed(
+        odometry: &OdometryTrajectory,
+        measurements: &[RoadMeasurement],
+        height_m: f64,
+    ) -> Self {
         Self::build(odometry, measurements, height_m, keep_segment, ROAD_BIAS)
     }
 
     /// As [`EgoTrajectory::new`] for an odometry that is metric already: only the road is taken from the measurements.
-    pub fn metric(odometry: &UpToScale, measurements: &[RoadMeasurement], height_m: f64) -> Self {
+    pub fn metric(odometry: &OdometryTrajectory, measurements: &[RoadMeasurement], height_m: f64) -> Self {
         Self::metric_within(odometry, measurements, height_m, 0.0)
     }
 
     /// As [`EgoTrajectory::metric`] for one all of whose lengths may be off by a common share of this standard deviation.
     pub fn metric_within(
-        odometry: &UpToScale,
+        odometry: &OdometryTrajectory,
         measurements: &[RoadMeasurement],
         height_m: f64,
         scale_bias_sigma: f64,
@@ -88,7 +92,7 @@ impl EgoTrajectory {
     }
 
     fn build(
-        odometry: &UpToScale,
+        odometry: &OdometryTrajectory,
         measurements: &[RoadMeasurement],
         height_m: f64,
         fill: FillSegment,
@@ -125,7 +129,7 @@ impl EgoTrajectory {
 
     fn next_frame(
         &self,
-        odometry: &UpToScale,
+        odometry: &OdometryTrajectory,
         k: usize,
         (metric_step, has_own): (&Pose<Camera, Camera>, bool),
         scale: f64,
@@ -210,7 +214,7 @@ fn metric_steps(steps: &[Option<Pose<Camera, Camera>>], scales: &[f64]) -> Vec<P
 
 /// `camera_before_from_camera` of each frame in its segment's unit; bridged frames share out the motion between their
 /// neighbours. `None` at the first frame, at the start of a segment and where a segment ended bridged.
-fn steps(odometry: &UpToScale) -> Vec<Option<Pose<Camera, Camera>>> {
+fn steps(odometry: &OdometryTrajectory) -> Vec<Option<Pose<Camera, Camera>>> {
     let n = odometry.frames.len();
     let mut poses: Vec<Option<Pose<Camera, World>>> = (0..n).map(|k| odometry.camera_from_world(k)).collect();
     let found = |k: usize| {
@@ -247,7 +251,7 @@ fn steps(odometry: &UpToScale) -> Vec<Option<Pose<Camera, Camera>>> {
 
 /// Fills in the states of a segment's frames.
 type FillSegment = fn(
-    &UpToScale,
+    &OdometryTrajectory,
     &[Option<Pose<Camera, Camera>>],
     &[RoadMeasurement],
     usize,
@@ -256,7 +260,7 @@ type FillSegment = fn(
 ) -> Option<NoiseModel>;
 
 fn metric_segment(
-    odometry: &UpToScale,
+    odometry: &OdometryTrajectory,
     steps: &[Option<Pose<Camera, Camera>>],
     measurements: &[RoadMeasurement],
     segment: usize,
@@ -282,7 +286,7 @@ fn metric_segment(
 }
 
 fn keep_segment(
-    odometry: &UpToScale,
+    odometry: &OdometryTrajectory,
     _steps: &[Option<Pose<Camera, Camera>>],
     measurements: &[RoadMeasurement],
     segment: usize,
@@ -311,7 +315,7 @@ fn keep_segment(
 }
 
 fn smooth_segment(
-    odometry: &UpToScale,
+    odometry: &OdometryTrajectory,
     steps: &[Option<Pose<Camera, Camera>>],
     measurements: &[RoadMeasurement],
     segment: usize,

@@ -7,7 +7,7 @@
 //! use image::GrayImage;
 //! use motorcade_geometry::PinholeCamera;
 //! use motorcade_odometry::{
-//!     EgoTrajectory, Odometry, OdometryOptions, RoadOptions, RoadSight, RoadTracker, StaticMask,
+//!     EgoTrajectory, Odometry, OdometryOptions, RoadOptions, RoadInput, RoadTracker, StaticMask,
 //! };
 //!
 //! let camera = PinholeCamera { fx: 720.0, fy: 720.0, cx: 160.0, cy: 80.0, width: 320, height: 160 };
@@ -17,7 +17,7 @@
 //!     let pyramid = odometry.process(&GrayImage::new(320, 160), &StaticMask::default());
 //!     let so_far = odometry.so_far();
 //!     let segment = so_far.frames[frame].segment;
-//!     let sight = RoadSight { pyramid: &pyramid, vehicles: &[], masked: false };
+//!     let sight = RoadInput { pyramid: &pyramid, vehicles: &[], masked: false };
 //!     road.process(frame, segment, &sight, |k| so_far.camera_from_world(k), |_| true);
 //! }
 //! // Black images: nothing is known, but every frame is there.
@@ -59,10 +59,10 @@ pub use odometry::Odometry;
 pub use options::{OdometryOptions, PolicyOptions};
 pub use pose_only::PoseOnlyOptions;
 pub use pyramid::{Plane, Pyramid};
-pub use record::{FrameRecord, FrameStatus, UpToScale};
+pub use record::{FrameRecord, FrameStatus, OdometryTrajectory};
 pub use road::{RoadOptions, RoadPlane};
-pub use road_measurement::{Bend, Reading, RoadMeasurement, road_normal};
-pub use road_track::{RoadSight, RoadTracker};
+pub use road_measurement::{Reading, RoadCurvature, RoadMeasurement, road_normal};
+pub use road_track::{RoadInput, RoadTracker};
 pub use scale_smoother::NoiseModel;
 pub use static_mask::{Rectangle, StaticMask};
 pub use uncertainty::Uncertainty;

@@ -18,7 +18,7 @@ use crate::options::OdometryOptions;
 use crate::pose_only::{Observation, PoseEstimate, PoseRefiner};
 use crate::pyramid::Pyramid;
 use crate::pyramid_pool::PyramidPool;
-use crate::record::{FrameRecord, FrameStatus, UpToScale, fill};
+use crate::record::{FrameRecord, FrameStatus, OdometryTrajectory, fill};
 use crate::static_mask::StaticMask;
 use crate::window::Window;
 use beginning::Beginning;
@@ -30,7 +30,7 @@ type CameraFromCamera = Pose<Camera, Camera>;
 pub struct Odometry {
     camera: PinholeCamera,
     options: OdometryOptions,
-    out: UpToScale,
+    out: OdometryTrajectory,
     window: Window,
     beginning: Option<Beginning>,
     /// Last frame whose tracks hold: its number, pyramid and pose.
@@ -85,7 +85,7 @@ impl Odometry {
         Self {
             camera,
             options,
-            out: UpToScale { frames: Vec::new(), keyframes: Vec::new() },
+            out: OdometryTrajectory { frames: Vec::new(), keyframes: Vec::new() },
             window: Window::new(options.window),
             beginning: None,
             last: None,
@@ -98,7 +98,7 @@ impl Odometry {
     }
 
     /// Poses so far.
-    pub fn so_far(&self) -> &UpToScale {
+    pub fn so_far(&self) -> &OdometryTrajectory {
         &self.out
     }
 
@@ -131,7 +131,7 @@ impl Odometry {
     }
 
     /// Ends the run: every frame with its final pose.
-    pub fn finish(mut self) -> UpToScale {
+    pub fn finish(mut self) -> OdometryTrajectory {
         self.close_segment();
         self.out
     }

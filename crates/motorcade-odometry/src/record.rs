@@ -44,14 +44,14 @@ pub struct FrameRecord {
 
 /// Frame poses of one segment, in the segment's own unit of length.
 #[derive(Clone, Debug)]
-pub struct UpToScale {
+pub struct OdometryTrajectory {
     /// One record a frame, in order.
     pub frames: Vec<FrameRecord>,
     /// `camera_from_world` of each keyframe of each segment.
     pub keyframes: Vec<Vec<CameraFromWorld>>,
 }
 
-impl UpToScale {
+impl OdometryTrajectory {
     /// A trajectory from elsewhere, as one segment in its own unit. `world_from_camera` of every frame.
     pub fn from_poses(poses: &[Pose<World, Camera>]) -> Self {
         let keyframes: Vec<CameraFromWorld> = poses.iter().map(Pose::inverse).collect();
@@ -144,8 +144,10 @@ mod tests {
             record(1, 0, 4),
             record(1, 2, 5),
         ];
-        let whole =
-            UpToScale { frames, keyframes: vec![(0..5).map(pose).collect(), (5..9).map(pose).collect()] };
+        let whole = OdometryTrajectory {
+            frames,
+            keyframes: vec![(0..5).map(pose).collect(), (5..9).map(pose).collect()],
+        };
         for range in [0..7, 1..7, 2..4, 3..6, 4..7, 6..7] {
             let window = whole.window(range.clone());
             assert_eq!(window.frames.len(), range.len());

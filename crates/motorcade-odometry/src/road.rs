@@ -91,8 +91,8 @@ pub struct RoadPlane {
     /// m with `mᵀX = 1` for points X on the road (3).
     pub m: Vector3<f64>,
     /// Vertical curvature over twice the camera's height, c in `1/z = mᵀx + c/(mᵀx)`.
-    pub bend: f64,
-    /// Covariance of m and bend (4×4).
+    pub curvature: f64,
+    /// Covariance of m and curvature (4×4).
     pub covariance: Matrix4<f64>,
     /// Standard deviation of curvature times height that was assumed.
     pub assumed_curvature_sigma: f64,
@@ -294,7 +294,7 @@ fn align(
     options: &RoadOptions,
     scratch: &mut RoadScratch,
 ) -> Option<RoadPlane> {
-    let mut state = State { m: view.guess, turn: Vector3::zeros(), gain: 0.0, bias: 0.0, bend: 0.0 };
+    let mut state = State { m: view.guess, turn: Vector3::zeros(), gain: 0.0, bias: 0.0, curvature: 0.0 };
     let mut result = None;
     for level in (0..2.min(view.current.len())).rev() {
         view.samples(level, usable, options, &mut scratch.samples);
@@ -313,12 +313,12 @@ struct State {
     gain: f64,
     bias: f64,
     /// Vertical curvature of the road over twice the camera's height, c in `1/z = mᵀx + c/(mᵀx)`: foot and crest of a hill.
-    bend: f64,
+    curvature: f64,
 }
 
-/// m (3), small rotation (3), gain and bias of the grey values (2), bend (1).
+/// m (3), small rotation (3), gain and bias of the grey values (2), curvature (1).
 const PARAMETERS: usize = 9;
-/// Those that are told: m and bend.
+/// Those that are told: m and curvature.
 const KEPT: [usize; 4] = [0, 1, 2, 8];
 type Normal = (SMatrix<f64, PARAMETERS, PARAMETERS>, SVector<f64, PARAMETERS>);
 
@@ -344,14 +344,14 @@ fn refine(
         state.turn += step.fixed_rows::<3>(3);
         state.gain += step[6];
         state.bias += step[7];
-        state.bend += step[8];
+        state.curvature += step[8];
         let agreement =
             absolute.iter().filter(|r| **r < 2.5 * sigma.max(2.0)).count() as f64 / samples.len() as f64;
         sigma = sigma_from_absolute(absolute)?.max(0.5);
         let whole = h.try_inverse()? * (sigma * sigma * CORRELATED_PIXELS);
         let plane = RoadPlane {
             m: state.m,
-            bend: state.bend,
+            curvature: state.curvature,
             covariance: Matrix4::from_fn(|r, c| whole[(KEPT[r], KEPT[c])]),
             assumed_curvature_sigma: options.curvature_sigma,
             pixels: seen,
@@ -393,7 +393,7 @@ fn accumulate(
     for s in samples {
         let flat = state.m.dot(&s.ray);
         let x = &s.ray;
-        let lift = flat + state.bend / flat;
+        let lift = flat + state.curvature / flat;
         let y = Vector3::new(
             r.m11 * x.x + r.m12 * x.y + r.m13 * x.z + t.x * lift,
             r.m21 * x.x + r.m22 * x.y + r.m23 * x.z + t.y * lift,
@@ -413,7 +413,7 @@ fn accumulate(
         let by_y = Vector3::new(gu, gv, -(gu * y.x + gv * y.y) * iz);
         // ∂y/∂m = t rayᵀ (1 − c/(mᵀx)²), ∂y/∂ω = −y^ (left perturbation), ∂y/∂c = t/(mᵀx)
         let by_depth = by_y.dot(&t);
-        let by_m = s.ray * (by_depth * (1.0 - state.bend / (flat * flat)));
+        let by_m = s.ray * (by_depth * (1.0 - state.curvature / (flat * flat)));
         let by_turn = y.cross(&by_y);
         let j = [by_m.x, by_m.y, by_m.z, by_turn.x, by_turn.y, by_turn.z, -s.grey, -1.0, by_depth / flat];
         for a in 0..PARAMETERS {
@@ -458,7 +458,7 @@ fn add_priors(
     h[(7, 7)] += unit / 100.0;
     g[7] += unit / 100.0 * state.bias;
     // c = κ/(2d), κ the curvature and d = 1/|m| the camera's height.
-    let bend = unit / (0.5 * options.curvature_sigma.max(1e-9) * norm * norm).powi(2);
-    h[(8, 8)] += bend;
-    g[8] += bend * state.bend;
+    let curvature = unit / (0.5 * options.curvature_sigma.max(1e-9) * norm * norm).powi(2);
+    h[(8, 8)] += curvature;
+    g[8] += curvature * state.curvature;
 }

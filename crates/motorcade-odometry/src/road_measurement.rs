@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
 
-use crate::record::UpToScale;
+use crate::record::OdometryTrajectory;
 use crate::road::RoadPlane;
 use crate::road_profile::{Curvature, driven_curvature};
 
@@ -21,7 +21,7 @@ pub struct RoadMeasurement {
     /// Covariance of the value (3×3) as the pixels tell it.
     pub covariance: Matrix3<f64>,
     /// The road's vertical curvature, where it was looked for.
-    pub bend: Option<Bend>,
+    pub curvature: Option<RoadCurvature>,
     /// Share of the road pixels that agree.
     pub agreement: f64,
     /// Pixels used.
@@ -30,7 +30,7 @@ pub struct RoadMeasurement {
 
 /// What the pixels say of the road's vertical curvature, and what they could not keep apart from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bend {
+pub struct RoadCurvature {
     /// Curvature times the camera's height, positive at the foot of a hill.
     pub value: f64,
     /// Its variance.
@@ -52,9 +52,9 @@ pub struct Reading {
 
 impl RoadMeasurement {
     pub(crate) fn new(frame: usize, reference: usize, baseline: f64, plane: &RoadPlane) -> Self {
-        let (value, jacobian) = coordinates(&plane.m, plane.bend);
+        let (value, jacobian) = coordinates(&plane.m, plane.curvature);
         let covariance = jacobian * plane.covariance * jacobian.transpose();
-        let bend = Bend {
+        let curvature = RoadCurvature {
             value: value.w,
             variance: covariance[(3, 3)],
             shared: covariance.fixed_view::<3, 1>(0, 3).into_owned(),
@@ -66,7 +66,7 @@ impl RoadMeasurement {
             value: value.xyz(),
             baseline,
             covariance: covariance.fixed_view::<3, 3>(0, 0).into_owned(),
-            bend: Some(bend),
+            curvature: Some(curvature),
             agreement: plane.agreement,
             pixels: plane.pixels,
         }
@@ -75,19 +75,19 @@ impl RoadMeasurement {
     /// The measurement by the poses as they stand now. The images told the baseline in camera heights: a later adjustment
     /// that stretches the baseline stretches the height with it. And the way the camera took tells how the road is curved,
     /// better than the pixels could.
-    pub fn read_by(&self, odometry: &UpToScale) -> Reading {
+    pub fn read_by(&self, odometry: &OdometryTrajectory) -> Reading {
         let pose = |k: usize| odometry.camera_from_world(k);
         let now = pose(self.reference).zip(pose(self.frame));
         let now = now.map(|(a, b)| (a * b.inverse()).translation().norm()).filter(|l| *l > 1e-9);
         let stretched = now.map_or(0.0, |length| (self.baseline / length).ln());
         let value = self.value + Vector3::new(stretched, 0.0, 0.0);
         let flat = Reading { value, covariance: self.covariance };
-        let known = self.bend.zip(driven_curvature(odometry, self.frame, &value));
-        known.map_or(flat, |(bend, driven)| bend.correct(&flat, &driven))
+        let known = self.curvature.zip(driven_curvature(odometry, self.frame, &value));
+        known.map_or(flat, |(curvature, driven)| curvature.correct(&flat, &driven))
     }
 }
 
-impl Bend {
+impl RoadCurvature {
     /// The reading with the curvature that was driven in place of the one assumed.
     fn correct(&self, reading: &Reading, driven: &Curvature) -> Reading {
         // What the way adds to what was assumed already, as a measurement of its own.
@@ -112,11 +112,11 @@ pub fn road_normal(pitch_rad: f64, roll_rad: f64) -> Vector3<f64> {
     -Vector3::new(roll_rad.tan(), 1.0, pitch_rad.tan()).normalize()
 }
 
-/// `[log|m|, pitch, roll, curvature · height]` of a plane m with bend c and the derivative by both (4×4).
-fn coordinates(m: &Vector3<f64>, bend: f64) -> (Vector4<f64>, Matrix4<f64>) {
+/// `[log|m|, pitch, roll, curvature · height]` of a plane m with curvature c and the derivative by both (4×4).
+fn coordinates(m: &Vector3<f64>, curvature: f64) -> (Vector4<f64>, Matrix4<f64>) {
     let norm2 = m.norm_squared();
     // c = κ/(2d) and the camera's height d = 1/|m|.
-    let curved = 2.0 * bend / norm2;
+    let curved = 2.0 * curvature / norm2;
     let value = Vector4::new(0.5 * norm2.ln(), (m.z / m.y).atan(), (m.x / m.y).atan(), curved);
     let (yz, yx) = (m.y * m.y + m.z * m.z, m.y * m.y + m.x * m.x);
     let by_norm = -2.0 * curved / norm2;
@@ -136,10 +136,10 @@ mod tests {
 
     #[test]
     fn coordinates_match_their_derivative_and_the_normal() {
-        let (m, bend) = (Vector3::new(0.01, 0.55, 0.02), 4e-4);
-        let (value, jacobian) = coordinates(&m, bend);
+        let (m, curvature) = (Vector3::new(0.01, 0.55, 0.02), 4e-4);
+        let (value, jacobian) = coordinates(&m, curvature);
         for k in 0..4 {
-            let (mut moved, mut bent) = (m, bend);
+            let (mut moved, mut bent) = (m, curvature);
             if k < 3 {
                 moved[k] += 1e-7
             } else {
@@ -163,7 +163,7 @@ mod tests {
             (covariance * (right + nalgebra::Vector2::new(0.0, mean / (sigma * sigma))), covariance)
         };
         let (first, before) = solve(0.0, 1e-3);
-        let bend = Bend {
+        let curvature = RoadCurvature {
             value: first.y,
             variance: before[(1, 1)],
             shared: Vector3::new(before[(0, 1)], 0.0, 0.0),
@@ -173,11 +173,11 @@ mod tests {
             value: Vector3::new(first.x, 0.0, 0.0),
             covariance: Matrix3::from_diagonal(&Vector3::new(before[(0, 0)], 1.0, 1.0)),
         };
-        let corrected = bend.correct(&reading, &Curvature { value: 4e-3, sigma: 2e-4 });
+        let corrected = curvature.correct(&reading, &Curvature { value: 4e-3, sigma: 2e-4 });
         let (second, after) = solve(4e-3, 2e-4);
         assert!((corrected.value.x - second.x).abs() < 1e-9);
         assert!((corrected.covariance[(0, 0)] - after[(0, 0)]).abs() < 1e-12);
         // A way that tells less than was assumed changes nothing.
-        assert_eq!(bend.correct(&reading, &Curvature { value: 4e-3, sigma: 2e-3 }), reading);
+        assert_eq!(curvature.correct(&reading, &Curvature { value: 4e-3, sigma: 2e-3 }), reading);
     }
 }

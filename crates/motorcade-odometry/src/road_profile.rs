@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::record::UpToScale;
+use crate::record::OdometryTrajectory;
 use crate::road_measurement::road_normal;
 
 /// Vertical curvature of the road times the camera's height, positive at the foot of a hill.
@@ -18,7 +18,7 @@ const REACH_HEIGHTS: f64 = 15.0;
 const UNEVEN: f64 = 0.01;
 /// Curvature behind the camera is not that ahead of it: standard deviation of the difference.
 const CHANGES: f64 = 5e-4;
-/// How well the road's roll is known \[rad\]: in a bend the way leads aside, and a roll looks like a hill.
+/// How well the road's roll is known \[rad\]: in a curvature the way leads aside, and a roll looks like a hill.
 const ROLL_RAD: f64 = 0.01;
 /// Streets have 0.004 at most: a crest of 400 m radius under a car's camera.
 const STEEPEST: f64 = 4e-3;
@@ -26,7 +26,7 @@ const STEEPEST: f64 = 4e-3;
 /// Curvature of the road ahead of a frame, by least squares through the camera's way: `up = a + b s + κ/2 s²` over the
 /// distance s. `value` is `[log 1/height, pitch, roll]` of the road in that frame. `None` where the way is not known.
 pub(crate) fn driven_curvature(
-    odometry: &UpToScale,
+    odometry: &OdometryTrajectory,
     frame: usize,
     value: &Vector3<f64>,
 ) -> Option<Curvature> {
@@ -74,7 +74,7 @@ mod tests {
     use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
     /// A way over a road of constant curvature, camera 2 units high, a unit a frame, in the odometry's unit.
-    fn way(curvature: f64, frames: usize) -> UpToScale {
+    fn way(curvature: f64, frames: usize) -> OdometryTrajectory {
         let pose = |k: usize| -> Pose<World, Camera> {
             let angle = k as f64 * curvature;
             let (y, z) = ((angle.cos() - 1.0) / curvature, angle.sin() / curvature);
@@ -85,7 +85,7 @@ mod tests {
             ))
         };
         let poses: Vec<Pose<World, Camera>> = (0..frames).map(pose).collect();
-        UpToScale::from_poses(&poses)
+        OdometryTrajectory::from_poses(&poses)
     }
 
     #[test]

@@ -14,7 +14,7 @@ use crate::static_mask::Rectangle;
 
 /// What a frame offers for the road.
 #[derive(Clone, Copy)]
-pub struct RoadSight<'a> {
+pub struct RoadInput<'a> {
     /// The image.
     pub pyramid: &'a Arc<Pyramid>,
     /// Boxes of all vehicles, moving or not: they hide the road here, and later where this frame is the earlier one.
@@ -119,7 +119,7 @@ impl RoadTracker {
         &mut self,
         frame: usize,
         segment: usize,
-        sight: &RoadSight<'_>,
+        sight: &RoadInput<'_>,
         pose_of: impl Fn(usize) -> Option<Pose<Camera, World>>,
         usable: impl Fn(&Point2<f64>) -> bool,
     ) {
@@ -149,7 +149,7 @@ impl RoadTracker {
     }
 
     /// Where this frame shows road, in the memory of a frame that nobody asks any more.
-    fn road_pixels(&mut self, sight: &RoadSight<'_>, usable: impl Fn(&Point2<f64>) -> bool) -> RoadPixels {
+    fn road_pixels(&mut self, sight: &RoadInput<'_>, usable: impl Fn(&Point2<f64>) -> bool) -> RoadPixels {
         let mut road = std::mem::take(&mut self.spare);
         // Beyond twice the stretch nobody will ask; nor above the horizon.
         let reach = 2.0 * self.options.far_heights;

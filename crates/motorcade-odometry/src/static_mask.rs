@@ -38,7 +38,7 @@ impl Rectangle {
 pub struct StaticMask<'a> {
     /// Boxes of things that may move.
     pub boxes: &'a [Rectangle],
-    /// True lets corners on vehicles show that they stand ([`crate::Odometry::judge_vehicles`]); false never uses them.
+    /// True lets corners on vehicles show that they stand ([`crate::Odometry::classify_static_vehicles`]); false never uses them.
     pub boxes_may_stand: bool,
     /// Non-zero pixels are ignored (a bonnet, burnt-in text).
     pub ignore: Option<&'a GrayImage>,

@@ -9,7 +9,7 @@ use std::cell::Cell;
 
 use common::{CAMERA, Place, street};
 use motorcade_odometry::{
-    Odometry, OdometryOptions, Rectangle, RoadOptions, RoadSight, RoadTracker, StaticMask,
+    Odometry, OdometryOptions, Rectangle, RoadInput, RoadOptions, RoadTracker, StaticMask,
 };
 
 thread_local! {
@@ -55,13 +55,13 @@ fn drive(boxes: &[Rectangle]) -> Vec<(usize, bool)> {
         let pyramid = odometry.process(&image, &mask);
         let so_far = odometry.so_far();
         let segment = so_far.frames[frame].segment;
-        let sight = RoadSight { pyramid: &pyramid, vehicles: &[], masked: false };
+        let sight = RoadInput { pyramid: &pyramid, vehicles: &[], masked: false };
         road.process(frame, segment, &sight, |k| so_far.camera_from_world(k), |_| true);
         if let Some(measured) = road.measurements().last().filter(|m| m.frame == frame) {
             odometry.constrain_scale(measured);
         }
         if let Some(plane) = road.plane() {
-            odometry.judge_vehicles(boxes, &plane);
+            odometry.classify_static_vehicles(boxes, &plane);
         }
         let taken = TAKEN.with(Cell::get) - before;
         let keyframes_then = std::mem::replace(&mut keyframes, odometry.so_far().keyframes.concat().len());

@@ -5,7 +5,9 @@ mod common;
 use common::{CAMERA, Place, street};
 use image::{GrayImage, Luma};
 use motorcade_geometry::{Camera, Pose, World};
-use motorcade_odometry::{FrameStatus, Odometry, OdometryOptions, PolicyOptions, StaticMask, UpToScale};
+use motorcade_odometry::{
+    FrameStatus, Odometry, OdometryOptions, OdometryTrajectory, PolicyOptions, StaticMask,
+};
 use nalgebra::Vector6;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -46,7 +48,7 @@ fn noisy(place: &Place, rng: &mut ChaCha8Rng) -> GrayImage {
 }
 
 /// Frames seen until a map began, and the odometry.
-fn drive(steps: &[(f64, f64)], options: OdometryOptions) -> (Option<usize>, UpToScale) {
+fn drive(steps: &[(f64, f64)], options: OdometryOptions) -> (Option<usize>, OdometryTrajectory) {
     let mut rng = ChaCha8Rng::seed_from_u64(4);
     let mut odometry = Odometry::new(CAMERA, options);
     let mut began = None;
@@ -59,7 +61,7 @@ fn drive(steps: &[(f64, f64)], options: OdometryOptions) -> (Option<usize>, UpTo
     (began, odometry.finish())
 }
 
-fn poses(odometry: &UpToScale) -> Vec<Pose<World, Camera>> {
+fn poses(odometry: &OdometryTrajectory) -> Vec<Pose<World, Camera>> {
     (0..odometry.frames.len()).filter_map(|k| Some(odometry.camera_from_world(k)?.inverse())).collect()
 }
 

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test")]
 
 use motorcade_geometry::{Camera, Pose, World};
-use motorcade_odometry::{EgoTrajectory, FrameRecord, FrameStatus, RoadMeasurement, UpToScale};
+use motorcade_odometry::{EgoTrajectory, FrameRecord, FrameStatus, OdometryTrajectory, RoadMeasurement};
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 const HEIGHT_M: f64 = 1.6;
@@ -12,7 +12,7 @@ const BREAK: std::ops::Range<usize> = 60..85;
 /// Units of the two maps \[m\].
 const UNITS_M: [f64; 2] = [2.4, 0.7];
 
-/// Speeds up from 7.5 m/s to 10 m/s during the break, in a gentle bend.
+/// Speeds up from 7.5 m/s to 10 m/s during the break, in a gentle curvature.
 fn truth(frames: usize) -> Vec<Pose<World, Camera>> {
     let mut poses = vec![Pose::identity()];
     for k in 1..frames {
@@ -24,7 +24,7 @@ fn truth(frames: usize) -> Vec<Pose<World, Camera>> {
     poses
 }
 
-fn odometry(truth: &[Pose<World, Camera>]) -> UpToScale {
+fn odometry(truth: &[Pose<World, Camera>]) -> OdometryTrajectory {
     let (mut frames, mut keyframes) = (Vec::new(), vec![Vec::new(), Vec::new()]);
     for (k, pose) in truth.iter().enumerate() {
         let segment = usize::from(k >= BREAK.end);
@@ -45,10 +45,10 @@ fn odometry(truth: &[Pose<World, Camera>]) -> UpToScale {
             covariance: Matrix6::identity() * 1e-8,
         });
     }
-    UpToScale { frames, keyframes }
+    OdometryTrajectory { frames, keyframes }
 }
 
-fn measurements(odometry: &UpToScale) -> Vec<RoadMeasurement> {
+fn measurements(odometry: &OdometryTrajectory) -> Vec<RoadMeasurement> {
     let segment = |k: usize| odometry.frames[k].segment;
     let one = |k: usize| {
         let reference = k.checked_sub(2).filter(|r| segment(*r) == segment(k) && !BREAK.contains(r))?;
@@ -63,7 +63,7 @@ fn measurements(odometry: &UpToScale) -> Vec<RoadMeasurement> {
             value: Vector3::new((UNITS_M[segment(k)] / HEIGHT_M).ln() + 0.01 * (k as f64).sin(), 0.0, 0.0),
             baseline: (pose(reference) * pose(k).inverse()).translation().norm(),
             covariance: Matrix3::identity() * 1e-5,
-            bend: None,
+            curvature: None,
             agreement: 0.9,
             pixels: 4000,
         })

@@ -6,7 +6,7 @@ use common::{CAMERA, HEIGHT_M, Place, street};
 use image::{GrayImage, Luma};
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_odometry::{
-    Pyramid, Rectangle, RoadMeasurement, RoadOptions, RoadSight, RoadTracker, UpToScale,
+    OdometryTrajectory, Pyramid, Rectangle, RoadInput, RoadMeasurement, RoadOptions, RoadTracker,
 };
 use nalgebra::{Isometry3, Point2};
 use std::sync::Arc;
@@ -35,12 +35,12 @@ fn picture(frame: usize) -> GrayImage {
 fn heights(boxes: &[Rectangle], picture: impl Fn(usize) -> GrayImage) -> Vec<(usize, f64)> {
     let pose = |k: usize| Pose::<World, Camera>::new(Isometry3::translation(0.0, 0.0, STEP_M * k as f64));
     let poses: Vec<_> = (0..FRAMES).map(pose).collect();
-    let odometry = UpToScale::from_poses(&poses);
+    let odometry = OdometryTrajectory::from_poses(&poses);
     let mut road = RoadTracker::new(CAMERA, RoadOptions::default());
     for frame in 0..FRAMES {
         let pyramid = Arc::new(Pyramid::new(&picture(frame), 3));
         let vehicles = if crosses(frame) { boxes } else { &[] };
-        let sight = RoadSight { pyramid: &pyramid, vehicles, masked: true };
+        let sight = RoadInput { pyramid: &pyramid, vehicles, masked: true };
         let usable = |p: &Point2<f64>| !vehicles.iter().any(|v| v.contains(p));
         road.process(frame, 0, &sight, |k| odometry.camera_from_world(k), usable);
     }

@@ -122,16 +122,16 @@ impl BoundingBox {
     }
 }
 
-/// What a box is drawn around.
+/// Convention by which a box encloses its vehicle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum BoxAround {
-    /// What can be seen of the vehicle, as detectors draw it.
+pub enum BoxConvention {
+    /// The visible extent, as detectors draw it.
     #[default]
-    Seen,
+    VisibleExtent,
     /// The eight corners of its 3D box, hidden or not, clipped to the image: boxes of label files that have 3D boxes. On five
     /// KITTI sequences they are those of the projected corners within a pixel. Of a car 20 m ahead such a box ends 3 px below its tyres.
-    Corners,
+    ProjectedCuboid,
 }
 
 /// One vehicle in one frame.
@@ -143,9 +143,9 @@ pub struct Detection {
     pub score: f64,
     /// Where it is.
     pub bbox: BoundingBox,
-    /// What that box is drawn around.
+    /// Convention of the box.
     #[serde(default)]
-    pub around: BoxAround,
+    pub convention: BoxConvention,
     /// Identity given by the file it came from.
     pub external_id: Option<i64>,
 }

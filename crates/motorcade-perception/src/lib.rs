@@ -43,7 +43,7 @@ mod network;
 mod provider;
 mod road;
 
-pub use detection::{BoundingBox, BoxAround, Detection, NoVehicle, VehicleClass};
+pub use detection::{BoundingBox, BoxConvention, Detection, NoVehicle, VehicleClass};
 pub use error::{Error, Result};
 pub use files::{DetectionFormat, DetectionTable, RoadMaskFolder};
 pub use manifest::{ColourOrder, InputSpec, MANIFEST_NAME, Manifest, ModelEntry, OutputSpec, Resize};

@@ -12,7 +12,7 @@
 //!
 //! ```
 //! use motorcade_geometry::{PinholeCamera, Pose};
-//! use motorcade_shape::fit::{FitOptions, Observation, RoadPlane, SeenKeypoint, ShapeFitter};
+//! use motorcade_shape::fit::{FitOptions, Observation, RoadPlane, ObservedKeypoint, ShapeFitter};
 //! use motorcade_shape::{BodyType, Layout, ShapePrior, project};
 //! use nalgebra::{Matrix3, Vector3};
 //!
@@ -24,7 +24,7 @@
 //! let away = Matrix3::from_columns(&[Vector3::z(), -Vector3::x(), -Vector3::y()]);
 //! let truth = Pose::from_matrix(&away, &Vector3::new(-3.0, 1.65, 14.0));
 //! let shape = prior.coefficients_of(BodyType::Hatchback).ok_or("no hatchback")?;
-//! let seen = project(&prior, shape, &truth, &camera).into_iter().map(|p| SeenKeypoint {
+//! let seen = project(&prior, shape, &truth, &camera).into_iter().map(|p| ObservedKeypoint {
 //!     pixel: p.pixel.unwrap_or_default(),
 //!     confidence: if p.visible { 0.8 } else { 0.0 },
 //! });
@@ -61,7 +61,7 @@ pub use dimensions::{Dimensions, SizePrior};
 pub use error::{FitError, PriorError};
 pub use family::{CarModel, FAMILY};
 pub use fit::{
-    FitOptions, Observation, RoadPlane, SeenKeypoint, ShapeFit, ShapeFitter, TrackFit, TrackShape,
+    FitOptions, Observation, ObservedKeypoint, RoadPlane, ShapeFit, ShapeFitter, TrackFit, TrackShape,
 };
 pub use keypoint::{Keypoint, Layout};
 pub use prior::{Body, Deformation, NamedShape, PriorParts, ShapePrior};

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use common::{Network, camera, heading_error_rad, look, median, standing};
 use motorcade_geometry::{Camera, Pose, Vehicle};
-use motorcade_shape::fit::{FitMethod, FitOptions, Observation, RoadPlane, SeenKeypoint, ShapeFitter};
+use motorcade_shape::fit::{FitMethod, FitOptions, Observation, ObservedKeypoint, RoadPlane, ShapeFitter};
 use motorcade_shape::{BodyType, Dimensions, FitError, Layout, ShapeFit, ShapePrior, SizePrior};
 use nalgebra::{Point2, Vector2};
 use rand::{Rng, SeedableRng};
@@ -34,7 +34,7 @@ fn position_error_m(fit: &ShapeFit, truth: &Pose<Camera, Vehicle>) -> f64 {
     (fit.camera_from_vehicle.translation() - truth.translation()).norm()
 }
 
-fn observe(keypoints: Vec<SeenKeypoint>, sigma_px: f64, on_road: bool) -> Observation {
+fn observe(keypoints: Vec<ObservedKeypoint>, sigma_px: f64, on_road: bool) -> Observation {
     let mut observation = Observation::new(keypoints, sigma_px);
     observation.road = on_road.then(road);
     observation
@@ -218,7 +218,7 @@ fn sides_that_the_network_confuses_are_exchanged() {
         let truth = standing(2.0, 12.0, 0.25 + f64::from(k) * PI / 6.0);
         let shape = draw_shape(&prior, &mut rng);
         let right = look(&prior, &shape, &truth, &network, &mut rng);
-        let confused: Vec<SeenKeypoint> = prior.keypoints().iter().map(|k| right[k.mirror]).collect();
+        let confused: Vec<ObservedKeypoint> = prior.keypoints().iter().map(|k| right[k.mirror]).collect();
         let fit = fitter.fit(&camera(), &observe(confused, 1.0, true)).unwrap();
         assert!(fit.sides_swapped, "{k}");
         assert!(heading_error_rad(&fit.camera_from_vehicle, &truth) < 0.15, "{k}");
@@ -339,10 +339,11 @@ fn unusable_input_is_an_error_that_says_why() {
     let mut rng = ChaCha8Rng::seed_from_u64(19);
     let fitter = fitter(Layout::Car14);
     let good = look(fitter.prior(), &[], &standing(2.0, 12.0, 0.4), &CLEAN, &mut rng);
-    let fit =
-        |keypoints: Vec<SeenKeypoint>, sigma: f64| fitter.fit(&camera(), &observe(keypoints, sigma, true));
+    let fit = |keypoints: Vec<ObservedKeypoint>, sigma: f64| {
+        fitter.fit(&camera(), &observe(keypoints, sigma, true))
+    };
     assert!(fit(good.clone(), 1.0).is_ok());
-    let changed = |change: &dyn Fn(&mut SeenKeypoint)| {
+    let changed = |change: &dyn Fn(&mut ObservedKeypoint)| {
         let mut keypoints = good.clone();
         change(keypoints.iter_mut().find(|k| k.confidence > 0.0).unwrap());
         fit(keypoints, 1.0).unwrap_err()
@@ -355,7 +356,7 @@ fn unusable_input_is_an_error_that_says_why() {
         fit(good[..13].to_vec(), 1.0).unwrap_err().to_string(),
         "13 keypoints seen, but the shape prior `motorcade car, 14 keypoints` has 14"
     );
-    let nothing = vec![SeenKeypoint { pixel: Point2::new(f64::NAN, 0.0), confidence: 0.0 }; 14];
+    let nothing = vec![ObservedKeypoint { pixel: Point2::new(f64::NAN, 0.0), confidence: 0.0 }; 14];
     assert!(matches!(fit(nothing, 1.0), Err(FitError::TooFewKeypoints { found: 0, needed: 2, .. })));
     let mut bad_camera = camera();
     bad_camera.fx = 0.0;
@@ -376,7 +377,7 @@ fn nonsense_never_panics() {
         for k in 0..60 {
             let spread = [0.0, 1.0, 300.0, 1e6][k % 4];
             let keypoints = (0..layout.count())
-                .map(|_| SeenKeypoint {
+                .map(|_| ObservedKeypoint {
                     pixel: Point2::new(600.0, 200.0)
                         + Vector2::new(rng.random::<f64>() - 0.5, rng.random::<f64>() - 0.5) * spread,
                     confidence: rng.random(),

@@ -4,7 +4,7 @@
 
 use image::GrayImage;
 use motorcade_dataset::gray_from_rgb;
-use motorcade_perception::{BoundingBox, BoxAround};
+use motorcade_perception::{BoundingBox, BoxConvention};
 use motorcade_simulate::{Drive, Picture, RenderOptions, Renderer, Scenario, Weather, simulate};
 use motorcade_vehicles::image_box;
 use nalgebra::{Point2, Point3};
@@ -60,7 +60,8 @@ fn boxes_agree_with_the_instance_map_and_with_the_outline_the_pipeline_uses() {
         assert!((left - seen[0]).abs() < 1.3 && (bottom - seen[3]).abs() < 1.3);
         let vehicle = &drive.vehicles[i];
         let pose = drive.camera_from_vehicle(i, 40).unwrap();
-        let outline = image_box(&camera, &pose, vehicle.class, BoxAround::Seen, &vehicle.size).unwrap();
+        let outline =
+            image_box(&camera, &pose, vehicle.class, BoxConvention::VisibleExtent, &vehicle.size).unwrap();
         assert!(outline.iou(&whole) > 0.85, "vehicle {i}: outline {outline:?}, mesh {whole:?}");
     }
     assert!(compared >= 2, "{compared} vehicles in full view");

@@ -4,13 +4,13 @@ use motorcade_geometry::PinholeCamera;
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use crate::ground::GroundFrame;
-use crate::headings::{given_headings, headings_of_travel, standing_headings};
-use crate::motion::{Moving, Place, probability_moving, smooth_motion, standing_place};
+use crate::headings::{external_headings, headings_of_travel, standing_headings};
+use crate::motion::{KinematicState, PositionMeasurement, probability_moving, smooth_motion, standing_place};
 use crate::size::size_prior;
 use crate::states::assemble;
 use crate::tracker::Track;
-use crate::trajectory::{GivenTrack, TrafficSide, VehicleTrajectory};
-use crate::views::{Story, Views};
+use crate::trajectory::{ExternalTrack, TrafficSide, VehicleTrajectory};
+use crate::views::{TrackInput, Views};
 
 /// Estimates a track from its boxes and from poses given for it (either may be empty). `None` when nothing of it can be
 /// placed on the road.
@@ -22,7 +22,7 @@ pub fn estimate_track(
     camera: &PinholeCamera,
     grounds: &[GroundFrame],
     track: &Track,
-    given: &GivenTrack,
+    given: &ExternalTrack,
     side: TrafficSide,
 ) -> Option<VehicleTrajectory> {
     /// χ² by which boxes must fit better in the second story: most traffic goes along the road.
@@ -31,8 +31,8 @@ pub fn estimate_track(
     let (start, end) = (frames().min()?, frames().max()?);
     let times: Vec<f64> = grounds.get(start..=end)?.iter().map(|g| g.time_s).collect();
     let prior = given.size.unwrap_or_else(|| size_prior(track.class));
-    let story = Story { camera, grounds, track, given, prior, start };
-    let pointed = given_headings(grounds, &given.views, start, times.len());
+    let story = TrackInput { camera, grounds, track, given, prior, start };
+    let pointed = external_headings(grounds, &given.views, start, times.len());
     let along = pointed.clone().unwrap_or_else(|| vec![0.0; times.len()]);
     let mut told = tell(&story, &times, pointed.as_deref(), along, side)?;
     if pointed.is_none() && told.p_moving > 0.5 && told.views.doubt > 1.0 {
@@ -51,9 +51,9 @@ pub fn estimate_track(
 }
 
 /// A vehicle's way as one beginning makes it.
-struct Told {
+struct TrackHypothesis {
     views: Views,
-    states: Vec<Moving>,
+    states: Vec<KinematicState>,
     p_moving: f64,
     /// Relative to each frame's camera.
     headings: Vec<f64>,
@@ -61,16 +61,16 @@ struct Told {
 
 /// Places, motion and headings in turn, from these headings on; `pointed` are those given for a vehicle that stands.
 fn tell(
-    story: &Story<'_>,
+    story: &TrackInput<'_>,
     times: &[f64],
     pointed: Option<&[f64]>,
     begin: Vec<f64>,
     side: TrafficSide,
-) -> Option<Told> {
+) -> Option<TrackHypothesis> {
     let grounds = story.grounds.get(story.start..story.start + times.len())?;
     let up = grounds[0].world_from_camera.transform_vector(&grounds[0].up);
     // Which way it stands is sought once: the boxes tell it, not where the vehicle was thought to be.
-    let (mut told, mut parked): (Option<Told>, Option<Vec<f64>>) = (None, None);
+    let (mut told, mut parked): (Option<TrackHypothesis>, Option<Vec<f64>>) = (None, None);
     let mut headings = begin;
     for _ in 0..3 {
         let views = Views::of(story, &headings)?;
@@ -89,7 +89,7 @@ fn tell(
         } else {
             parked.get_or_insert_with(|| standing_headings(story, &states, side)).clone()
         };
-        told = Some(Told { views, states, p_moving, headings: headings.clone() });
+        told = Some(TrackHypothesis { views, states, p_moving, headings: headings.clone() });
         if headings == before {
             break;
         }
@@ -97,10 +97,10 @@ fn tell(
     told
 }
 
-fn standing_states(places: &[Place], count: usize) -> Option<Vec<Moving>> {
+fn standing_states(places: &[PositionMeasurement], count: usize) -> Option<Vec<KinematicState>> {
     let (position, covariance) = standing_place(places)?;
     let mut full = Matrix6::zeros();
     full.fixed_view_mut::<3, 3>(0, 0).copy_from(&covariance);
     full.fixed_view_mut::<3, 3>(3, 3).copy_from(&(Matrix3::identity() * 0.05));
-    Some(vec![Moving { position, velocity: Vector3::zeros(), covariance: full }; count])
+    Some(vec![KinematicState { position, velocity: Vector3::zeros(), covariance: full }; count])
 }

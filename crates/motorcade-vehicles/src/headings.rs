@@ -3,26 +3,26 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::ground::GroundFrame;
-use crate::motion::Moving;
+use crate::motion::KinematicState;
 use crate::single_view::locate;
-use crate::trajectory::{GivenView, TrafficSide};
-use crate::views::{Story, UNEXPLAINED};
+use crate::trajectory::{ExternalView, TrafficSide};
+use crate::views::{TrackInput, UNEXPLAINED};
 
 /// A vehicle that is slower holds its heading: direction of travel means nothing at a stand \[m/s\].
 pub(crate) const HOLD_HEADING_MPS: f64 = 1.5;
 
 /// Headings relative to each frame's camera from given poses, held between them; `None` when none are given.
-pub(crate) fn given_headings(
+pub(crate) fn external_headings(
     grounds: &[GroundFrame],
-    given: &[GivenView],
+    given: &[ExternalView],
     start: usize,
     count: usize,
 ) -> Option<Vec<f64>> {
-    let world = |g: &GivenView| grounds[g.frame].world_from_camera.transform_vector(&g.forward_in_camera);
+    let world = |g: &ExternalView| grounds[g.frame].world_from_camera.transform_vector(&g.forward_in_camera);
     let heading = |k: usize| {
         // The mean of the nine nearest in time: single-view headings scatter by degrees, and flip now and then. Flipped ones
         // are turned to the one that most others agree with.
-        let mut near: Vec<&GivenView> = given.iter().collect();
+        let mut near: Vec<&ExternalView> = given.iter().collect();
         near.sort_by_key(|g| g.frame.abs_diff(start + k));
         near.truncate(9);
         let directions: Vec<Vector3<f64>> = near.iter().map(|g| world(g)).collect();
@@ -36,7 +36,11 @@ pub(crate) fn given_headings(
 }
 
 /// Headings (relative to each frame's camera) from the direction of travel; held where the vehicle is slow.
-pub(crate) fn headings_of_travel(states: &[Moving], grounds: &[GroundFrame], fallback: &[f64]) -> Vec<f64> {
+pub(crate) fn headings_of_travel(
+    states: &[KinematicState],
+    grounds: &[GroundFrame],
+    fallback: &[f64],
+) -> Vec<f64> {
     let directions: Vec<Option<Vector3<f64>>> = states
         .iter()
         .map(|s| (s.velocity.norm() > HOLD_HEADING_MPS).then(|| s.velocity.normalize()))
@@ -54,10 +58,14 @@ pub(crate) fn headings_of_travel(states: &[Moving], grounds: &[GroundFrame], fal
 }
 
 /// Heading of a standing vehicle: the one whose boxes fit best from all sides it was seen from.
-pub(crate) fn standing_headings(story: &Story<'_>, states: &[Moving], side: TrafficSide) -> Vec<f64> {
+pub(crate) fn standing_headings(
+    story: &TrackInput<'_>,
+    states: &[KinematicState],
+    side: TrafficSide,
+) -> Vec<f64> {
     const STEPS: usize = 12;
     const VIEWS: usize = 12;
-    let Story { camera, grounds, track, prior, start, .. } = story;
+    let TrackInput { camera, grounds, track, prior, start, .. } = story;
     let every = track.boxes.len().div_ceil(VIEWS).max(1);
     let some: Vec<_> = track.boxes.iter().step_by(every).collect();
     let middle = &grounds[some[some.len() / 2].frame];

@@ -6,8 +6,8 @@
 //!
 //! ```
 //! use motorcade_geometry::{PinholeCamera, Pose};
-//! use motorcade_perception::{BoundingBox, BoxAround, Detection, VehicleClass};
-//! use motorcade_vehicles::{GroundFrame, SeenBox, locate, size_prior};
+//! use motorcade_perception::{BoundingBox, BoxConvention, Detection, VehicleClass};
+//! use motorcade_vehicles::{GroundFrame, ObservedBox, locate, size_prior};
 //! use nalgebra::Vector3;
 //!
 //! let camera = PinholeCamera { fx: 720.0, fy: 720.0, cx: 600.0, cy: 180.0, width: 1242, height: 375 };
@@ -16,8 +16,8 @@
 //! };
 //! let bbox = BoundingBox { x1: 570.0, y1: 184.0, x2: 631.0, y2: 240.0 };
 //! let detection =
-//!     Detection { class: VehicleClass::Car, score: 0.9, bbox, around: BoxAround::Seen, external_id: None };
-//! let seen = SeenBox::new(&detection, &camera, &[]);
+//!     Detection { class: VehicleClass::Car, score: 0.9, bbox, convention: BoxConvention::VisibleExtent, external_id: None };
+//! let seen = ObservedBox::new(&detection, &camera, &[]);
 //! let car = locate(&camera, &ground, &seen, 0.0, &size_prior(VehicleClass::Car)).unwrap();
 //! assert!((car.position_in_camera.z - 21.0).abs() < 1.5);
 //! ```
@@ -37,13 +37,13 @@ mod views;
 
 pub use estimate::estimate_track;
 pub use ground::GroundFrame;
-pub use motion::{Moving, Place, probability_moving, smooth_motion, standing_place};
+pub use motion::{KinematicState, PositionMeasurement, probability_moving, smooth_motion, standing_place};
 pub use motorcade_shape::{Dimensions, SizePrior};
 pub use silhouette::{image_box, standing_pose};
-pub use single_view::{SeenBox, SingleView, locate};
+pub use single_view::{ObservedBox, SingleView, locate};
 pub use size::size_prior;
 pub use tracker::{Track, TrackBox, Tracker, TrackerOptions, track_vehicles};
 pub use trajectory::{
-    BySize, GivenTrack, GivenView, Measured, Scaling, Sighting, Source, TrafficSide, VehicleState,
-    VehicleTrajectory,
+    BySize, ExternalTrack, ExternalView, Scaling, Sighting, Source, TrafficSide, VehicleMeasurement,
+    VehicleState, VehicleTrajectory,
 };

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 /// A measured place.
 #[derive(Clone, Copy, Debug)]
-pub struct Place {
+pub struct PositionMeasurement {
     /// Frame (row of the run).
     pub frame: usize,
     /// Time \[s\].
@@ -19,7 +19,7 @@ pub struct Place {
 
 /// A smoothed state.
 #[derive(Clone, Copy, Debug)]
-pub struct Moving {
+pub struct KinematicState {
     /// Position in the world \[m\].
     pub position: Vector3<f64>,
     /// Velocity in the world \[m/s\].
@@ -35,7 +35,11 @@ const HEAVE: f64 = 0.3;
 
 /// Smooths places (in order of time) with a white-noise-acceleration model; `times` are where the state is wanted, and
 /// must include the places' times. `up` is the road normal in the world.
-pub fn smooth_motion(places: &[Place], times: &[f64], up: &Vector3<f64>) -> Vec<Moving> {
+pub fn smooth_motion(
+    places: &[PositionMeasurement],
+    times: &[f64],
+    up: &Vector3<f64>,
+) -> Vec<KinematicState> {
     let Some(first) = places.first() else { return Vec::new() };
     let mut filter = MotionFilter::new(&first.position, &(first.covariance * 4.0));
     let (mut filtered, mut time, mut next) =
@@ -50,7 +54,7 @@ pub fn smooth_motion(places: &[Place], times: &[f64], up: &Vector3<f64>) -> Vec<
         filtered.push((predicted, (filter.x, filter.p)));
         time = *t;
     }
-    let mut out: Vec<Moving> = Vec::with_capacity(times.len());
+    let mut out: Vec<KinematicState> = Vec::with_capacity(times.len());
     for k in (0..filtered.len()).rev() {
         let (mut x, mut p) = filtered[k].1;
         if let (Some(ahead), Some((predicted, _))) = (out.last(), filtered.get(k + 1))
@@ -63,7 +67,7 @@ pub fn smooth_motion(places: &[Place], times: &[f64], up: &Vector3<f64>) -> Vec<
             x += gain * (smoothed - predicted.0);
             p += gain * (ahead.covariance - predicted.1) * gain.transpose();
         }
-        out.push(Moving {
+        out.push(KinematicState {
             position: x.fixed_rows::<3>(0).into_owned(),
             velocity: x.fixed_rows::<3>(3).into_owned(),
             covariance: (p + p.transpose()) * 0.5,
@@ -138,7 +142,7 @@ impl MotionFilter {
 
 /// Information-weighted mean of the places of a standing vehicle, and its covariance. Frames of one track share their
 /// errors (size, plane): the covariance is that of a handful of independent views, not of all.
-pub fn standing_place(places: &[Place]) -> Option<(Vector3<f64>, Matrix3<f64>)> {
+pub fn standing_place(places: &[PositionMeasurement]) -> Option<(Vector3<f64>, Matrix3<f64>)> {
     const INDEPENDENT: f64 = 4.0;
     let (mut information, mut sum, mut best) = (Matrix3::zeros(), Vector3::zeros(), f64::MAX);
     for place in places {
@@ -154,27 +158,29 @@ pub fn standing_place(places: &[Place]) -> Option<(Vector3<f64>, Matrix3<f64>)> 
 
 /// Probability that a vehicle moves: its mean velocity against what errors of depth can feign, `doubt` times larger where places
 /// are worse than they say.
-pub fn probability_moving(places: &[Place], doubt: f64) -> f64 {
+pub fn probability_moving(places: &[PositionMeasurement], doubt: f64) -> f64 {
     let (Some(first), Some(last)) = (places.first(), places.last()) else { return 0.5 };
     let duration = last.time_s - first.time_s;
     if duration < 0.25 {
         return 0.5;
     }
     // Slope over time of a weighted straight line through the places.
-    let weight = |p: &Place| 1.0 / p.covariance.trace().max(1e-6);
+    let weight = |p: &PositionMeasurement| 1.0 / p.covariance.trace().max(1e-6);
     let w_sum: f64 = places.iter().map(weight).sum();
     let t_mean = places.iter().map(|p| weight(p) * p.time_s).sum::<f64>() / w_sum;
-    let lever = |p: &Place| weight(p) * (p.time_s - t_mean);
+    let lever = |p: &PositionMeasurement| weight(p) * (p.time_s - t_mean);
     let levers: f64 = places.iter().map(|p| lever(p) * (p.time_s - t_mean)).sum::<f64>().max(1e-9);
     let velocity = places.iter().map(|p| p.position * lever(p)).sum::<Vector3<f64>>() / levers;
-    let slope = |error: fn(&Place) -> f64| places.iter().map(|p| error(p) * lever(p)).sum::<f64>() / levers;
+    let slope = |error: fn(&PositionMeasurement) -> f64| {
+        places.iter().map(|p| error(p) * lever(p)).sum::<f64>() / levers
+    };
     // Depth errs by a common 5 % (size, slope), and by a common share of what each place may err (pitch of the road): while the
     // range changes, this looks like motion.
-    let feigned = slope(|p| 0.05 * p.range_m).hypot(slope(|p| p.covariance.trace().sqrt()));
+    let apparent_speed = slope(|p| 0.05 * p.range_m).hypot(slope(|p| p.covariance.trace().sqrt()));
     // Noise of the line itself; neighbouring frames share most of theirs, so a handful of views count.
     let noise = (1.0 / w_sum * places.len() as f64 / 4.0).sqrt() * 3.0 / duration;
-    let sigma = 0.3_f64.hypot(feigned).hypot(noise) * doubt;
-    // Even odds at three sigma of feigned motion.
+    let sigma = 0.3_f64.hypot(apparent_speed).hypot(noise) * doubt;
+    // Even odds at three sigma of apparent_speed motion.
     let excess = velocity.norm() / sigma - 3.0;
     1.0 / (1.0 + (-2.0 * excess).exp())
 }
@@ -183,12 +189,12 @@ pub fn probability_moving(places: &[Place], doubt: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn places(speed: f64) -> Vec<Place> {
+    fn places(speed: f64) -> Vec<PositionMeasurement> {
         (0..30)
             .map(|k| {
                 let t = f64::from(k) * 0.1;
                 let position = Vector3::new(2.0, 1.6, 20.0 + speed * t);
-                Place {
+                PositionMeasurement {
                     frame: k as usize,
                     time_s: t,
                     position,
@@ -210,12 +216,12 @@ mod tests {
     #[test]
     fn a_wrong_pitch_does_not_make_a_parked_car_drive() {
         const HEIGHT_M: f64 = 1.65;
-        let seen = |from_m: f64, closing_mps: f64, own_mps: f64| -> Vec<Place> {
+        let seen = |from_m: f64, closing_mps: f64, own_mps: f64| -> Vec<PositionMeasurement> {
             let one = |k: u32| {
                 let t = f64::from(k) * 0.1;
                 let range_m = from_m - closing_mps * t;
                 let by_degree = 1.0_f64.to_radians() * range_m * range_m / HEIGHT_M;
-                Place {
+                PositionMeasurement {
                     frame: k as usize,
                     time_s: t,
                     // In the world, where the camera drives.

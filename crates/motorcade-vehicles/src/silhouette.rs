@@ -4,7 +4,7 @@
 //! floats above the road, the roof is narrower than the body. At 20 m the overhang alone is 4 % of depth.
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
-use motorcade_perception::{BoundingBox, BoxAround, VehicleClass};
+use motorcade_perception::{BoundingBox, BoxConvention, VehicleClass};
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use motorcade_shape::Dimensions;
@@ -43,12 +43,12 @@ const MOTORCYCLE: [[f64; 3]; 5] =
 
 const CORNERS: [[f64; 3]; 4] = [[0.5, 1.0, 0.0], [0.5, 1.0, 1.0], [-0.5, 1.0, 0.0], [-0.5, 1.0, 1.0]];
 
-fn outline(class: VehicleClass, around: BoxAround) -> &'static [[f64; 3]] {
-    match (around, class) {
-        (BoxAround::Corners, _) => &CORNERS,
-        (BoxAround::Seen, VehicleClass::Car) => &CAR,
-        (BoxAround::Seen, VehicleClass::Van | VehicleClass::Truck | VehicleClass::Bus) => &BOX,
-        (BoxAround::Seen, VehicleClass::Motorcycle) => &MOTORCYCLE,
+fn outline(class: VehicleClass, convention: BoxConvention) -> &'static [[f64; 3]] {
+    match (convention, class) {
+        (BoxConvention::ProjectedCuboid, _) => &CORNERS,
+        (BoxConvention::VisibleExtent, VehicleClass::Car) => &CAR,
+        (BoxConvention::VisibleExtent, VehicleClass::Van | VehicleClass::Truck | VehicleClass::Bus) => &BOX,
+        (BoxConvention::VisibleExtent, VehicleClass::Motorcycle) => &MOTORCYCLE,
     }
 }
 
@@ -69,14 +69,14 @@ pub(crate) fn touching(
     camera: &PinholeCamera,
     rotation: &Matrix3<f64>,
     position: &Vector3<f64>,
-    (class, around): (VehicleClass, BoxAround),
+    (class, convention): (VehicleClass, BoxConvention),
     size: &Vector3<f64>,
 ) -> Option<[Touching; 4]> {
     const NEAREST_M: f64 = 0.5;
     let nowhere = Touching { pixel: f64::MAX, point: Point3::origin(), fractions: Vector3::zeros() };
     let mut edges = [nowhere; 4];
     (edges[2].pixel, edges[3].pixel) = (f64::MIN, f64::MIN);
-    for [x, y, z] in outline(class, around) {
+    for [x, y, z] in outline(class, convention) {
         for side in [-0.5, 0.5] {
             let fractions = Vector3::new(*x, side * y, *z);
             let point = Point3::from(rotation * fractions.component_mul(size) + position);
@@ -102,11 +102,11 @@ pub fn image_box(
     camera: &PinholeCamera,
     camera_from_vehicle: &Pose<Camera, Vehicle>,
     class: VehicleClass,
-    around: BoxAround,
+    convention: BoxConvention,
     size: &Dimensions,
 ) -> Option<BoundingBox> {
     let (rotation, position) = (camera_from_vehicle.rotation_matrix(), camera_from_vehicle.translation());
-    let edges = touching(camera, &rotation, &position, (class, around), &size.to_vector())?;
+    let edges = touching(camera, &rotation, &position, (class, convention), &size.to_vector())?;
     Some(BoundingBox::new(edges.map(|e| e.pixel)))
 }
 
@@ -132,7 +132,7 @@ mod tests {
     fn a_car_ahead_touches_the_road_with_its_rear_tyres() {
         let size = Dimensions { length_m: 4.2, width_m: 1.7, height_m: 1.5 };
         let pose = standing_pose(&Point3::new(0.0, 1.65, 20.0), &Vector3::z(), &-Vector3::y());
-        let b = image_box(&CAMERA, &pose, VehicleClass::Car, BoxAround::Seen, &size).unwrap();
+        let b = image_box(&CAMERA, &pose, VehicleClass::Car, BoxConvention::VisibleExtent, &size).unwrap();
         let rear_axle_z = 20.0 - 0.29 * 4.2;
         assert!((b.y2 - (180.0 + 720.0 * 1.65 / rear_axle_z)).abs() < 1e-9);
         assert!((b.x1 + b.x2 - 1200.0).abs() < 1e-9);
@@ -142,6 +142,6 @@ mod tests {
     fn behind_the_camera_there_is_no_box() {
         let size = Dimensions { length_m: 4.2, width_m: 1.7, height_m: 1.5 };
         let pose = standing_pose(&Point3::new(0.0, 1.65, 1.0), &Vector3::z(), &-Vector3::y());
-        assert!(image_box(&CAMERA, &pose, VehicleClass::Car, BoxAround::Seen, &size).is_none());
+        assert!(image_box(&CAMERA, &pose, VehicleClass::Car, BoxConvention::VisibleExtent, &size).is_none());
     }
 }

@@ -6,7 +6,7 @@
 //! image or hidden behind another vehicle are bounds, which the vehicle reaches or passes.
 
 use motorcade_geometry::PinholeCamera;
-use motorcade_perception::{BoundingBox, BoxAround, Detection, VehicleClass};
+use motorcade_perception::{BoundingBox, BoxConvention, Detection, VehicleClass};
 use nalgebra::{Matrix3, Matrix6, Point3, RowVector3, RowVector6, Vector3, Vector6};
 
 use crate::ground::GroundFrame;
@@ -18,23 +18,23 @@ const BORDER_PX: f64 = 3.0;
 
 /// A box and which of its edges are the vehicle's own: left, top, right, bottom.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SeenBox {
+pub struct ObservedBox {
     /// The box \[px\].
     pub bbox: BoundingBox,
     /// Kind of vehicle.
     pub class: VehicleClass,
-    /// What the box is drawn around.
-    pub around: BoxAround,
+    /// Convention of the box.
+    pub convention: BoxConvention,
     /// Trustworthy edges.
     pub edges: [bool; 4],
 }
 
-impl SeenBox {
+impl ObservedBox {
     /// Judges the edges: cut off where the box meets the image border, hidden where a nearer box (with a lower bottom edge)
     /// covers most of the edge. Corners are drawn where they are, hidden or not.
     pub fn new(detection: &Detection, camera: &PinholeCamera, others: &[BoundingBox]) -> Self {
         const COVERED: f64 = 0.4;
-        let Detection { bbox, class, around, .. } = *detection;
+        let Detection { bbox, class, convention, .. } = *detection;
         let (right, bottom) = (f64::from(camera.width) - 1.0, f64::from(camera.height) - 1.0);
         let mut edges = [
             bbox.x1 > BORDER_PX,
@@ -42,7 +42,9 @@ impl SeenBox {
             bbox.x2 < right - BORDER_PX,
             bbox.y2 < bottom - BORDER_PX,
         ];
-        let hidden = |o: &&BoundingBox| around == BoxAround::Seen && **o != bbox && o.y2 > bbox.y2 + 1.0;
+        let hidden = |o: &&BoundingBox| {
+            convention == BoxConvention::VisibleExtent && **o != bbox && o.y2 > bbox.y2 + 1.0
+        };
         for other in others.iter().filter(hidden) {
             let (w, h) = (bbox.width().max(1.0), bbox.height().max(1.0));
             let across = (bbox.x2.min(other.x2) - bbox.x1.max(other.x1)) / w;
@@ -52,14 +54,14 @@ impl SeenBox {
             edges[2] &= !(down > COVERED && holds(bbox.x2, other.x1, other.x2 + 1.0));
             edges[3] &= !(across > COVERED && holds(bbox.y2, other.y1, other.y2));
         }
-        Self { bbox, class, around, edges }
+        Self { bbox, class, convention, edges }
     }
 
     /// True for a box whose height is that of a part: of a car that the left or right border cuts off a bonnet or a boot is
     /// seen. Lorries, buses and vans are as high all along.
     fn is_of_a_part(&self, camera: &PinholeCamera) -> bool {
         let cut = self.bbox.x1 <= BORDER_PX || self.bbox.x2 >= f64::from(camera.width) - 1.0 - BORDER_PX;
-        cut && self.class == VehicleClass::Car && self.around == BoxAround::Seen
+        cut && self.class == VehicleClass::Car && self.convention == BoxConvention::VisibleExtent
     }
 
     /// False for a box of which too little is seen to place a vehicle.
@@ -134,7 +136,7 @@ fn edge_sigma_px(bbox: &BoundingBox, edge: usize) -> f64 {
 /// What is cut off or hidden reaches at least as far as what is seen, to which it is held less firmly than a vehicle that is seen
 /// ends at its edge. Where something hides its bottom it seldom reaches much further: that keeps its depth within bounds, which its
 /// roof, at the camera's own height, would not. The whole of which only a part is seen may be higher and stand lower.
-fn deviation_px(camera: &PinholeCamera, seen: &SeenBox, edge: usize, off: f64) -> Option<f64> {
+fn deviation_px(camera: &PinholeCamera, seen: &ObservedBox, edge: usize, off: f64) -> Option<f64> {
     const HIDDEN: f64 = 3.0;
     /// As shares of the height that is seen.
     const BEYOND: f64 = 0.3;
@@ -164,7 +166,7 @@ fn road_height_sigma_m(ground: &GroundFrame, ahead_m: f64) -> f64 {
 pub fn locate(
     camera: &PinholeCamera,
     ground: &GroundFrame,
-    seen: &SeenBox,
+    seen: &ObservedBox,
     heading_rad: f64,
     prior: &SizePrior,
 ) -> Option<SingleView> {
@@ -176,7 +178,7 @@ pub fn locate(
 pub(crate) fn locate_sized(
     camera: &PinholeCamera,
     ground: &GroundFrame,
-    seen: &SeenBox,
+    seen: &ObservedBox,
     heading_rad: f64,
     mean: &Dimensions,
     size_information: &Matrix3<f64>,
@@ -193,7 +195,7 @@ pub(crate) fn locate_sized(
     let mut last = None;
     for _ in 0..12 {
         let (place, size) = (foot + axes * x.fixed_rows::<3>(0), x.fixed_rows::<3>(3).into_owned());
-        let at = touching(camera, &rotation, &place, (seen.class, seen.around), &size)?;
+        let at = touching(camera, &rotation, &place, (seen.class, seen.convention), &size)?;
         let (mut h, mut g, mut chi2) = (Matrix6::zeros(), Vector6::zeros(), 0.0);
         let mut by_heading = Vector6::zeros();
         for edge in 0..4 {
@@ -255,7 +257,7 @@ fn axes(ground: &GroundFrame) -> Matrix3<f64> {
 fn start(
     camera: &PinholeCamera,
     ground: &GroundFrame,
-    seen: &SeenBox,
+    seen: &ObservedBox,
     mean: &Dimensions,
 ) -> Option<Vector6<f64>> {
     let b = &seen.bbox;
@@ -317,7 +319,13 @@ mod tests {
     }
 
     fn car(bbox: BoundingBox) -> Detection {
-        Detection { class: VehicleClass::Car, score: 1.0, bbox, around: BoxAround::Seen, external_id: None }
+        Detection {
+            class: VehicleClass::Car,
+            score: 1.0,
+            bbox,
+            convention: BoxConvention::VisibleExtent,
+            external_id: None,
+        }
     }
 
     #[test]
@@ -328,12 +336,12 @@ mod tests {
         {
             let truth = ground().point(ahead, left, 0.0);
             let pose = standing_pose(&truth, &ground().direction_of(heading), &ground().up);
-            for around in [BoxAround::Seen, BoxAround::Corners] {
-                let bbox = image_box(&CAMERA, &pose, VehicleClass::Car, around, &prior.mean).unwrap();
-                let seen = SeenBox::new(&Detection { around, ..car(bbox) }, &CAMERA, &[]);
+            for convention in [BoxConvention::VisibleExtent, BoxConvention::ProjectedCuboid] {
+                let bbox = image_box(&CAMERA, &pose, VehicleClass::Car, convention, &prior.mean).unwrap();
+                let seen = ObservedBox::new(&Detection { convention, ..car(bbox) }, &CAMERA, &[]);
                 let found = locate(&CAMERA, &ground(), &seen, heading, &prior).unwrap();
                 let error = (found.position_in_camera - truth).norm();
-                assert!(error < 0.02 * ahead, "{around:?} {ahead} {left}: {error}");
+                assert!(error < 0.02 * ahead, "{convention:?} {ahead} {left}: {error}");
                 assert!(found.covariance.symmetric_eigenvalues().min() > 0.0);
             }
         }
@@ -347,8 +355,14 @@ mod tests {
         let x = Vector6::new(14.0, 3.0, 0.1, 4.2, 1.8, 1.5);
         let at = |x: &Vector6<f64>| {
             let place = ground.point(x[0], x[1], x[2]).coords;
-            touching(&CAMERA, &rotation, &place, (class, BoxAround::Seen), &x.fixed_rows::<3>(3).into_owned())
-                .unwrap()
+            touching(
+                &CAMERA,
+                &rotation,
+                &place,
+                (class, BoxConvention::VisibleExtent),
+                &x.fixed_rows::<3>(3).into_owned(),
+            )
+            .unwrap()
         };
         let here = at(&x);
         for k in 0..6 {
@@ -366,10 +380,15 @@ mod tests {
         // The box of this size, and the size held tightly at its value and at its neighbours.
         let size = Vector3::new(4.2, 1.7, 1.5);
         let pose = standing_pose(&ground().point(18.0, -2.5, 0.0), &ground().direction_of(0.5), &ground().up);
-        let bbox =
-            image_box(&CAMERA, &pose, VehicleClass::Car, BoxAround::Seen, &Dimensions::from_vector(&size))
-                .unwrap();
-        let seen = SeenBox::new(&car(bbox), &CAMERA, &[]);
+        let bbox = image_box(
+            &CAMERA,
+            &pose,
+            VehicleClass::Car,
+            BoxConvention::VisibleExtent,
+            &Dimensions::from_vector(&size),
+        )
+        .unwrap();
+        let seen = ObservedBox::new(&car(bbox), &CAMERA, &[]);
         let held = |size: &Vector3<f64>| {
             let sigma = Dimensions::from_vector(&Vector3::repeat(1e-5));
             let prior = SizePrior { mean: Dimensions::from_vector(size), sigma };
@@ -392,8 +411,9 @@ mod tests {
         let prior = size_prior(VehicleClass::Car);
         let information = Matrix3::identity() * 1e6;
         let pose = standing_pose(&ground().point(18.0, -2.5, 0.0), &ground().direction_of(0.1), &ground().up);
-        let bbox = image_box(&CAMERA, &pose, VehicleClass::Car, BoxAround::Seen, &prior.mean).unwrap();
-        let seen = SeenBox::new(&car(bbox), &CAMERA, &[]);
+        let bbox =
+            image_box(&CAMERA, &pose, VehicleClass::Car, BoxConvention::VisibleExtent, &prior.mean).unwrap();
+        let seen = ObservedBox::new(&car(bbox), &CAMERA, &[]);
         let at = |heading: f64| {
             locate_sized(&CAMERA, &ground(), &seen, heading, &prior.mean, &information).unwrap()
         };
@@ -411,13 +431,20 @@ mod tests {
         for ahead in [12.0, 25.0, 45.0] {
             let truth = ground().point(ahead, -3.0, 0.0);
             let pose = standing_pose(&truth, &ground().direction_of(0.0), &ground().up);
-            let whole = image_box(&CAMERA, &pose, VehicleClass::Car, BoxAround::Seen, &prior.mean).unwrap();
+            let whole =
+                image_box(&CAMERA, &pose, VehicleClass::Car, BoxConvention::VisibleExtent, &prior.mean)
+                    .unwrap();
             for hidden in [0.0, 0.2, 0.4] {
                 let bbox = BoundingBox { y2: whole.y2 - hidden * whole.height(), ..whole };
                 for edges in
                     [[true, true, true, false], [true, true, false, false], [false, true, true, false]]
                 {
-                    let seen = SeenBox { bbox, class: VehicleClass::Car, around: BoxAround::Seen, edges };
+                    let seen = ObservedBox {
+                        bbox,
+                        class: VehicleClass::Car,
+                        convention: BoxConvention::VisibleExtent,
+                        edges,
+                    };
                     let found = locate(&CAMERA, &ground(), &seen, 0.0, &prior).unwrap();
                     let error = (found.position_in_camera - truth).norm() / ahead;
                     assert!(error < 0.1 + hidden, "{ahead} m, {hidden} hidden, {edges:?}: {error}");
@@ -426,7 +453,7 @@ mod tests {
         }
         // Cut off at two borders beside the camera: near, if anywhere.
         let bbox = BoundingBox { x1: 0.0, y1: 160.0, x2: 204.0, y2: 374.0 };
-        let seen = SeenBox::new(&car(bbox), &CAMERA, &[]);
+        let seen = ObservedBox::new(&car(bbox), &CAMERA, &[]);
         let found = locate(&CAMERA, &ground(), &seen, 0.0, &prior);
         assert!(found.is_none_or(|f| f.position_in_camera.z < 9.0), "{found:?}");
     }
@@ -438,10 +465,12 @@ mod tests {
         for left in [7.0, 7.5, 8.0] {
             let truth = ground().point(9.0, left, 0.0);
             let pose = standing_pose(&truth, &ground().direction_of(0.0), &ground().up);
-            let whole = image_box(&CAMERA, &pose, VehicleClass::Car, BoxAround::Seen, &prior.mean).unwrap();
+            let whole =
+                image_box(&CAMERA, &pose, VehicleClass::Car, BoxConvention::VisibleExtent, &prior.mean)
+                    .unwrap();
             let (top, bottom) = (whole.y1 + 0.25 * whole.height(), whole.y2 - 0.15 * whole.height());
             let bbox = BoundingBox { x1: 0.0, y1: top, y2: bottom, ..whole };
-            let seen = SeenBox::new(&car(bbox), &CAMERA, &[]);
+            let seen = ObservedBox::new(&car(bbox), &CAMERA, &[]);
             assert_eq!(seen.edges, [false, true, true, true]);
             let found = locate(&CAMERA, &ground(), &seen, 0.0, &prior).unwrap();
             let off = found.position_in_camera - truth;
@@ -453,13 +482,13 @@ mod tests {
     #[test]
     fn cut_off_and_hidden_edges_are_recognised() {
         let cut = BoundingBox { x1: 0.0, y1: 150.0, x2: 200.0, y2: 374.0 };
-        assert_eq!(SeenBox::new(&car(cut), &CAMERA, &[]).edges, [false, true, true, false]);
+        assert_eq!(ObservedBox::new(&car(cut), &CAMERA, &[]).edges, [false, true, true, false]);
         let far = BoundingBox { x1: 500.0, y1: 170.0, x2: 600.0, y2: 230.0 };
         let near = BoundingBox { x1: 540.0, y1: 150.0, x2: 700.0, y2: 300.0 };
-        let seen = SeenBox::new(&car(far), &CAMERA, &[far, near]);
+        let seen = ObservedBox::new(&car(far), &CAMERA, &[far, near]);
         assert_eq!(seen.edges, [true, true, false, false]);
         // Corners are drawn behind other vehicles too.
-        let label = Detection { around: BoxAround::Corners, ..car(far) };
-        assert_eq!(SeenBox::new(&label, &CAMERA, &[far, near]).edges, [true; 4]);
+        let label = Detection { convention: BoxConvention::ProjectedCuboid, ..car(far) };
+        assert_eq!(ObservedBox::new(&label, &CAMERA, &[far, near]).edges, [true; 4]);
     }
 }

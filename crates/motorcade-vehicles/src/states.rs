@@ -1,24 +1,24 @@
 //! The states of a vehicle, put together.
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle, World};
-use motorcade_perception::{BoundingBox, BoxAround, VehicleClass};
+use motorcade_perception::{BoundingBox, BoxConvention, VehicleClass};
 use motorcade_shape::Dimensions;
 use nalgebra::{Matrix3, Matrix6, Point3};
 
 use crate::headings::HOLD_HEADING_MPS;
-use crate::motion::Moving;
+use crate::motion::KinematicState;
 use crate::silhouette::{image_box, standing_pose};
 use crate::trajectory::{Source, VehicleState};
-use crate::views::{Story, Views};
+use crate::views::{TrackInput, Views};
 
 /// States of all frames from motion and headings (relative to each frame's camera).
 pub(crate) fn assemble(
-    story: &Story<'_>,
+    story: &TrackInput<'_>,
     views: &Views,
-    states: &[Moving],
+    states: &[KinematicState],
     headings: &[f64],
 ) -> Vec<VehicleState> {
-    let Story { camera, grounds, track, given, start, .. } = *story;
+    let TrackInput { camera, grounds, track, given, start, .. } = *story;
     let sightings = views.sightings(story, headings);
     let mut out: Vec<VehicleState> = Vec::with_capacity(states.len());
     for (k, (state, heading)) in states.iter().zip(headings).enumerate() {
@@ -71,12 +71,13 @@ fn projected(
     class: VehicleClass,
     size: &Dimensions,
 ) -> Option<BoundingBox> {
-    let bbox = image_box(camera, pose, class, BoxAround::Seen, size)?.clipped(camera.width, camera.height);
+    let bbox = image_box(camera, pose, class, BoxConvention::VisibleExtent, size)?
+        .clipped(camera.width, camera.height);
     (bbox.width() > 1.0 && bbox.height() > 1.0).then_some(bbox)
 }
 
 fn pose_covariance(
-    state: &Moving,
+    state: &KinematicState,
     world_from_vehicle: &Pose<World, Vehicle>,
     speed_mps: f64,
     dt: f64,

@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Point3, Vector3};
 
 use crate::ground::GroundFrame;
 use crate::motion::MotionFilter;
-use crate::single_view::{SeenBox, locate};
+use crate::single_view::{ObservedBox, locate};
 use crate::size::size_prior;
 
 /// Limits of the tracker.
@@ -40,7 +40,7 @@ pub struct TrackBox {
     /// Frame (row of the run).
     pub frame: usize,
     /// The box and its trustworthy edges.
-    pub seen: SeenBox,
+    pub seen: ObservedBox,
     /// Score.
     pub score: f64,
 }
@@ -75,7 +75,7 @@ impl Track {
     }
 }
 
-struct Live {
+struct ActiveTrack {
     track: Track,
     /// Place in the camera of the frame it was last seen in \[m\]: what is known of that frame's place in the world may
     /// change later.
@@ -107,7 +107,7 @@ pub fn track_vehicles(
 pub struct Tracker {
     camera: PinholeCamera,
     options: TrackerOptions,
-    live: Vec<Live>,
+    live: Vec<ActiveTrack>,
     next_id: usize,
 }
 
@@ -141,7 +141,7 @@ impl Tracker {
         let mut used = vec![false; boxes.len()];
         for (track, index) in pairs {
             used[index] = true;
-            let seen = SeenBox::new(boxes[index], camera, &all);
+            let seen = ObservedBox::new(boxes[index], camera, &all);
             self.live[track].extend(camera, ground, TrackBox { frame, seen, score: boxes[index].score });
         }
         for (index, detection) in boxes.iter().enumerate() {
@@ -152,14 +152,14 @@ impl Tracker {
             if used[index] || detection.score < options.begin_score || doubled {
                 continue;
             }
-            let seen = SeenBox::new(detection, camera, &all);
+            let seen = ObservedBox::new(detection, camera, &all);
             let first = TrackBox { frame, seen, score: detection.score };
-            if let Some(begun) = Live::begin(self.next_id, camera, ground, first) {
+            if let Some(begun) = ActiveTrack::begin(self.next_id, camera, ground, first) {
                 self.next_id += 1;
                 self.live.push(begun);
             }
         }
-        let (keep, gone): (Vec<Live>, Vec<Live>) = std::mem::take(&mut self.live)
+        let (keep, gone): (Vec<ActiveTrack>, Vec<ActiveTrack>) = std::mem::take(&mut self.live)
             .into_iter()
             .partition(|l| ground.time_s - l.seen.1.time_s <= options.longest_gap_s + ROUNDING_S);
         self.live = keep;
@@ -188,7 +188,8 @@ impl Tracker {
         let gone: Vec<usize> = (0..self.live.len()).filter(gone).collect();
         let mut candidates = Vec::new();
         for b in (0..boxes.len()).filter(new).filter(|_| !gone.is_empty()) {
-            let Some(stands) = place(&self.camera, ground, &SeenBox::new(boxes[b], &self.camera, all)) else {
+            let Some(stands) = place(&self.camera, ground, &ObservedBox::new(boxes[b], &self.camera, all))
+            else {
                 continue;
             };
             let near = |t: &usize| Some((self.live[*t].distance(ground, &stands)?, *t, b));
@@ -206,8 +207,8 @@ impl Tracker {
 
     /// The tracks followed at present whose boxes suffice, as far as they go; of each the boxes from frame `first` on.
     pub fn present(&self, first: usize) -> Vec<Track> {
-        let enough = |l: &&Live| l.track.boxes.len() >= self.options.least_boxes;
-        let recent = |l: &Live| {
+        let enough = |l: &&ActiveTrack| l.track.boxes.len() >= self.options.least_boxes;
+        let recent = |l: &ActiveTrack| {
             let mut track = l.track.clone();
             track.settle();
             track.boxes.retain(|b| b.frame >= first);
@@ -222,7 +223,7 @@ impl Tracker {
         self.report(live)
     }
 
-    fn report(&self, ended: Vec<Live>) -> Vec<Track> {
+    fn report(&self, ended: Vec<ActiveTrack>) -> Vec<Track> {
         let mut tracks: Vec<Track> = ended.into_iter().map(|l| l.track).collect();
         tracks.retain(|t| t.boxes.len() >= self.options.least_boxes);
         tracks.iter_mut().for_each(Track::settle);
@@ -239,7 +240,7 @@ fn majority(boxes: &[TrackBox]) -> VehicleClass {
 
 /// Best overlaps first, confident boxes before weak ones; one to one.
 fn match_boxes(
-    live: &[Live],
+    live: &[ActiveTrack],
     expected: &[Option<BoundingBox>],
     boxes: &[&Detection],
     options: &TrackerOptions,
@@ -272,7 +273,7 @@ fn match_boxes(
 fn place(
     camera: &PinholeCamera,
     ground: &GroundFrame,
-    seen: &SeenBox,
+    seen: &ObservedBox,
 ) -> Option<(Vector3<f64>, Matrix3<f64>)> {
     // Box-level place: the heading of the road will do, or, where that does not explain the box, one across it.
     let prior = size_prior(seen.class);
@@ -290,7 +291,7 @@ fn place(
     Some((position.coords, r * found.covariance * r.transpose()))
 }
 
-impl Live {
+impl ActiveTrack {
     fn begin(id: usize, camera: &PinholeCamera, ground: &GroundFrame, first: TrackBox) -> Option<Self> {
         let (position, covariance) = place(camera, ground, &first.seen)?;
         let motion = MotionFilter::new(&position, &covariance);

@@ -27,7 +27,7 @@ pub enum Source {
     /// Keypoints of this frame, with its box.
     Keypoints,
     /// A pose given for this frame, with its box when there is one.
-    Given,
+    External,
     /// The motion model, between boxes.
     Predicted,
 }
@@ -54,14 +54,14 @@ pub struct VehicleState {
     /// Where the state comes from.
     pub source: Source,
     /// What this frame alone says, all its sources together, whatever the size may be.
-    pub measured: Option<Measured>,
+    pub measured: Option<VehicleMeasurement>,
     /// What each source of this frame says if the vehicle has the track's size.
     pub sightings: Vec<Sighting>,
 }
 
 /// A single frame's view of a vehicle, before any smoothing.
 #[derive(Clone, Copy, Debug)]
-pub struct Measured {
+pub struct VehicleMeasurement {
     /// Pose in the camera \[m\].
     pub camera_from_vehicle: Pose<Camera, Vehicle>,
     /// Covariance (6×6 `[ω, ν]`, vehicle frame).
@@ -137,7 +137,7 @@ impl VehicleTrajectory {
 
 /// A pose somebody else found in a frame (a shape-prior front end, say), in place of or beside the box.
 #[derive(Clone, Copy, Debug)]
-pub struct GivenView {
+pub struct ExternalView {
     /// Frame (row of the run).
     pub frame: usize,
     /// Bottom centre, camera frame \[m\].
@@ -170,9 +170,9 @@ pub struct BySize {
 
 /// All that others found of a vehicle.
 #[derive(Clone, Debug, Default)]
-pub struct GivenTrack {
+pub struct ExternalTrack {
     /// Poses, in order of frames.
-    pub views: Vec<GivenView>,
+    pub views: Vec<ExternalView>,
     /// What they say of the size, all together, in place of what is known of its class.
     pub size: Option<SizePrior>,
 }

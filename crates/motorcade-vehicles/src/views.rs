@@ -6,11 +6,11 @@ use nalgebra::{Matrix3, Matrix6, Point3, Vector3, Vector6};
 
 use crate::ground::GroundFrame;
 use crate::joint_size::JointSize;
-use crate::motion::Place;
+use crate::motion::PositionMeasurement;
 use crate::silhouette::standing_pose;
 use crate::single_view::{SingleView, locate_sized};
 use crate::tracker::{Track, TrackBox};
-use crate::trajectory::{GivenTrack, GivenView, Measured, Scaling, Sighting, Source};
+use crate::trajectory::{ExternalTrack, ExternalView, Scaling, Sighting, Source, VehicleMeasurement};
 
 /// A box takes its heading from the way the vehicle goes or from standing along the road: 2° at best, as in its states.
 const HEADING_SIGMA_RAD: f64 = 0.035;
@@ -18,18 +18,18 @@ const HEADING_SIGMA_RAD: f64 = 0.035;
 const TILT_SIGMA_RAD: f64 = 0.03;
 
 /// All that is given of one vehicle.
-pub(crate) struct Story<'a> {
+pub(crate) struct TrackInput<'a> {
     pub(crate) camera: &'a PinholeCamera,
     pub(crate) grounds: &'a [GroundFrame],
     pub(crate) track: &'a Track,
-    pub(crate) given: &'a GivenTrack,
+    pub(crate) given: &'a ExternalTrack,
     /// Size of its class, or what is given of its own.
     pub(crate) prior: SizePrior,
     /// First frame.
     pub(crate) start: usize,
 }
 
-impl Story<'_> {
+impl TrackInput<'_> {
     /// χ² of the edges of all boxes that tell something, as of a dozen independent ones, and of the size against what was known of
     /// it; and how many times worse than their deviations say that is, 1 where the boxes fit.
     fn misfit(&self, boxes: &[(usize, SingleView)], size: &JointSize) -> (f64, f64) {
@@ -85,7 +85,7 @@ pub(crate) const UNEXPLAINED: f64 = 30.0;
 
 impl Views {
     /// Places every box with the given headings, joins what all boxes say of the size, and places them again with it.
-    pub(crate) fn of(story: &Story<'_>, headings: &[f64]) -> Option<Self> {
+    pub(crate) fn of(story: &TrackInput<'_>, headings: &[f64]) -> Option<Self> {
         let place_all = |prior: &SizePrior| {
             let information = Matrix3::from_diagonal(&prior.sigma.to_vector().map(|s| 1.0 / (s * s)));
             story.place_boxes(headings, &prior.mean, &information)
@@ -98,11 +98,11 @@ impl Views {
     }
 
     /// Places in the world.
-    pub(crate) fn places(&self, grounds: &[GroundFrame]) -> Vec<Place> {
+    pub(crate) fn places(&self, grounds: &[GroundFrame]) -> Vec<PositionMeasurement> {
         let one = |view: &View| {
             let ground = &grounds[view.frame];
             let r = ground.world_from_camera.rotation_matrix();
-            Place {
+            PositionMeasurement {
                 frame: view.frame,
                 time_s: ground.time_s,
                 position: ground.world_from_camera.transform_point(&view.position_in_camera).coords,
@@ -119,17 +119,17 @@ impl Views {
         frame: usize,
         ground: &GroundFrame,
         forward: &Vector3<f64>,
-    ) -> Option<Measured> {
+    ) -> Option<VehicleMeasurement> {
         let view = self.views.iter().find(|v| v.frame == frame)?;
         let camera_from_vehicle = standing_pose(&view.position_in_camera, forward, &ground.up);
         let r = camera_from_vehicle.rotation_matrix();
         let covariance = pose_covariance(&(r.transpose() * view.covariance * r), HEADING_SIGMA_RAD);
-        Some(Measured { camera_from_vehicle, covariance })
+        Some(VehicleMeasurement { camera_from_vehicle, covariance })
     }
 
     /// What each source of each frame says if the vehicle has the track's size, with the frame. Boxes take the headings
     /// (relative to each frame's camera), other sources have their own.
-    pub(crate) fn sightings(&self, story: &Story<'_>, headings: &[f64]) -> Vec<(usize, Sighting)> {
+    pub(crate) fn sightings(&self, story: &TrackInput<'_>, headings: &[f64]) -> Vec<(usize, Sighting)> {
         let information = self.size.scale_held();
         let place = |information: &Matrix3<f64>| story.place_boxes(headings, &self.size.size, information);
         let boxes = information.as_ref().map_or_else(Vec::new, place);
@@ -138,7 +138,7 @@ impl Views {
             let forward = ground.direction_of(*headings.get(frame - story.start)?);
             Some((*frame, self.sighting_of_box(view, information.as_ref()?, ground, &forward)?))
         };
-        let of_given = |given: &GivenView| {
+        let of_given = |given: &ExternalView| {
             let ground = story.grounds.get(given.frame)?;
             Some((given.frame, self.sighting_of_given(given, ground)))
         };
@@ -170,7 +170,7 @@ impl Views {
         })
     }
 
-    fn sighting_of_given(&self, given: &GivenView, ground: &GroundFrame) -> Sighting {
+    fn sighting_of_given(&self, given: &ExternalView, ground: &GroundFrame) -> Sighting {
         let size = self.size.size.to_vector();
         let (place, scaling, by_scale, covariance) = match given.by_size {
             Some(by) => {
@@ -214,7 +214,7 @@ fn tangent(slope: &Vector3<f64>) -> Vector6<f64> {
 }
 
 /// One view a frame: what boxes and given poses say, weighted by their covariances.
-fn fuse(boxes: &[(usize, SingleView)], given: &[GivenView]) -> Vec<View> {
+fn fuse(boxes: &[(usize, SingleView)], given: &[ExternalView]) -> Vec<View> {
     let mut all: Vec<View> = boxes
         .iter()
         .map(|(frame, v)| View {

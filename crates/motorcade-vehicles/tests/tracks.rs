@@ -3,9 +3,9 @@
 #![allow(clippy::unwrap_used, reason = "a test")]
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
-use motorcade_perception::{BoundingBox, BoxAround, Detection, VehicleClass};
+use motorcade_perception::{BoundingBox, BoxConvention, Detection, VehicleClass};
 use motorcade_vehicles::{
-    GivenTrack, GivenView, GroundFrame, Source, Track, TrackerOptions, TrafficSide, estimate_track,
+    ExternalTrack, ExternalView, GroundFrame, Source, Track, TrackerOptions, TrafficSide, estimate_track,
     image_box, size_prior, standing_pose, track_vehicles,
 };
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
@@ -28,13 +28,13 @@ fn grounds(frames: usize, height_m: f64) -> Vec<GroundFrame> {
 /// The part in the image of the box of a car with this pose.
 fn outline(camera_from_vehicle: &Pose<Camera, Vehicle>) -> Option<BoundingBox> {
     let (class, size) = (VehicleClass::Car, size_prior(VehicleClass::Car).mean);
-    let whole = image_box(&CAMERA, camera_from_vehicle, class, BoxAround::Seen, &size)?;
+    let whole = image_box(&CAMERA, camera_from_vehicle, class, BoxConvention::VisibleExtent, &size)?;
     Some(whole.clipped(CAMERA.width, CAMERA.height))
 }
 
 fn detected(bbox: BoundingBox) -> Detection {
-    let (class, around) = (VehicleClass::Car, BoxAround::Seen);
-    Detection { bbox, score: 0.8, class, around, external_id: None }
+    let (class, convention) = (VehicleClass::Car, BoxConvention::VisibleExtent);
+    Detection { bbox, score: 0.8, class, convention, external_id: None }
 }
 
 /// The box of a car that many metres ahead and to the left of the camera.
@@ -127,7 +127,7 @@ fn cars_parked_across_the_road_stand_there() {
     assert_eq!(tracks.len(), places.len());
     let mut answered: Vec<usize> = Vec::new();
     for track in &tracks {
-        let none = GivenTrack::default();
+        let none = ExternalTrack::default();
         let found = estimate_track(&CAMERA, &grounds, track, &none, TrafficSide::Right).unwrap();
         assert!(found.p_moving < 0.5, "{} {}", track.id, found.p_moving);
         let there = found.states[0].world_from_vehicle.translation();
@@ -271,12 +271,12 @@ fn sixty_vehicles_in_a_frame_and_one_frame_of_a_vehicle() {
 #[test]
 fn given_poses_that_are_flipped_are_turned() {
     let grounds = grounds(30, 1.65);
-    let views: Vec<GivenView> = (0..30)
+    let views: Vec<ExternalView> = (0..30)
         .map(|frame| {
             let ground = &grounds[frame];
             // Parked across the street; every third view, the first among them, has it the wrong way round.
             let sign = if frame % 3 == 0 { -1.0 } else { 1.0 };
-            GivenView {
+            ExternalView {
                 frame,
                 position_in_camera: ground.point(45.0 - frame as f64, -4.0, 0.0),
                 forward_in_camera: ground.direction_of(1.2) * sign,
@@ -284,11 +284,11 @@ fn given_poses_that_are_flipped_are_turned() {
                 heading_sigma_rad: 0.15,
                 by_size: None,
                 scale_sigma: 0.0,
-                source: Source::Given,
+                source: Source::External,
             }
         })
         .collect();
-    let given = GivenTrack { views, size: None };
+    let given = ExternalTrack { views, size: None };
     let track = Track { id: 1, class: VehicleClass::Car, boxes: Vec::new() };
     let vehicle = estimate_track(&CAMERA, &grounds, &track, &given, TrafficSide::Right).unwrap();
     assert!(vehicle.p_moving < 0.5 && vehicle.states.len() == 30);
@@ -297,6 +297,6 @@ fn given_poses_that_are_flipped_are_turned() {
         let nose = ground.world_from_camera.inverse() * state.world_from_vehicle;
         let off = nose.transform_vector(&Vector3::x()).angle(&ground.direction_of(1.2));
         assert!(off < 0.05, "frame {}: {off} rad", state.frame);
-        assert_eq!(state.source, Source::Given);
+        assert_eq!(state.source, Source::External);
     }
 }

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly too")]
 
-use motorcade::{Config, RunResult, Silent};
+use motorcade::{Config, NoProgress, RunResult};
 use motorcade_dataset::{Sequence, SequenceOptions};
 use motorcade_geometry::Pose;
 use motorcade_perception::{Perception, VehicleClass};
@@ -24,11 +24,11 @@ fn page(change: impl FnOnce(&mut RunResult)) -> String {
     let mut result = motorcade::run(
         &sequence,
         &Perception::none(),
-        &motorcade::Given::default(),
+        &motorcade::External::default(),
         1.5,
         &config,
         1,
-        &Silent,
+        &NoProgress,
     )
     .unwrap();
     // Times differ from run to run; the page must not.
@@ -88,7 +88,7 @@ fn a_vehicle_is_seen_whatever_tells_of_it() {
         measured: None,
         sightings: Vec::new(),
     };
-    let sources = [Source::Box, Source::Keypoints, Source::Given, Source::Predicted];
+    let sources = [Source::Box, Source::Keypoints, Source::External, Source::Predicted];
     let vehicle = VehicleTrajectory {
         id: 7,
         class: VehicleClass::Car,

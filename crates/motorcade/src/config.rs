@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use crate::error::{Error, Result};
-use crate::multibody::{CameraWay, GraphOptions};
+use crate::multibody::{CameraCoupling, GraphOptions};
 use crate::online::OnlineOptions;
 
 /// Ready-made configurations.
@@ -114,7 +114,7 @@ impl Config {
             Preset::Default => base,
             Preset::Paper => Self {
                 scale: ScaleOptions { closed_form: true, smoothed: false, ..base.scale },
-                graph: GraphOptions { constant_weights: true, camera: CameraWay::Free, ..base.graph },
+                graph: GraphOptions { constant_weights: true, camera: CameraCoupling::Free, ..base.graph },
                 ..base
             },
         }

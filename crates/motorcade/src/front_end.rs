@@ -5,14 +5,14 @@ use std::sync::mpsc::sync_channel;
 use motorcade_dataset::{BadFrame, Frame, Sequence};
 use motorcade_geometry::PinholeCamera;
 use motorcade_odometry::{
-    Odometry, OdometryOptions, Rectangle, RoadMeasurement, RoadSight, StaticMask, UpToScale,
+    Odometry, OdometryOptions, OdometryTrajectory, Rectangle, RoadInput, RoadMeasurement, StaticMask,
 };
 use motorcade_perception::{Detection, Perception, Percepts};
 
 use crate::config::{Config, VehicleMask};
 use crate::error::{Error, Result};
-use crate::motion_source::{GivenTrajectory, MotionSource};
-use crate::pipeline::Given;
+use crate::motion_source::{ExternalTrajectory, MotionSource};
+use crate::pipeline::External;
 use crate::progress::Progress;
 use crate::result::FrameInfo;
 use crate::scale_source::ScaleSource;
@@ -30,7 +30,7 @@ pub struct FrontEnd {
     /// False when nobody looked for vehicles.
     pub looked_for_vehicles: bool,
     /// The camera's motion.
-    pub motion: UpToScale,
+    pub motion: OdometryTrajectory,
     /// True when its unit is the metre.
     pub metric: bool,
     /// What the frames say about road and scale.
@@ -45,19 +45,19 @@ pub struct FrontEnd {
 
 /// What is known after a frame: all frames up to it.
 #[derive(Clone, Copy)]
-pub struct SoFar<'a> {
+pub struct FrontEndView<'a> {
     /// Frames.
     pub frames: &'a [FrameInfo],
     /// Detections of each frame.
     pub detections: &'a [Vec<Detection>],
     /// The camera's motion; of a given trajectory it may hold frames that have not come yet.
-    pub motion: &'a UpToScale,
+    pub motion: &'a OdometryTrajectory,
     /// What the frames said about road and scale.
     pub road_measurements: &'a [RoadMeasurement],
 }
 
 /// Is told of every frame while the pass goes on.
-pub type Watch<'a> = &'a mut dyn FnMut(&SoFar<'_>);
+pub type Watch<'a> = &'a mut dyn FnMut(&FrontEndView<'_>);
 
 impl FrontEnd {
     /// Passes over a sequence. `threads` ≥ 2 lets perception work ahead on a thread of its own; results do not depend on it.
@@ -68,7 +68,7 @@ impl FrontEnd {
     pub fn pass(
         sequence: &Sequence,
         perception: &Perception,
-        given: &Given,
+        given: &External,
         config: &Config,
         threads: usize,
         progress: &dyn Progress,
@@ -118,12 +118,12 @@ impl FrontEnd {
     /// # Errors
     /// A trajectory that is missing or of another length.
     pub fn without_frames(
-        input: PixelFree,
-        given: &Given,
+        input: FramelessInput,
+        given: &External,
         config: &Config,
         watch: Watch<'_>,
     ) -> Result<Self> {
-        let fits = |t: &GivenTrajectory| t.world_from_camera.len() == input.frames.len();
+        let fits = |t: &ExternalTrajectory| t.world_from_camera.len() == input.frames.len();
         if !given.trajectory.as_ref().is_some_and(fits) {
             let text = "without frames the camera trajectory must be given, a pose a frame";
             return Err(Error::Config(text.to_owned()));
@@ -141,7 +141,7 @@ impl FrontEnd {
 
 /// A run without any pixel: frames by number and time, detections and a camera trajectory from files.
 #[derive(Clone, Debug)]
-pub struct PixelFree {
+pub struct FramelessInput {
     /// Intrinsics.
     pub camera: PinholeCamera,
     /// Frames.
@@ -174,9 +174,9 @@ struct Pass {
 }
 
 impl Pass {
-    fn new(camera: PinholeCamera, given: &Given, config: &Config) -> Self {
+    fn new(camera: PinholeCamera, given: &External, config: &Config) -> Self {
         let motion = match &given.trajectory {
-            Some(trajectory) => MotionSource::Given(trajectory.up_to_scale()),
+            Some(trajectory) => MotionSource::External(trajectory.up_to_scale()),
             None => MotionSource::Own(Box::new(Odometry::new(
                 camera,
                 OdometryOptions { seed: config.run.seed, ..config.odometry },
@@ -228,20 +228,20 @@ impl Pass {
         let road = percepts.road.as_ref().filter(|_| config.run.road_mask);
         let usable = |p: &nalgebra::Point2<f64>| hidden.allows(p) && road.is_none_or(|r| r.is_road(p.x, p.y));
         let (scale, segment) = (&mut self.scale, so_far.frames[index].segment);
-        let sight = RoadSight { pyramid: &pyramid, vehicles: &boxes, masked: road.is_some() };
+        let sight = RoadInput { pyramid: &pyramid, vehicles: &boxes, masked: road.is_some() };
         self.stopwatch.time("road", || scale.process(index, segment, &sight, so_far, usable));
         if let Some(measured) = self.scale.measurements().last().filter(|m| m.frame == index) {
             self.motion.constrain_scale(measured);
         }
         if let Some(plane) = self.scale.plane().filter(|_| boxes_may_stand) {
-            self.motion.judge_vehicles(&boxes, &plane);
+            self.motion.classify_static_vehicles(&boxes, &plane);
         }
         self.frames.push(FrameInfo { number: frame.number, timestamp_ns: frame.timestamp_ns, problem: None });
         self.detections.push(percepts.detections);
     }
 
-    fn so_far(&self) -> SoFar<'_> {
-        SoFar {
+    fn so_far(&self) -> FrontEndView<'_> {
+        FrontEndView {
             frames: &self.frames,
             detections: &self.detections,
             motion: self.motion.so_far(),
@@ -249,7 +249,7 @@ impl Pass {
         }
     }
 
-    fn finish(self, given: &Given) -> FrontEnd {
+    fn finish(self, given: &External) -> FrontEnd {
         FrontEnd {
             camera: self.camera,
             motion: self.motion.finish(self.frames.len()),

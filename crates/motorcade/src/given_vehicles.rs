@@ -9,7 +9,7 @@ use std::path::Path;
 
 use motorcade_geometry::PinholeCamera;
 use motorcade_perception::Detection;
-use motorcade_vehicles::{GivenTrack, GivenView, GroundFrame, SeenBox, Source, Track, TrackBox};
+use motorcade_vehicles::{ExternalTrack, ExternalView, GroundFrame, ObservedBox, Source, Track, TrackBox};
 use nalgebra::{Matrix3, Point3, Vector3};
 use serde::Deserialize;
 
@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 
 /// A pose of a vehicle in a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-pub struct GivenPose {
+pub struct ExternalVehiclePose {
     /// The input's own frame number.
     pub frame: u64,
     /// Identity.
@@ -40,7 +40,7 @@ pub struct GivenPose {
 ///
 /// # Errors
 /// A file that does not read, a missing column, a cell that is no number (file and line are named).
-pub fn read_vehicle_poses(paths: &[std::path::PathBuf]) -> Result<Vec<GivenPose>> {
+pub fn read_vehicle_poses(paths: &[std::path::PathBuf]) -> Result<Vec<ExternalVehiclePose>> {
     let mut all = Vec::new();
     for path in paths {
         all.extend(read_one(path)?);
@@ -48,7 +48,7 @@ pub fn read_vehicle_poses(paths: &[std::path::PathBuf]) -> Result<Vec<GivenPose>
     Ok(all)
 }
 
-fn read_one(path: &Path) -> Result<Vec<GivenPose>> {
+fn read_one(path: &Path) -> Result<Vec<ExternalVehiclePose>> {
     let problem = |e: csv::Error| {
         let line = e.position().map_or(1, csv::Position::line);
         let text =
@@ -56,9 +56,11 @@ fn read_one(path: &Path) -> Result<Vec<GivenPose>> {
         Error::Input(text)
     };
     let mut reader = csv::Reader::from_path(path).map_err(problem)?;
-    let rows: std::result::Result<Vec<GivenPose>, csv::Error> = reader.deserialize().collect();
+    let rows: std::result::Result<Vec<ExternalVehiclePose>, csv::Error> = reader.deserialize().collect();
     let rows = rows.map_err(problem)?;
-    let finite = |p: &GivenPose| [p.tx, p.ty, p.tz, p.r00, p.r02].iter().all(|v| v.is_finite()) && p.tz > 0.0;
+    let finite = |p: &ExternalVehiclePose| {
+        [p.tx, p.ty, p.tz, p.r00, p.r02].iter().all(|v| v.is_finite()) && p.tz > 0.0
+    };
     if let Some(index) = rows.iter().position(|p| !finite(p)) {
         let text = "expected finite numbers and tz in front of the camera";
         return Err(Error::Input(format!("{}:{}: {text}", path.display(), index + 2)));
@@ -75,20 +77,20 @@ const OWN_SHARE: f64 = 0.053;
 const HEADING_SIGMA_RAD: f64 = 0.15;
 
 /// Tracks and views from given poses. A detection with the same identity in the same frame becomes the track's box.
-pub(crate) fn given_tracks(
-    poses: &[GivenPose],
+pub(crate) fn external_tracks(
+    poses: &[ExternalVehiclePose],
     numbers: &[u64],
     grounds: &[GroundFrame],
     detections: &[Vec<Detection>],
     camera: &PinholeCamera,
-) -> Vec<(Track, GivenTrack)> {
+) -> Vec<(Track, ExternalTrack)> {
     let rows: BTreeMap<u64, usize> = numbers.iter().enumerate().map(|(row, number)| (*number, row)).collect();
-    let mut by_track: BTreeMap<i64, Vec<GivenView>> = BTreeMap::new();
+    let mut by_track: BTreeMap<i64, Vec<ExternalView>> = BTreeMap::new();
     for pose in poses {
         let Some(frame) = rows.get(&pose.frame) else { continue };
         by_track.entry(pose.track_id).or_default().push(view(pose, *frame, &grounds[*frame]));
     }
-    let one = |(id, mut views): (i64, Vec<GivenView>)| {
+    let one = |(id, mut views): (i64, Vec<ExternalView>)| {
         views.sort_by_key(|v| v.frame);
         let mut boxes = Vec::new();
         for (frame, seen) in detections.iter().enumerate() {
@@ -96,18 +98,18 @@ pub(crate) fn given_tracks(
             let within = views.first().is_some_and(|f| frame >= f.frame)
                 && views.last().is_some_and(|l| frame <= l.frame);
             for d in seen.iter().filter(|d| within && d.external_id == Some(id)) {
-                boxes.push(TrackBox { frame, seen: SeenBox::new(d, camera, &all), score: d.score });
+                boxes.push(TrackBox { frame, seen: ObservedBox::new(d, camera, &all), score: d.score });
             }
         }
         let class =
             boxes.first().map_or(motorcade_perception::VehicleClass::Car, |b: &TrackBox| b.seen.class);
-        (Track { id: usize::try_from(id).unwrap_or(0), class, boxes }, GivenTrack { views, size: None })
+        (Track { id: usize::try_from(id).unwrap_or(0), class, boxes }, ExternalTrack { views, size: None })
     };
     by_track.into_iter().map(one).collect()
 }
 
 /// The pose brought down to the road along the road's normal, with its covariance.
-fn view(pose: &GivenPose, frame: usize, ground: &GroundFrame) -> GivenView {
+fn view(pose: &ExternalVehiclePose, frame: usize, ground: &GroundFrame) -> ExternalView {
     let point = Vector3::new(pose.tx, pose.ty, pose.tz);
     let above = (point - ground.foot()).dot(&ground.up);
     let position = point - ground.up * above;
@@ -118,7 +120,7 @@ fn view(pose: &GivenPose, frame: usize, ground: &GroundFrame) -> GivenView {
     let spread = ray * ray.transpose();
     let covariance = spread * along.powi(2) + (Matrix3::identity() - spread) * across.powi(2);
     let forward = Vector3::new(pose.r02, 0.0, pose.r00).normalize();
-    GivenView {
+    ExternalView {
         frame,
         position_in_camera: Point3::from(position),
         forward_in_camera: forward,
@@ -126,6 +128,6 @@ fn view(pose: &GivenPose, frame: usize, ground: &GroundFrame) -> GivenView {
         heading_sigma_rad: HEADING_SIGMA_RAD,
         by_size: None,
         scale_sigma: COMMON_SHARE,
-        source: Source::Given,
+        source: Source::External,
     }
 }

@@ -10,21 +10,23 @@ use std::path::Path;
 use motorcade_geometry::PinholeCamera;
 use motorcade_perception::{BoundingBox, VehicleClass};
 use motorcade_shape::{
-    Dimensions, FitOptions, Layout, Observation, RoadPlane, SeenKeypoint, ShapeFit, ShapeFitter, ShapePrior,
-    SizePrior, TrackFit,
+    Dimensions, FitOptions, Layout, Observation, ObservedKeypoint, RoadPlane, ShapeFit, ShapeFitter,
+    ShapePrior, SizePrior, TrackFit,
 };
-use motorcade_vehicles::{BySize, GivenTrack, GivenView, GroundFrame, Source, Track, TrackBox, size_prior};
+use motorcade_vehicles::{
+    BySize, ExternalTrack, ExternalView, GroundFrame, Source, Track, TrackBox, size_prior,
+};
 use nalgebra::{Matrix3, Point2, Point3};
 use serde::Deserialize;
 
 use crate::error::{Error, Result};
-use crate::pipeline::Given;
+use crate::pipeline::External;
 
 /// The keypoints of one vehicle in one frame.
 #[derive(Clone, Debug)]
 struct KeypointSet {
     layout: Layout,
-    points: Vec<SeenKeypoint>,
+    points: Vec<ObservedKeypoint>,
     /// Around the points that were found.
     hull: BoundingBox,
 }
@@ -62,7 +64,7 @@ impl KeypointTable {
             let line = e.position().map_or(1, csv::Position::line);
             at(line, format!("{expected}: {e}"))
         };
-        let mut sets: BTreeMap<(u64, i64), BTreeMap<usize, Vec<SeenKeypoint>>> = BTreeMap::new();
+        let mut sets: BTreeMap<(u64, i64), BTreeMap<usize, Vec<ObservedKeypoint>>> = BTreeMap::new();
         let mut reader = csv::Reader::from_path(path).map_err(problem)?;
         for (k, row) in reader.deserialize().enumerate() {
             let row: Row = row.map_err(problem)?;
@@ -80,10 +82,10 @@ impl KeypointTable {
             if !(0.0..=1.0).contains(&row.confidence) || !(row.x_px + row.y_px).is_finite() {
                 return Err(at(line, "expected finite pixels and a confidence from 0 to 1".to_owned()));
             }
-            let nothing = SeenKeypoint { pixel: Point2::origin(), confidence: 0.0 };
+            let nothing = ObservedKeypoint { pixel: Point2::origin(), confidence: 0.0 };
             let points = sets.entry((row.frame, row.track_id)).or_default().entry(count);
             points.or_insert_with(|| vec![nothing; count])[row.index] =
-                SeenKeypoint { pixel: Point2::new(row.x_px, row.y_px), confidence: row.confidence };
+                ObservedKeypoint { pixel: Point2::new(row.x_px, row.y_px), confidence: row.confidence };
         }
         let mut table = Self::default();
         for ((frame, _), mut layouts) in sets {
@@ -113,8 +115,8 @@ fn layout(name: &str) -> Option<Layout> {
     }
 }
 
-fn hull(points: &[SeenKeypoint]) -> Option<BoundingBox> {
-    let found: Vec<&SeenKeypoint> = points.iter().filter(|p| p.confidence >= FOUND).collect();
+fn hull(points: &[ObservedKeypoint]) -> Option<BoundingBox> {
+    let found: Vec<&ObservedKeypoint> = points.iter().filter(|p| p.confidence >= FOUND).collect();
     let reach =
         |start: f64, f: fn(f64, f64) -> f64, axis: usize| found.iter().map(|p| p.pixel[axis]).fold(start, f);
     let (low, high) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -162,7 +164,7 @@ const SIGMA_OF_BOX: f64 = 0.03;
 impl<'a> KeypointViews<'a> {
     pub(crate) fn new(
         table: &'a KeypointTable,
-        given: &Given,
+        given: &External,
         numbers: &'a [u64],
         camera: &'a PinholeCamera,
         grounds: &'a [GroundFrame],
@@ -177,7 +179,7 @@ impl<'a> KeypointViews<'a> {
 
     /// A view for each frame of a track that has keypoints, all with the one shape they agree on; none of vehicles the prior
     /// knows nothing of.
-    pub(crate) fn of(&self, track: &Track) -> GivenTrack {
+    pub(crate) fn of(&self, track: &Track) -> ExternalTrack {
         let known = matches!(track.class, VehicleClass::Car | VehicleClass::Van);
         let seen = |b: &TrackBox| self.seen(b, track.class);
         let seen: Vec<Seen> = track.boxes.iter().filter(|_| known).filter_map(seen).collect();
@@ -193,7 +195,7 @@ impl<'a> KeypointViews<'a> {
             fit.ok().filter(|fit| !fit.heading_is_ambiguous()).map(|fit| view(s.frame, &fit))
         };
         let views = seen.iter().filter_map(fit).collect();
-        GivenTrack { views, size: found.iter().flatten().next().map(|fit| size(fit, track.class)) }
+        ExternalTrack { views, size: found.iter().flatten().next().map(|fit| size(fit, track.class)) }
     }
 
     fn fitter(&self, layout: Layout) -> &ShapeFitter {
@@ -242,10 +244,10 @@ fn road(ground: &GroundFrame) -> RoadPlane {
     }
 }
 
-fn view(frame: usize, fit: &ShapeFit) -> GivenView {
+fn view(frame: usize, fit: &ShapeFit) -> ExternalView {
     let r = fit.camera_from_vehicle.rotation_matrix();
     let place: Matrix3<f64> = fit.covariance.fixed_view::<3, 3>(3, 3).into_owned();
-    GivenView {
+    ExternalView {
         frame,
         position_in_camera: Point3::from(fit.camera_from_vehicle.translation()),
         forward_in_camera: r.column(0).into_owned(),
@@ -275,9 +277,9 @@ mod tests {
     use super::*;
     use motorcade_geometry::robust::median;
     use motorcade_geometry::{Camera, Pose, Vehicle};
-    use motorcade_perception::BoxAround;
+    use motorcade_perception::BoxConvention;
     use motorcade_shape::{BodyType, project};
-    use motorcade_vehicles::SeenBox;
+    use motorcade_vehicles::ObservedBox;
     use nalgebra::{Vector2, Vector3};
 
     fn read(text: &str) -> Result<KeypointTable> {
@@ -328,7 +330,7 @@ mod tests {
         let mut table = KeypointTable::default();
         let mut boxes = Vec::new();
         for k in 0..18 {
-            let points: Vec<SeenKeypoint> = project(&prior, shape, &pose(k), &camera)
+            let points: Vec<ObservedKeypoint> = project(&prior, shape, &pose(k), &camera)
                 .iter()
                 .enumerate()
                 .map(|(i, p)| {
@@ -336,18 +338,22 @@ mod tests {
                     let off = |n: usize| 6.0 * ((0.618_034 * n as f64).fract() - 0.5);
                     let pixel =
                         p.pixel.unwrap() + Vector2::new(off(31 * k + 7 * i), off(17 * k + 11 * i + 5));
-                    SeenKeypoint { pixel, confidence: f64::from(u8::from(p.visible)) }
+                    ObservedKeypoint { pixel, confidence: f64::from(u8::from(p.visible)) }
                 })
                 .collect();
             let hull = hull(&points).unwrap();
-            let seen =
-                SeenBox { bbox: hull, class: VehicleClass::Car, around: BoxAround::Seen, edges: [true; 4] };
+            let seen = ObservedBox {
+                bbox: hull,
+                class: VehicleClass::Car,
+                convention: BoxConvention::VisibleExtent,
+                edges: [true; 4],
+            };
             boxes.push(TrackBox { frame: k, seen, score: 1.0 });
             let set = KeypointSet { layout: Layout::Car14, points, hull };
             table.frames.insert(k as u64, vec![set]);
         }
         let (numbers, grounds): (Vec<u64>, _) = ((0..18).collect(), [ground; 18]);
-        let views = KeypointViews::new(&table, &Given::default(), &numbers, &camera, &grounds);
+        let views = KeypointViews::new(&table, &External::default(), &numbers, &camera, &grounds);
         let track = Track { id: 1, class: VehicleClass::Car, boxes };
         let given = views.of(&track);
 

@@ -5,7 +5,7 @@
 //! odometry → road and scale → vehicles → outputs; every stage only sees what came before it.
 //!
 //! ```no_run
-//! use motorcade::{Config, Silent, run, write_run};
+//! use motorcade::{Config, NoProgress, run, write_run};
 //! use motorcade_dataset::{Sequence, SequenceOptions};
 //! use motorcade_perception::Perception;
 //!
@@ -13,8 +13,8 @@
 //! let options = SequenceOptions { calibration: Some("camera.toml".into()), ..Default::default() };
 //! let sequence = Sequence::open("drive.mp4".as_ref(), &options)?;
 //! let height_m = sequence.height_m(Some(1.4))?;
-//! let given = motorcade::Given::default();
-//! let result = run(&sequence, &Perception::none(), &given, height_m, &Config::default(), 1, &Silent)?;
+//! let given = motorcade::External::default();
+//! let result = run(&sequence, &Perception::none(), &given, height_m, &Config::default(), 1, &NoProgress)?;
 //! println!("{:.1} m driven", result.ego.length_m());
 //! # Ok(())
 //! # }
@@ -38,14 +38,14 @@ mod timing;
 
 pub use config::{Config, Preset, RunOptions, ScaleOptions, VehicleMask, VehicleOptions};
 pub use error::{Error, Result};
-pub use front_end::{FrontEnd, PixelFree, SoFar, Watch};
-pub use given_vehicles::{GivenPose, read_vehicle_poses};
+pub use front_end::{FramelessInput, FrontEnd, FrontEndView, Watch};
+pub use given_vehicles::{ExternalVehiclePose, read_vehicle_poses};
 pub use keypoints::KeypointTable;
-pub use motion_source::GivenTrajectory;
-pub use multibody::{CameraWay, GraphKernel, GraphOptions};
-pub use online::{Newest, Online, OnlineOptions};
+pub use motion_source::ExternalTrajectory;
+pub use multibody::{CameraCoupling, GraphKernel, GraphOptions};
+pub use online::{Online, OnlineEstimate, OnlineOptions};
 pub use output::{RunContext, write_run};
-pub use pipeline::{Given, conclude, run};
-pub use progress::{Progress, Silent};
+pub use pipeline::{External, estimate_drive, run};
+pub use progress::{NoProgress, Progress};
 pub use result::{FrameInfo, RunResult};
 pub use timing::{StageTime, Stopwatch};

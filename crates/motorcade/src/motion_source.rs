@@ -4,19 +4,19 @@ use std::sync::Arc;
 
 use image::GrayImage;
 use motorcade_geometry::{Camera, Pose, World};
-use motorcade_odometry::{Odometry, Pyramid, Rectangle, RoadMeasurement, StaticMask, UpToScale};
+use motorcade_odometry::{Odometry, OdometryTrajectory, Pyramid, Rectangle, RoadMeasurement, StaticMask};
 use nalgebra::Vector3;
 
 /// A camera trajectory from elsewhere, one pose a frame of the run.
 #[derive(Clone, Debug)]
-pub struct GivenTrajectory {
+pub struct ExternalTrajectory {
     /// `world_from_camera` of each frame.
     pub world_from_camera: Vec<Pose<World, Camera>>,
     /// True when its lengths are metres; else the road gives the scale, or vehicles that stand.
     pub metric: bool,
 }
 
-impl GivenTrajectory {
+impl ExternalTrajectory {
     /// The same in metres, of a unit of so many.
     pub(crate) fn metric(&self, unit_m: f64) -> Self {
         let poses = self.world_from_camera.iter().map(|p| p.scaled(unit_m));
@@ -24,13 +24,13 @@ impl GivenTrajectory {
     }
 
     /// As an odometry. One of unknown scale gets a unit near a metre, which the road search starts from.
-    pub(crate) fn up_to_scale(&self) -> UpToScale {
+    pub(crate) fn up_to_scale(&self) -> OdometryTrajectory {
         let poses = &self.world_from_camera;
         let first = poses.first().map(Pose::inverse).unwrap_or_default();
         let relative: Vec<Pose<World, Camera>> =
             poses.iter().map(|p| first.cast::<World, World>() * *p).collect();
         if self.metric {
-            return UpToScale::from_poses(&relative);
+            return OdometryTrajectory::from_poses(&relative);
         }
         let mut steps: Vec<f64> =
             relative.windows(2).map(|w| (w[1].translation() - w[0].translation()).norm()).collect();
@@ -38,14 +38,14 @@ impl GivenTrajectory {
         // The upper quartile: a drive that mostly stands still moves in some frames.
         let typical = steps.get(steps.len() * 3 / 4).copied().filter(|s| *s > 0.0).unwrap_or(1.0);
         let scaled: Vec<_> = relative.iter().map(|p| p.scaled(1.0 / typical)).collect();
-        UpToScale::from_poses(&scaled)
+        OdometryTrajectory::from_poses(&scaled)
     }
 }
 
 /// One of the two.
 pub(crate) enum MotionSource {
     Own(Box<Odometry>),
-    Given(UpToScale),
+    External(OdometryTrajectory),
 }
 
 /// Levels of the pyramids the road is aligned on.
@@ -55,7 +55,7 @@ impl MotionSource {
     pub(crate) fn process(&mut self, image: &GrayImage, mask: &StaticMask<'_>) -> Arc<Pyramid> {
         match self {
             Self::Own(odometry) => odometry.process(image, mask),
-            Self::Given(_) => Arc::new(Pyramid::new(image, PYRAMID_LEVELS)),
+            Self::External(_) => Arc::new(Pyramid::new(image, PYRAMID_LEVELS)),
         }
     }
     pub(crate) fn skip(&mut self) {
@@ -68,22 +68,22 @@ impl MotionSource {
             odometry.constrain_scale(measured);
         }
     }
-    pub(crate) fn judge_vehicles(&mut self, boxes: &[Rectangle], plane: &Vector3<f64>) {
+    pub(crate) fn classify_static_vehicles(&mut self, boxes: &[Rectangle], plane: &Vector3<f64>) {
         if let Self::Own(odometry) = self {
-            odometry.judge_vehicles(boxes, plane);
+            odometry.classify_static_vehicles(boxes, plane);
         }
     }
-    pub(crate) fn so_far(&self) -> &UpToScale {
+    pub(crate) fn so_far(&self) -> &OdometryTrajectory {
         match self {
             Self::Own(odometry) => odometry.so_far(),
-            Self::Given(whole) => whole,
+            Self::External(whole) => whole,
         }
     }
     /// All frames' motion; of a given trajectory the first `frames`, as many as were read.
-    pub(crate) fn finish(self, frames: usize) -> UpToScale {
+    pub(crate) fn finish(self, frames: usize) -> OdometryTrajectory {
         match self {
             Self::Own(odometry) => odometry.finish(),
-            Self::Given(mut whole) => {
+            Self::External(mut whole) => {
                 whole.frames.truncate(frames);
                 whole
             }

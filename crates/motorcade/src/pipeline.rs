@@ -5,14 +5,16 @@ use motorcade_geometry::PinholeCamera;
 use motorcade_odometry::{EgoFrame, EgoTrajectory};
 use motorcade_perception::{Detection, Perception};
 use motorcade_shape::ShapePrior;
-use motorcade_vehicles::{GivenTrack, GroundFrame, Track, VehicleTrajectory, estimate_track, track_vehicles};
+use motorcade_vehicles::{
+    ExternalTrack, GroundFrame, Track, VehicleTrajectory, estimate_track, track_vehicles,
+};
 
 use crate::config::Config;
 use crate::error::Result;
 use crate::front_end::FrontEnd;
-use crate::given_vehicles::{GivenPose, given_tracks};
+use crate::given_vehicles::{ExternalVehiclePose, external_tracks};
 use crate::keypoints::{KeypointTable, KeypointViews};
-use crate::motion_source::GivenTrajectory;
+use crate::motion_source::ExternalTrajectory;
 use crate::multibody::Multibody;
 use crate::progress::Progress;
 use crate::result::{FrameInfo, RunResult, summary_warnings};
@@ -20,11 +22,11 @@ use crate::{scale_source, standing_unit};
 
 /// What files give in place of stages.
 #[derive(Clone, Debug, Default)]
-pub struct Given {
+pub struct External {
     /// In place of odometry.
-    pub trajectory: Option<GivenTrajectory>,
+    pub trajectory: Option<ExternalTrajectory>,
     /// In place of our vehicle localisation.
-    pub vehicles: Option<Vec<GivenPose>>,
+    pub vehicles: Option<Vec<ExternalVehiclePose>>,
     /// Keypoints for our vehicle localisation.
     pub keypoints: Option<KeypointTable>,
     /// Shape prior in place of our own for keypoints of its number.
@@ -38,20 +40,20 @@ pub struct Given {
 pub fn run(
     sequence: &Sequence,
     perception: &Perception,
-    given: &Given,
+    given: &External,
     height_m: f64,
     config: &Config,
     threads: usize,
     progress: &dyn Progress,
 ) -> Result<RunResult> {
     let front_end = FrontEnd::pass(sequence, perception, given, config, threads, progress, &mut |_| ())?;
-    Ok(conclude(front_end, given, height_m, config, threads, progress))
+    Ok(estimate_drive(front_end, given, height_m, config, threads, progress))
 }
 
 /// From what the frames left to trajectories: metres, tracks, vehicles, the graph.
-pub fn conclude(
+pub fn estimate_drive(
     front_end: FrontEnd,
-    given: &Given,
+    given: &External,
     height_m: f64,
     config: &Config,
     threads: usize,
@@ -116,7 +118,7 @@ struct Seen<'a> {
     camera: &'a PinholeCamera,
     frames: &'a [FrameInfo],
     detections: &'a [Vec<Detection>],
-    given: &'a Given,
+    given: &'a External,
     config: &'a Config,
 }
 
@@ -127,8 +129,8 @@ impl Seen<'_> {
         let start_ns = frames.first().map_or(0, |f| f.timestamp_ns);
         let grounds = grounds(ego, frames, start_ns);
         let numbers: Vec<u64> = frames.iter().map(|f| f.number).collect();
-        let tracks: Vec<(Track, GivenTrack)> = match &given.vehicles {
-            Some(poses) => given_tracks(poses, &numbers, &grounds, detections, camera),
+        let tracks: Vec<(Track, ExternalTrack)> = match &given.vehicles {
+            Some(poses) => external_tracks(poses, &numbers, &grounds, detections, camera),
             None => {
                 let tracks = track_vehicles(camera, &grounds, detections, &config.tracker);
                 with_keypoints(tracks, given, &numbers, camera, &grounds)
@@ -136,7 +138,7 @@ impl Seen<'_> {
         };
         let side = config.vehicles.traffic_side;
         let estimate =
-            |(track, given): &(Track, GivenTrack)| estimate_track(camera, &grounds, track, given, side);
+            |(track, given): &(Track, ExternalTrack)| estimate_track(camera, &grounds, track, given, side);
         tracks.iter().filter_map(estimate).collect()
     }
 }
@@ -144,14 +146,14 @@ impl Seen<'_> {
 /// Tracks with what their keypoints say of them.
 pub(crate) fn with_keypoints(
     tracks: Vec<Track>,
-    given: &Given,
+    given: &External,
     numbers: &[u64],
     camera: &PinholeCamera,
     grounds: &[GroundFrame],
-) -> Vec<(Track, GivenTrack)> {
+) -> Vec<(Track, ExternalTrack)> {
     let table = given.keypoints.as_ref();
     let keypoints = table.map(|table| KeypointViews::new(table, given, numbers, camera, grounds));
-    let of = |t: &Track| keypoints.as_ref().map_or_else(GivenTrack::default, |k| k.of(t));
+    let of = |t: &Track| keypoints.as_ref().map_or_else(ExternalTrack::default, |k| k.of(t));
     tracks.into_iter().map(|t| (of(&t), t)).map(|(given, t)| (t, given)).collect()
 }
 

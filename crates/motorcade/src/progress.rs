@@ -16,9 +16,9 @@ pub trait Progress: Sync {
 
 /// Tells nobody.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Silent;
+pub struct NoProgress;
 
-impl Progress for Silent {
+impl Progress for NoProgress {
     fn begin(&self, _stage: &'static str, _total: Option<usize>) {}
     fn advance(&self, _done: usize) {}
     fn warn(&self, _message: &str) {}

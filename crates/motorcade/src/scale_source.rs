@@ -2,7 +2,7 @@
 
 use motorcade_geometry::PinholeCamera;
 use motorcade_odometry::{
-    ClosedFormScale, EgoTrajectory, RoadMeasurement, RoadSight, RoadTracker, UpToScale,
+    ClosedFormScale, EgoTrajectory, OdometryTrajectory, RoadInput, RoadMeasurement, RoadTracker,
 };
 use nalgebra::{Point2, Vector3};
 
@@ -34,8 +34,8 @@ impl ScaleSource {
         &mut self,
         frame: usize,
         segment: usize,
-        sight: &RoadSight<'_>,
-        so_far: &UpToScale,
+        sight: &RoadInput<'_>,
+        so_far: &OdometryTrajectory,
         usable: impl Fn(&Point2<f64>) -> bool,
     ) {
         let pose_of = |k: usize| so_far.camera_from_world(k);
@@ -64,7 +64,7 @@ impl ScaleSource {
 
 /// The trajectory in metres; `metric` when the odometry's unit is the metre already.
 pub(crate) fn ego(
-    odometry: &UpToScale,
+    odometry: &OdometryTrajectory,
     measurements: &[RoadMeasurement],
     height_m: f64,
     metric: bool,

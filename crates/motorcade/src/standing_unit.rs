@@ -46,33 +46,36 @@ impl std::fmt::Display for Unit {
 
 /// The unit that most vehicles agree on; `None` where too few do.
 pub(crate) fn of(vehicles: &[VehicleTrajectory], world_from_camera: &[Pose<World, Camera>]) -> Option<Unit> {
-    let told: Vec<Told> = vehicles.iter().filter_map(|v| of_vehicle(v, world_from_camera)).collect();
-    let agreeing = |one: &Told| told.iter().filter(|o| o.agrees(one)).copied().collect::<Vec<_>>();
+    let told: Vec<UnitEstimate> = vehicles.iter().filter_map(|v| of_vehicle(v, world_from_camera)).collect();
+    let agreeing = |one: &UnitEstimate| told.iter().filter(|o| o.agrees(one)).copied().collect::<Vec<_>>();
     let best = told.iter().map(agreeing).max_by(|a, b| information(a).total_cmp(&information(b)))?;
     let mean = best.iter().map(|t| t.ln_metres / t.sigma.powi(2)).sum::<f64>() / information(&best);
     let sigma = (1.0 / information(&best)).sqrt().hypot(COMMON_TO_ALL);
     (best.len() >= LEAST_VEHICLES).then(|| Unit { metres: mean.exp(), sigma, vehicles: best.len() })
 }
 
-fn information(told: &[Told]) -> f64 {
+fn information(told: &[UnitEstimate]) -> f64 {
     told.iter().map(|t| t.sigma.powi(-2)).sum()
 }
 
 /// What one vehicle tells if it stands.
 #[derive(Clone, Copy)]
-struct Told {
+struct UnitEstimate {
     ln_metres: f64,
     sigma: f64,
 }
 
-impl Told {
+impl UnitEstimate {
     fn agrees(&self, other: &Self) -> bool {
         (self.ln_metres - other.ln_metres).abs() < 2.0 * self.sigma.hypot(other.sigma)
     }
 }
 
 /// Least squares for unit s and place P of a standing vehicle seen at p from cameras (R, t): R p + s t = P.
-fn of_vehicle(vehicle: &VehicleTrajectory, world_from_camera: &[Pose<World, Camera>]) -> Option<Told> {
+fn of_vehicle(
+    vehicle: &VehicleTrajectory,
+    world_from_camera: &[Pose<World, Camera>],
+) -> Option<UnitEstimate> {
     let (mut h, mut g, mut views) = (Matrix4::zeros(), Vector4::zeros(), 0);
     let origin = world_from_camera.get(vehicle.states.first()?.frame)?.translation();
     for state in &vehicle.states {
@@ -95,7 +98,7 @@ fn of_vehicle(vehicle: &VehicleTrajectory, world_from_camera: &[Pose<World, Came
     let metres = (inverse * g)[0];
     let sigma = (inverse[(0, 0)].max(0.0).sqrt() / metres).hypot(COMMON);
     let tells = views >= LEAST_VIEWS && metres > 0.0 && sigma < VAGUE;
-    tells.then(|| Told { ln_metres: metres.ln(), sigma })
+    tells.then(|| UnitEstimate { ln_metres: metres.ln(), sigma })
 }
 
 #[cfg(test)]
@@ -103,7 +106,7 @@ mod tests {
     use super::*;
     use motorcade_geometry::Vehicle;
     use motorcade_perception::VehicleClass;
-    use motorcade_vehicles::{Dimensions, Measured, Source, VehicleState};
+    use motorcade_vehicles::{Dimensions, Source, VehicleMeasurement, VehicleState};
     use nalgebra::{Matrix6, UnitQuaternion};
 
     /// The camera drives 1 m a frame, in a unit of 2.5 m.
@@ -129,7 +132,7 @@ mod tests {
                 speed_sigma_mps: 1.0,
                 yaw_rate_radps: 0.0,
                 source: Source::Box,
-                measured: Some(Measured {
+                measured: Some(VehicleMeasurement {
                     camera_from_vehicle: pose,
                     covariance: Matrix6::identity() * 0.01,
                 }),

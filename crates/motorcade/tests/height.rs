@@ -5,13 +5,13 @@
 mod common;
 
 use common::{HEIGHT_M, drive};
-use motorcade::{CameraWay, Config, Given, GraphOptions, RunResult, Silent, conclude};
+use motorcade::{CameraCoupling, Config, External, GraphOptions, NoProgress, RunResult, estimate_drive};
 use proptest::prelude::*;
 
-fn run(frames: usize, factor: f64, camera: CameraWay) -> RunResult {
+fn run(frames: usize, factor: f64, camera: CameraCoupling) -> RunResult {
     let graph = GraphOptions { camera, ..GraphOptions::default() };
     let config = Config { graph, ..Config::default() };
-    conclude(drive(frames), &Given::default(), HEIGHT_M * factor, &config, 1, &Silent)
+    estimate_drive(drive(frames), &External::default(), HEIGHT_M * factor, &config, 1, &NoProgress)
 }
 
 proptest! {
@@ -19,7 +19,7 @@ proptest! {
 
     #[test]
     fn the_way_is_proportional_to_the_height_place_by_place(frames in 40_usize..90, factor in 0.9_f64..1.1) {
-        let [right, wrong] = [1.0, factor].map(|f| run(frames, f, CameraWay::default()));
+        let [right, wrong] = [1.0, factor].map(|f| run(frames, f, CameraCoupling::default()));
         prop_assert!(right.graph.is_some() && !right.vehicles.is_empty());
         for (a, b) in right.ego.frames.iter().zip(&wrong.ego.frames) {
             let (a, b) = (a.world_from_camera, b.world_from_camera);
@@ -29,10 +29,10 @@ proptest! {
         }
     }
 
-    /// Vehicles, whose sizes do not grow with the height, may bend the way a little otherwise, but stretch no step of it.
+    /// Vehicles, whose sizes do not grow with the height, may curvature the way a little otherwise, but stretch no step of it.
     #[test]
     fn a_way_that_bends_is_proportional_step_by_step(frames in 40_usize..90, factor in 0.9_f64..1.1) {
-        let [right, wrong] = [1.0, factor].map(|f| run(frames, f, CameraWay::LengthsHeld));
+        let [right, wrong] = [1.0, factor].map(|f| run(frames, f, CameraCoupling::LengthsHeld));
         let steps = |r: &RunResult| -> Vec<f64> {
             let places: Vec<_> = r.ego.frames.iter().map(|f| f.world_from_camera.translation()).collect();
             places.windows(2).map(|w| (w[1] - w[0]).norm()).collect()

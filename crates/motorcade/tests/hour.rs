@@ -5,7 +5,7 @@
 mod common;
 
 use common::{HEIGHT_M, drive};
-use motorcade::{Config, Given, Silent, conclude};
+use motorcade::{Config, External, NoProgress, estimate_drive};
 
 /// Frames of an hour at 10 Hz.
 const HOUR: usize = 36_000;
@@ -23,7 +23,8 @@ fn peak_mb() -> f64 {
 #[cfg(target_os = "linux")]
 fn an_hour_fits_into_a_gigabyte() {
     let start = std::time::Instant::now();
-    let result = conclude(drive(HOUR), &Given::default(), HEIGHT_M, &Config::default(), 1, &Silent);
+    let result =
+        estimate_drive(drive(HOUR), &External::default(), HEIGHT_M, &Config::default(), 1, &NoProgress);
     let (seconds, peak) = (start.elapsed().as_secs_f64(), peak_mb());
     println!("{HOUR} frames: {seconds:.1} s, peak {peak:.0} MB, {} vehicles", result.vehicles.len());
     assert_eq!(result.ego.frames.len(), HOUR);

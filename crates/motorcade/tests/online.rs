@@ -7,16 +7,16 @@ mod common;
 use std::time::Instant;
 
 use common::{CAMERA, HEIGHT_M, drive, gap_m, pose};
-use motorcade::{Config, FrontEnd, Given, Online, RunResult, Silent, SoFar, conclude};
+use motorcade::{Config, External, FrontEnd, FrontEndView, NoProgress, Online, RunResult, estimate_drive};
 
 /// Takes the frames one by one; returns the lines told, the milliseconds each took, and the result.
 fn online(front_end: FrontEnd, config: &Config) -> (Vec<String>, Vec<f64>, RunResult) {
-    let given = Given::default();
+    let given = External::default();
     let mut online = Online::new(CAMERA, &given, HEIGHT_M, config);
     let (mut lines, mut times_ms) = (Vec::new(), Vec::new());
     for k in 0..front_end.frames.len() {
         let known = front_end.road_measurements.partition_point(|m| m.frame <= k);
-        let so_far = SoFar {
+        let so_far = FrontEndView {
             frames: &front_end.frames[..=k],
             detections: &front_end.detections[..=k],
             motion: &front_end.motion,
@@ -26,7 +26,7 @@ fn online(front_end: FrontEnd, config: &Config) -> (Vec<String>, Vec<f64>, RunRe
         lines.push(online.advance(&so_far).to_json());
         times_ms.push(start.elapsed().as_secs_f64() * 1e3);
     }
-    let result = online.finish(front_end, &Silent);
+    let result = online.finish(front_end, &NoProgress);
     (lines, times_ms, result)
 }
 
@@ -62,7 +62,7 @@ fn what_is_told_depends_on_the_past_alone() {
 fn the_whole_drive_at_once_is_not_worse() {
     let config = Config::default();
     let (.., told) = online(drive(300), &config);
-    let whole = conclude(drive(300), &Given::default(), HEIGHT_M, &config, 1, &Silent);
+    let whole = estimate_drive(drive(300), &External::default(), HEIGHT_M, &config, 1, &NoProgress);
     let (online, batch) = (errors(&told, 10), errors(&whole, 10));
     println!("camera and car ahead [m]: online {online:?}, batch {batch:?}");
     assert!(batch.0 <= online.0 && batch.1 <= online.1, "online {online:?}, batch {batch:?}");

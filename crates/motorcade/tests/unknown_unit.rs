@@ -6,10 +6,11 @@ mod common;
 
 use common::{CAMERA, HEIGHT_M};
 use motorcade::{
-    Config, FrameInfo, FrontEnd, Given, GivenTrajectory, PixelFree, RunResult, Silent, conclude,
+    Config, External, ExternalTrajectory, FrameInfo, FramelessInput, FrontEnd, NoProgress, RunResult,
+    estimate_drive,
 };
 use motorcade_geometry::{Camera, Pose, World};
-use motorcade_perception::{BoxAround, Detection, VehicleClass};
+use motorcade_perception::{BoxConvention, Detection, VehicleClass};
 use motorcade_vehicles::{Dimensions, image_box, standing_pose};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
@@ -19,11 +20,12 @@ const PARKED_SIZE: Dimensions = Dimensions { length_m: 4.3, width_m: 1.75, heigh
 /// A car `ahead` metres before the camera and `right` beside it.
 fn boxed(right: f64, ahead: f64) -> Option<Detection> {
     let pose = standing_pose(&Point3::new(right, HEIGHT_M, ahead), &Vector3::z(), &-Vector3::y());
-    let (class, around) = (VehicleClass::Car, BoxAround::Seen);
-    let whole = (ahead > 6.0).then(|| image_box(&CAMERA, &pose, class, around, &PARKED_SIZE)).flatten()?;
+    let (class, convention) = (VehicleClass::Car, BoxConvention::VisibleExtent);
+    let whole =
+        (ahead > 6.0).then(|| image_box(&CAMERA, &pose, class, convention, &PARKED_SIZE)).flatten()?;
     let bbox = whole.clipped(CAMERA.width, CAMERA.height);
     let seen = bbox.width() > 8.0 && bbox.height() > 12.0;
-    seen.then_some(Detection { bbox, score: 0.9, class, around, external_id: None })
+    seen.then_some(Detection { bbox, score: 0.9, class, convention, external_id: None })
 }
 
 /// A straight road at 10 m/s behind another car; a car is parked at the right every 35 m, where there are any. A unit of the
@@ -38,12 +40,14 @@ fn told_from_files(unit_m: f64, parked: bool) -> RunResult {
     let camera = |k: usize| -> Pose<World, Camera> { Pose::from_parts(UnitQuaternion::identity(), at(k)) };
     let frame =
         |k: usize| FrameInfo { number: k as u64, timestamp_ns: k as i64 * 100_000_000, problem: None };
-    let trajectory = GivenTrajectory { world_from_camera: (0..FRAMES).map(camera).collect(), metric: false };
-    let (given, config) = (Given { trajectory: Some(trajectory), ..Given::default() }, Config::default());
+    let trajectory =
+        ExternalTrajectory { world_from_camera: (0..FRAMES).map(camera).collect(), metric: false };
+    let (given, config) =
+        (External { trajectory: Some(trajectory), ..External::default() }, Config::default());
     let (frames, detections) = ((0..FRAMES).map(frame).collect(), (0..FRAMES).map(seen).collect());
-    let input = PixelFree { camera: CAMERA, frames, detections };
+    let input = FramelessInput { camera: CAMERA, frames, detections };
     let front_end = FrontEnd::without_frames(input, &given, &config, &mut |_| ()).unwrap();
-    conclude(front_end, &given, HEIGHT_M, &config, 1, &Silent)
+    estimate_drive(front_end, &given, HEIGHT_M, &config, 1, &NoProgress)
 }
 
 #[test]

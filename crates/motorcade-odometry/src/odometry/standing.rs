@@ -31,7 +31,7 @@ enum Verdict {
 impl Odometry {
     /// Judges the vehicles of the last processed frame by the landmarks on them. `boxes` are its detections, `plane` the
     /// road in the camera frame (m with `mᵀX = 1`, in the odometry's unit).
-    pub fn judge_vehicles(&mut self, boxes: &[Rectangle], plane: &Vector3<f64>) {
+    pub fn classify_static_vehicles(&mut self, boxes: &[Rectangle], plane: &Vector3<f64>) {
         // The nearest vehicle, lowest in the image, hides those behind it.
         let owner = |p: &Point2<f64>| {
             let around = (0..boxes.len()).filter(|b| boxes[*b].contains(p));

@@ -6,7 +6,7 @@ use std::path::Path;
 use motorcade_dataset::read_labels;
 use motorcade_dataset::text::{Row, TextFile};
 
-use crate::detection::{BoundingBox, BoxAround, Detection, VehicleClass};
+use crate::detection::{BoundingBox, BoxConvention, Detection, VehicleClass};
 use crate::error::Result;
 
 /// Layouts of detection files. Frame numbers are the input's own in all of them.
@@ -84,9 +84,9 @@ fn kitti(path: &Path) -> Result<Vec<Found>> {
         let bbox = BoundingBox::new(label.bbox_px);
         let external_id = Some(label.track).filter(|track| *track >= 0);
         let is_label = label.score.is_none() && label.size_hwl_m.iter().all(|side| *side > 0.0);
-        let around = if is_label { BoxAround::Corners } else { BoxAround::Seen };
+        let convention = if is_label { BoxConvention::ProjectedCuboid } else { BoxConvention::VisibleExtent };
         let score = label.score.unwrap_or(1.0);
-        Some((label.frame, Detection { class, score, bbox, around, external_id }))
+        Some((label.frame, Detection { class, score, bbox, convention, external_id }))
     };
     Ok(read_labels(path)?.into_iter().map(vehicle).collect())
 }
@@ -103,8 +103,8 @@ fn mot(row: &Row<'_>) -> Result<Found> {
         _ => return Ok(None),
     };
     let bbox = checked(row, [x, y, x + width, y + height])?;
-    let (around, external_id) = (BoxAround::Seen, Some(id).filter(|id| *id >= 0));
-    Ok(Some((frame, Detection { class, score, bbox, around, external_id })))
+    let (convention, external_id) = (BoxConvention::VisibleExtent, Some(id).filter(|id| *id >= 0));
+    Ok(Some((frame, Detection { class, score, bbox, convention, external_id })))
 }
 
 fn rrc(row: &Row<'_>) -> Result<Found> {
@@ -112,8 +112,8 @@ fn rrc(row: &Row<'_>) -> Result<Found> {
     let frame = row.parse(0, "a frame number")?;
     let bbox = checked(row, row.numbers(1, "a box edge")?)?;
     let score = row.number(5, "a score")?;
-    let (class, around) = (VehicleClass::Car, BoxAround::Seen);
-    Ok(Some((frame, Detection { class, score, bbox, around, external_id: None })))
+    let (class, convention) = (VehicleClass::Car, BoxConvention::VisibleExtent);
+    Ok(Some((frame, Detection { class, score, bbox, convention, external_id: None })))
 }
 
 #[cfg(test)]
@@ -151,11 +151,11 @@ mod tests {
     fn boxes_of_labels_are_drawn_around_corners_and_those_of_results_around_what_is_seen() {
         let row = |size: &str, score: &str| {
             read(&format!("3 7 Car 0 0 -10 10 20 110 70 {size} 1 1.6 20 0{score}\n")).unwrap().of_frame(3)[0]
-                .around
+                .convention
         };
-        assert_eq!(row("1.5 1.6 3.9", ""), BoxAround::Corners);
-        assert_eq!(row("1.5 1.6 3.9", " 0.9"), BoxAround::Seen);
-        assert_eq!(row("-1 -1 -1", ""), BoxAround::Seen);
+        assert_eq!(row("1.5 1.6 3.9", ""), BoxConvention::ProjectedCuboid);
+        assert_eq!(row("1.5 1.6 3.9", " 0.9"), BoxConvention::VisibleExtent);
+        assert_eq!(row("-1 -1 -1", ""), BoxConvention::VisibleExtent);
     }
 
     #[test]

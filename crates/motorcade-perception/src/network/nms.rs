@@ -32,14 +32,14 @@ pub fn suppress(mut detections: Vec<Detection>) -> Vec<Detection> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::detection::{BoundingBox, BoxAround, VehicleClass};
+    use crate::detection::{BoundingBox, BoxConvention, VehicleClass};
 
     fn at(x: f64, class: VehicleClass, score: f64) -> Detection {
         Detection {
             class,
             score,
             bbox: BoundingBox::new([x, 0.0, x + 100.0, 50.0]),
-            around: BoxAround::Seen,
+            convention: BoxConvention::VisibleExtent,
             external_id: None,
         }
     }

@@ -6,7 +6,7 @@ use rten_tensor::prelude::*;
 use super::engine::Network;
 use super::nms::suppress;
 use super::preprocess::{input, scale};
-use crate::detection::{BoundingBox, BoxAround, Detection, VehicleClass};
+use crate::detection::{BoundingBox, BoxConvention, Detection, VehicleClass};
 use crate::error::Result;
 
 const STRIDES: [usize; 3] = [8, 16, 32];
@@ -61,7 +61,13 @@ impl VehicleDetector {
             let bbox = [x1 * back.x, y1 * back.y, x2 * back.x, y2 * back.y].map(|edge| edge - 0.5);
             let bbox = BoundingBox::new(bbox).clipped(image.width(), image.height());
             if bbox.width() >= 2.0 && bbox.height() >= 2.0 {
-                found.push(Detection { class, score, bbox, around: BoxAround::Seen, external_id: None });
+                found.push(Detection {
+                    class,
+                    score,
+                    bbox,
+                    convention: BoxConvention::VisibleExtent,
+                    external_id: None,
+                });
             }
         }
         Ok(suppress(found))

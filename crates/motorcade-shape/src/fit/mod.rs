@@ -11,7 +11,7 @@ mod solver;
 mod track;
 mod track_shape;
 
-pub use observation::{ImageBox, Observation, RoadPlane, SeenKeypoint};
+pub use observation::{ImageBox, Observation, ObservedKeypoint, RoadPlane};
 pub use options::{FitMethod, FitOptions};
 pub use single::{Alternative, ShapeFit, ShapeFitter};
 pub use track::{FrameFit, TrackFit};

@@ -8,7 +8,7 @@ use crate::error::FitError;
 
 /// A keypoint as a network gives it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SeenKeypoint {
+pub struct ObservedKeypoint {
     /// Place in the image \[px\].
     pub pixel: Point2<f64>,
     /// Confidence, 0 to 1; 0 for a point that was not looked for or not found (its pixel is then not read).
@@ -79,7 +79,7 @@ impl ImageBox {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observation {
     /// The keypoints in the order of the prior.
-    pub keypoints: Vec<SeenKeypoint>,
+    pub keypoints: Vec<ObservedKeypoint>,
     /// Standard deviation of a keypoint of confidence 1 along x and y \[px\].
     pub sigma_px: Vector2<f64>,
     /// The box, when its edges are to count.
@@ -92,7 +92,7 @@ pub struct Observation {
 
 impl Observation {
     /// Keypoints of a known accuracy and nothing else.
-    pub fn new(keypoints: Vec<SeenKeypoint>, sigma_px: f64) -> Self {
+    pub fn new(keypoints: Vec<ObservedKeypoint>, sigma_px: f64) -> Self {
         Self { keypoints, sigma_px: Vector2::repeat(sigma_px), image_box: None, road: None, size: None }
     }
 
@@ -105,7 +105,7 @@ impl Observation {
         let (w, h) = (x2 - x1, y2 - y1);
         let keypoints = outputs
             .iter()
-            .map(|[x, y, confidence]| SeenKeypoint {
+            .map(|[x, y, confidence]| ObservedKeypoint {
                 pixel: Point2::new(x * w / crop_px + x1, y * h / crop_px + y1),
                 confidence: *confidence,
             })

@@ -407,7 +407,7 @@ pub(crate) fn pose(rotation: &Matrix3<f64>, translation: &Vector3<f64>) -> Pose<
 mod tests {
     use super::*;
     use crate::dimensions::{Dimensions, SizePrior};
-    use crate::fit::SeenKeypoint;
+    use crate::fit::ObservedKeypoint;
     use crate::keypoint::Layout;
     use crate::prior::ShapePrior;
 
@@ -425,7 +425,7 @@ mod tests {
             let state = State { camera_from_vehicle: pose(&rotation, &Vector3::new(2.0, 1.5, 11.0)), shape };
             // Pixels off the projections, every third point unseen.
             let keypoints = (0..layout.count())
-                .map(|i| SeenKeypoint {
+                .map(|i| ObservedKeypoint {
                     pixel: Point2::new(700.0 + 9.0 * i as f64, 200.0 + 4.0 * (i % 5) as f64),
                     confidence: if i % 3 == 0 { 0.0 } else { 0.5 },
                 })

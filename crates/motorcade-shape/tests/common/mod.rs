@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
-use motorcade_shape::fit::SeenKeypoint;
+use motorcade_shape::fit::ObservedKeypoint;
 use motorcade_shape::{ShapePrior, project};
 use nalgebra::{Matrix3, Point2, Vector3};
 use rand::Rng;
@@ -63,7 +63,7 @@ pub fn look(
     pose: &Pose<Camera, Vehicle>,
     network: &Network,
     rng: &mut impl Rng,
-) -> Vec<SeenKeypoint> {
+) -> Vec<ObservedKeypoint> {
     project(prior, coefficients, pose, &camera())
         .into_iter()
         .map(|point| {
@@ -77,7 +77,7 @@ pub fn look(
                 pixel += nalgebra::Vector2::new(rng.random::<f64>() - 0.5, rng.random::<f64>() - 0.5) * 120.0;
             }
             let confidence = if point.visible && !hidden { 1.0 } else { 0.0 };
-            SeenKeypoint { pixel: Point2::new(pixel.x, pixel.y), confidence }
+            ObservedKeypoint { pixel: Point2::new(pixel.x, pixel.y), confidence }
         })
         .collect()
 }

@@ -2,7 +2,7 @@
 
 use motorcade_dataset::Label;
 use motorcade_geometry::{Camera, Pose, Vehicle};
-use motorcade_perception::{BoundingBox, BoxAround};
+use motorcade_perception::{BoundingBox, BoxConvention};
 use motorcade_vehicles::image_box;
 use nalgebra::Vector3;
 
@@ -25,7 +25,7 @@ pub(crate) fn of_frame(drive: &Drive, frame: usize, views: &[VehicleView]) -> Ve
             continue;
         };
         let (bbox, truncated) =
-            match image_box(&camera, &pose, vehicle.class, BoxAround::Corners, &vehicle.size) {
+            match image_box(&camera, &pose, vehicle.class, BoxConvention::ProjectedCuboid, &vehicle.size) {
                 Some(whole) => {
                     let inside = whole.clipped(camera.width, camera.height);
                     (inside, 1.0 - inside.area() / whole.area().max(1e-9))

@@ -1,6 +1,6 @@
 //! One scenario rendered, run and judged.
 
-use motorcade::{Config, Given, RunContext, Silent, write_run};
+use motorcade::{Config, External, NoProgress, RunContext, write_run};
 use motorcade_dataset::{Sequence, SequenceOptions};
 use motorcade_evaluate::evaluate_run;
 use motorcade_perception::{Perception, PerceptionOptions};
@@ -98,7 +98,8 @@ pub fn run(case: &Case) -> Outcome {
     let config = settings();
     let height_m = scenario.plan.rig.height_m;
     let result =
-        motorcade::run(&sequence, &perception, &Given::default(), height_m, &config, 1, &Silent).unwrap();
+        motorcade::run(&sequence, &perception, &External::default(), height_m, &config, 1, &NoProgress)
+            .unwrap();
     let context = RunContext {
         config,
         camera_from_cam0: sequence.camera_from_cam0(),

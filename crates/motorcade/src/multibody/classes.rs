@@ -19,7 +19,7 @@ pub enum EdgeClass {
     /// Camera–vehicle, from keypoints.
     Keypoints,
     /// Camera–vehicle, from a pose that was given.
-    Given,
+    External,
     /// Steady motion of a vehicle.
     SteadyMotion,
     /// No side slip of a vehicle.
@@ -29,20 +29,20 @@ pub enum EdgeClass {
 impl EdgeClass {
     /// All, in a fixed order.
     pub const ALL: [Self; 6] =
-        [Self::Odometry, Self::Box, Self::Keypoints, Self::Given, Self::SteadyMotion, Self::NoSideSlip];
+        [Self::Odometry, Self::Box, Self::Keypoints, Self::External, Self::SteadyMotion, Self::NoSideSlip];
 
     /// The class of what a source says.
     pub(crate) fn of(source: Source) -> Self {
         match source {
             Source::Keypoints => Self::Keypoints,
-            Source::Given => Self::Given,
+            Source::External => Self::External,
             Source::Box | Source::Predicted => Self::Box,
         }
     }
 
     /// True for what a frame says of a vehicle.
     pub(crate) fn is_sighting(self) -> bool {
-        matches!(self, Self::Box | Self::Keypoints | Self::Given)
+        matches!(self, Self::Box | Self::Keypoints | Self::External)
     }
 }
 

@@ -4,14 +4,14 @@ use motorcade_geometry::{Camera, Pose, Vehicle, World};
 use motorcade_graph::factors::Between;
 use motorcade_graph::{Factor, GraphError, Robust, VariableId};
 use motorcade_odometry::{EgoFrame, EgoTrajectory};
-use motorcade_vehicles::{Measured, Sighting, VehicleState, VehicleTrajectory};
+use motorcade_vehicles::{Sighting, VehicleMeasurement, VehicleState, VehicleTrajectory};
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 use super::classes::{ClassScales, EdgeClass};
 use super::motion_factors::{NoSideSlip, SteadyMotion};
-use super::sized_sighting::SizedSighting;
+use super::sized_sighting::ScaledPoseFactor;
 use super::track_scales::TrackScales;
-use super::{CameraWay, GraphOptions};
+use super::{CameraCoupling, GraphOptions};
 
 /// An edge, not yet in a graph.
 pub(crate) struct Edge {
@@ -95,9 +95,9 @@ pub(crate) fn of_cameras(build: &Build<'_>) -> Result<Vec<Edge>, GraphError> {
 /// True for a step of the camera that no vehicle may change.
 pub(crate) fn step_is_held(frame: &EgoFrame, options: &GraphOptions) -> bool {
     match options.camera {
-        CameraWay::Held => true,
-        CameraWay::StepsHeld => options.camera_camera && frame.step_measured && metric(frame),
-        CameraWay::LengthsHeld | CameraWay::Free => false,
+        CameraCoupling::Held => true,
+        CameraCoupling::StepsHeld => options.camera_camera && frame.step_measured && metric(frame),
+        CameraCoupling::LengthsHeld | CameraCoupling::Free => false,
     }
 }
 
@@ -111,7 +111,7 @@ fn metric(frame: &EgoFrame) -> bool {
 fn step_information(frame: &EgoFrame, step: &Pose<Camera, Camera>, options: &GraphOptions) -> Matrix6<f64> {
     /// Frames are placed against the same landmarks: what one errs the next takes back, and over a second and more the variance
     /// of the way is a fifth of the sum of its steps' (ten rendered drives, 30 to 119 frames; rotation and sideways).
-    const TAKEN_BACK: f64 = 5.0;
+    const STEP_ANTICORRELATION: f64 = 5.0;
     /// What a step that is held may turn by \[rad\], and be off by \[m\]: a hundred of them a tenth of a milliradian, a millimetre.
     const HELD_RAD: f64 = 1e-5;
     const HELD_M: f64 = 1e-4;
@@ -124,14 +124,14 @@ fn step_information(frame: &EgoFrame, step: &Pose<Camera, Camera>, options: &Gra
     let d = Vector6::new(0.0, 0.0, 0.0, d.x, d.y, d.z);
     // Errors of scale last: of the length nothing is taken back.
     let across = Matrix6::identity() - d * d.transpose();
-    let taken = Matrix6::identity() + across * (TAKEN_BACK.sqrt() - 1.0);
+    let taken = Matrix6::identity() + across * (STEP_ANTICORRELATION.sqrt() - 1.0);
     let [turn, place] = [HELD_RAD, HELD_M].map(|sigma| 1.0 / (sigma * sigma));
     let whole = Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, place, place, place));
     let held = match options.camera {
-        CameraWay::StepsHeld if metric(frame) => whole,
-        CameraWay::StepsHeld => across * whole * across,
-        CameraWay::LengthsHeld if metric(frame) => d * d.transpose() * place,
-        CameraWay::LengthsHeld | CameraWay::Held | CameraWay::Free => Matrix6::zeros(),
+        CameraCoupling::StepsHeld if metric(frame) => whole,
+        CameraCoupling::StepsHeld => across * whole * across,
+        CameraCoupling::LengthsHeld if metric(frame) => d * d.transpose() * place,
+        CameraCoupling::LengthsHeld | CameraCoupling::Held | CameraCoupling::Free => Matrix6::zeros(),
     };
     taken * information * taken + held
 }
@@ -173,14 +173,14 @@ pub(crate) fn sized_sightings(
     nodes: &[VariableId],
     scales: &TrackScales,
     build: &Build<'_>,
-) -> Vec<(EdgeClass, SizedSighting)> {
+) -> Vec<(EdgeClass, ScaledPoseFactor)> {
     let share = correlated_frames(vehicle, build.options);
     let of_state = |(state, node): (&VehicleState, &VariableId)| {
         let (camera, node) = (build.cameras[state.frame], *node);
         let one = move |sighting: &Sighting| {
             let information = inverse(&(sighting.covariance * share));
             let (scale, at) = scales.of(sighting, vehicle);
-            let factor = SizedSighting::new([camera, node, scale], sighting, at, information);
+            let factor = ScaledPoseFactor::new([camera, node, scale], sighting, at, information);
             (EdgeClass::of(sighting.source), factor)
         };
         state.sightings.iter().map(one).collect::<Vec<_>>()
@@ -213,7 +213,7 @@ fn correlated_frames(vehicle: &VehicleTrajectory, options: &GraphOptions) -> f64
 }
 
 fn view(
-    measured: &Measured,
+    measured: &VehicleMeasurement,
     camera: VariableId,
     vehicle: VariableId,
     share: f64,

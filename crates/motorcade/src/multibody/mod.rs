@@ -9,7 +9,7 @@
 //! | vehicle–vehicle | steady motion and no side slip | difference of road-plane places, λ high beyond 45 m |
 //!
 //! By default a vehicle that stands is one node, a landmark seen from many cameras. Where odometry broke off, landmarks tell how
-//! the way goes on; steps that odometry measured stay as they are ([`CameraWay`]).
+//! the way goes on; steps that odometry measured stay as they are ([`CameraCoupling`]).
 
 pub(crate) mod classes;
 pub(crate) mod edges;
@@ -31,7 +31,7 @@ use serde::{Deserialize, Serialize};
 
 use classes::{ClassScales, EdgeClass};
 use edges::{Build, Own};
-use sized_sighting::SizedSighting;
+use sized_sighting::ScaledPoseFactor;
 use track_scales::{TrackScales, scale_weight};
 pub use variance::VarianceFactor;
 
@@ -55,7 +55,7 @@ pub enum GraphKernel {
 /// What vehicles may do to the camera's way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum CameraWay {
+pub enum CameraCoupling {
     /// Nothing: vehicles are placed against the way as odometry and road give it.
     Held,
     /// Move it where odometry broke off or guessed: a step measured from hundreds of corners and the road is held whole, and with
@@ -75,7 +75,7 @@ pub struct GraphOptions {
     /// False leaves the estimates of the front end as they are.
     pub enabled: bool,
     /// What vehicles may do to the camera's way.
-    pub camera: CameraWay,
+    pub camera: CameraCoupling,
     /// Camera–camera edges.
     pub camera_camera: bool,
     /// Camera–vehicle edges.
@@ -114,7 +114,7 @@ impl Default for GraphOptions {
     fn default() -> Self {
         Self {
             enabled: true,
-            camera: CameraWay::default(),
+            camera: CameraCoupling::default(),
             camera_camera: true,
             camera_vehicle: true,
             vehicle_vehicle: true,
@@ -174,7 +174,7 @@ struct Body {
     nodes: Vec<VariableId>,
     scales: Option<TrackScales>,
     /// Edges to the cameras.
-    sightings: Vec<(EdgeClass, SizedSighting)>,
+    sightings: Vec<(EdgeClass, ScaledPoseFactor)>,
 }
 
 impl Multibody {

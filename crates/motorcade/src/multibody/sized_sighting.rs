@@ -15,7 +15,7 @@ use nalgebra::{DMatrixViewMut, DVectorViewMut, Isometry3, Matrix6, Vector6};
 ///
 /// The covariance of the factor is that with the scale held: what a wrong scale does to all views alike is not in it.
 #[derive(Clone, Debug)]
-pub struct SizedSighting {
+pub struct ScaledPoseFactor {
     variables: [VariableId; 3],
     measurement: Isometry3<f64>,
     by_scale: Vector6<f64>,
@@ -23,7 +23,7 @@ pub struct SizedSighting {
     information: Matrix6<f64>,
 }
 
-impl SizedSighting {
+impl ScaledPoseFactor {
     /// Between `[camera, vehicle, scale]`, measured with the scale at `at`; `information` (6×6 `[ω, ν]`) of the pose with the
     /// scale held.
     pub fn new(variables: [VariableId; 3], sighting: &Sighting, at: f64, information: Matrix6<f64>) -> Self {
@@ -52,7 +52,7 @@ impl SizedSighting {
     }
 }
 
-impl Factor for SizedSighting {
+impl Factor for ScaledPoseFactor {
     fn terms(&self) -> Terms<'_> {
         Terms::new(&self.variables, &self.information)
     }
@@ -109,7 +109,7 @@ mod tests {
             by_scale: Vector6::new(0.3, -0.2, 0.5, 8.0, -1.0, 0.4),
         };
         let factor =
-            SizedSighting::new([camera, vehicle, scale], &sighting, 1.5_f64.ln(), Matrix6::identity());
+            ScaledPoseFactor::new([camera, vehicle, scale], &sighting, 1.5_f64.ln(), Matrix6::identity());
         assert!(numeric::jacobian_error(&factor, graph.values()).unwrap() < 1e-6);
     }
 }

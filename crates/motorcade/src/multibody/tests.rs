@@ -1,7 +1,7 @@
 //! The graph on vehicles whose poses, sizes and noise are known.
 
 use motorcade_geometry::{Camera, Pose, Vehicle, World};
-use motorcade_odometry::{EgoTrajectory, UpToScale};
+use motorcade_odometry::{EgoTrajectory, OdometryTrajectory};
 use motorcade_perception::VehicleClass;
 use motorcade_vehicles::{Dimensions, Scaling, Sighting, Source, VehicleState, VehicleTrajectory};
 use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
@@ -34,7 +34,7 @@ fn ahead(k: usize) -> Pose<World, Vehicle> {
 
 fn ego() -> EgoTrajectory {
     let poses: Vec<_> = (0..FRAMES).map(camera).collect();
-    EgoTrajectory::metric(&UpToScale::from_poses(&poses), &[], 1.65)
+    EgoTrajectory::metric(&OdometryTrajectory::from_poses(&poses), &[], 1.65)
 }
 
 /// A vehicle that starts where `start` says and is seen as `sightings` say.
@@ -117,7 +117,7 @@ fn given_with_strays(frame: usize) -> Vec<Sighting> {
     if frame % 10 == 7 {
         off[3] += 25.0;
     }
-    vec![seen(Source::Given, &ahead(frame), frame, &off)]
+    vec![seen(Source::External, &ahead(frame), frame, &off)]
 }
 
 #[test]
@@ -156,9 +156,9 @@ fn covariances_that_are_too_small_are_made_larger() {
     let options = GraphOptions { variance_rounds: 3, correlated_frames: 1.0, ..GraphOptions::default() };
     for true_factor in [4.0_f64, 1.0, 0.25] {
         let noise = noise(11, true_factor.sqrt());
-        let sightings = |k: usize| vec![seen(Source::Given, &ahead(k), k, &noise[k])];
+        let sightings = |k: usize| vec![seen(Source::External, &ahead(k), k, &noise[k])];
         let (_, graph) = solved(vehicle(ahead, sightings, 1.0), &options);
-        let found = graph.variance_factors.iter().find(|f| f.class == EdgeClass::Given).unwrap();
+        let found = graph.variance_factors.iter().find(|f| f.class == EdgeClass::External).unwrap();
         let ratio = found.found / true_factor;
         assert!((0.65..1.5).contains(&ratio), "{true_factor}: {found:?}");
         // Better than told is not believed: what lasts does not show.
@@ -172,10 +172,10 @@ fn few_residuals_leave_covariances_as_they_are() {
     let options = GraphOptions { variance_rounds: 3, correlated_frames: 1.0, ..GraphOptions::default() };
     let noise = noise(11, 3.0);
     let sightings = |k: usize| {
-        if k.is_multiple_of(10) { vec![seen(Source::Given, &ahead(k), k, &noise[k])] } else { vec![] }
+        if k.is_multiple_of(10) { vec![seen(Source::External, &ahead(k), k, &noise[k])] } else { vec![] }
     };
     let (_, graph) = solved(vehicle(ahead, sightings, 1.0), &options);
-    let found = graph.variance_factors.iter().find(|f| f.class == EdgeClass::Given).unwrap();
+    let found = graph.variance_factors.iter().find(|f| f.class == EdgeClass::External).unwrap();
     assert!(found.degrees_of_freedom < 30.0 && found.factor == 1.0, "{found:?}");
 }
 
@@ -217,7 +217,7 @@ fn what_is_wrong_with_all_given_distances_is_common_to_them() {
         let sightings = |k: usize| {
             let away = -(ahead(k).inverse() * camera(k)).translation();
             let by_distance = Vector6::new(0.0, 0.0, 0.0, away.x, away.y, away.z);
-            let given = seen(Source::Given, &ahead(k), k, &(noises[0][k] + by_distance * 0.12));
+            let given = seen(Source::External, &ahead(k), k, &(noises[0][k] + by_distance * 0.12));
             let scaling = if common { Scaling::Source { sigma: 0.06 } } else { Scaling::Size };
             let by_scale = if common { by_distance } else { Vector6::zeros() };
             vec![seen(Source::Box, &ahead(k), k, &noises[1][k]), Sighting { scaling, by_scale, ..given }]
@@ -249,7 +249,7 @@ fn a_standing_car_is_a_landmark_across_a_break() {
     broken.frames[BREAK].step_measured = false;
     let aside = Vector6::new(0.0, 0.0, 0.0, 0.5, 0.5, 0.5);
     broken.frames[BREAK].step_covariance += Matrix6::from_diagonal(&aside.map(|s| s * s));
-    let off = |way: CameraWay| {
+    let off = |way: CameraCoupling| {
         let (mut ego, mut vehicle) = (broken.clone(), vehicle(|_| truth, sightings, 0.01));
         let vehicles = std::slice::from_mut(&mut vehicle);
         let options = GraphOptions { camera: way, ..GraphOptions::default() };
@@ -261,7 +261,8 @@ fn a_standing_car_is_a_landmark_across_a_break() {
         }
         (place(BREAK + 5) - camera(BREAK + 5).translation()).norm()
     };
-    let [held, steps, bent] = [CameraWay::Held, CameraWay::StepsHeld, CameraWay::LengthsHeld].map(off);
+    let [held, steps, bent] =
+        [CameraCoupling::Held, CameraCoupling::StepsHeld, CameraCoupling::LengthsHeld].map(off);
     println!("off after the break [m]: held {held}, steps held {steps}, lengths held {bent}");
     assert!((held - 0.5).abs() < 1e-9 && steps < 0.2 && bent < 0.2, "{held} {steps} {bent}");
 }

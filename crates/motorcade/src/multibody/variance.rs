@@ -33,7 +33,7 @@ const LEAST_DEGREES: f64 = 30.0;
 const MOST: f64 = 16.0;
 
 /// One edge of a class.
-struct Told {
+struct WhitenedResidual {
     /// Squared whitened residual before the factor.
     s: f64,
     dim: f64,
@@ -52,7 +52,7 @@ pub(crate) fn estimate(
     options: &GraphOptions,
 ) -> Result<Vec<VarianceFactor>, GraphError> {
     let marginals = Marginals::new(graph)?;
-    let mut told: [Vec<Told>; 6] = Default::default();
+    let mut told: [Vec<WhitenedResidual>; 6] = Default::default();
     for (id, class) in edges.iter().filter(|(_, class)| class.is_sighting()) {
         let Some(factor) = graph.factor(*id) else { continue };
         told[*class as usize].extend(tell(graph, &marginals, factor)?);
@@ -74,7 +74,11 @@ pub(crate) fn estimate(
 }
 
 /// What an edge tells; `None` when all its variables are held.
-fn tell(graph: &Graph, marginals: &Marginals, factor: &dyn Factor) -> Result<Option<Told>, GraphError> {
+fn tell(
+    graph: &Graph,
+    marginals: &Marginals,
+    factor: &dyn Factor,
+) -> Result<Option<WhitenedResidual>, GraphError> {
     let variables = factor.variables();
     if variables.iter().all(|v| graph.is_fixed(*v)) {
         return Ok(None);
@@ -93,7 +97,7 @@ fn tell(graph: &Graph, marginals: &Marginals, factor: &dyn Factor) -> Result<Opt
     let information = factor.information().select_rows(told).select_columns(told);
     let leverage = weight * (&j * covariance * j.transpose() * &information).trace();
     let s = (r.transpose() * information * r)[0];
-    Ok(Some(Told { s, dim: told.len() as f64, leverage: leverage.clamp(0.0, told.len() as f64) }))
+    Ok(Some(WhitenedResidual { s, dim: told.len() as f64, leverage: leverage.clamp(0.0, told.len() as f64) }))
 }
 
 /// Rows of a residual that are measured rather than assumed, along and across: upright is assumed of all vehicles, the heading of
@@ -101,7 +105,7 @@ fn tell(graph: &Graph, marginals: &Marginals, factor: &dyn Factor) -> Result<Opt
 const ROWS_THAT_TELL: [usize; 2] = [3, 4];
 
 /// The factor at which weighted squares and freedoms agree.
-fn solve(all: &[Told], start: f64, kernel: GraphKernel, c: f64) -> f64 {
+fn solve(all: &[WhitenedResidual], start: f64, kernel: GraphKernel, c: f64) -> f64 {
     const ROUNDS: usize = 50;
     let dim = all.first().map_or(1.0, |t| t.dim);
     let expected = expected_ratio(kernel, c, dim);

@@ -13,19 +13,19 @@ use std::time::Instant;
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
 use motorcade_odometry::{EgoFrame, EgoTrajectory, RoadMeasurement, Uncertainty};
-use motorcade_vehicles::{GivenTrack, GroundFrame, Track, Tracker, VehicleTrajectory, estimate_track};
+use motorcade_vehicles::{ExternalTrack, GroundFrame, Track, Tracker, VehicleTrajectory, estimate_track};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::config::Config;
-use crate::front_end::{FrontEnd, SoFar};
-use crate::given_vehicles::given_tracks;
-use crate::pipeline::{Given, grounds, with_keypoints};
+use crate::front_end::{FrontEnd, FrontEndView};
+use crate::given_vehicles::external_tracks;
+use crate::pipeline::{External, grounds, with_keypoints};
 use crate::progress::Progress;
 use crate::result::{RunResult, summary_warnings};
 use crate::scale_source;
 use crate::timing::Stopwatch;
-pub use newest::Newest;
+pub use newest::OnlineEstimate;
 use window_graph::WindowGraph;
 
 /// Windows of an online run.
@@ -52,7 +52,7 @@ impl Default for OnlineOptions {
 /// An online run.
 pub struct Online<'a> {
     camera: PinholeCamera,
-    given: &'a Given,
+    given: &'a External,
     height_m: f64,
     config: &'a Config,
     tracker: Tracker,
@@ -85,7 +85,7 @@ struct Window {
 
 impl<'a> Online<'a> {
     /// Ready for the first frame.
-    pub fn new(camera: PinholeCamera, given: &'a Given, height_m: f64, config: &'a Config) -> Self {
+    pub fn new(camera: PinholeCamera, given: &'a External, height_m: f64, config: &'a Config) -> Self {
         Self {
             camera,
             given,
@@ -104,7 +104,7 @@ impl<'a> Online<'a> {
     }
 
     /// Takes the newest frame; says where camera and vehicles are in it.
-    pub fn advance<'n>(&'n mut self, so_far: &SoFar<'n>) -> Newest<'n> {
+    pub fn advance<'n>(&'n mut self, so_far: &FrontEndView<'n>) -> OnlineEstimate<'n> {
         let newest = so_far.frames.len() - 1;
         let mut clock = Instant::now();
         let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64() * 1e3;
@@ -121,7 +121,7 @@ impl<'a> Online<'a> {
         for vehicle in vehicles {
             seen.extend(self.keep(vehicle, window.first, newest));
         }
-        Newest {
+        OnlineEstimate {
             frame: &so_far.frames[newest],
             ego: &self.ego[newest],
             before: newest.checked_sub(1).map(|b| (&so_far.frames[b], &self.ego[b])),
@@ -157,7 +157,7 @@ impl<'a> Online<'a> {
     }
 
     /// Metres and road of the last frames, in the world of the graph.
-    fn window(&mut self, so_far: &SoFar<'_>) -> Window {
+    fn window(&mut self, so_far: &FrontEndView<'_>) -> Window {
         let (frames, options) = (so_far.frames.len(), &self.config.online);
         let lag = options.lag_frames.min(frames);
         let longest = options.scale_frames.max(lag);
@@ -233,7 +233,7 @@ impl<'a> Online<'a> {
             value,
             baseline: 1.0,
             covariance,
-            bend: None,
+            curvature: None,
             agreement: 1.0,
             pixels: 0,
         };
@@ -253,7 +253,7 @@ impl<'a> Online<'a> {
     }
 
     /// Vehicles of the window; frames count from its first.
-    fn vehicles(&mut self, so_far: &SoFar<'_>, window: &Window) -> Vec<VehicleTrajectory> {
+    fn vehicles(&mut self, so_far: &FrontEndView<'_>, window: &Window) -> Vec<VehicleTrajectory> {
         let (newest, first) = (so_far.frames.len() - 1, window.first);
         let Some(ground) = window.grounds.last() else { return Vec::new() };
         if self.given.vehicles.is_none() {
@@ -262,8 +262,8 @@ impl<'a> Online<'a> {
         }
         let numbers: Vec<u64> = so_far.frames[first..].iter().map(|f| f.number).collect();
         let (camera, grounds) = (&self.camera, &window.grounds);
-        let tracks: Vec<(Track, GivenTrack)> = match &self.given.vehicles {
-            Some(poses) => given_tracks(poses, &numbers, grounds, &so_far.detections[first..], camera),
+        let tracks: Vec<(Track, ExternalTrack)> = match &self.given.vehicles {
+            Some(poses) => external_tracks(poses, &numbers, grounds, &so_far.detections[first..], camera),
             None => {
                 let mut tracks = self.tracker.present(first);
                 tracks.iter_mut().flat_map(|t| &mut t.boxes).for_each(|b| b.frame -= first);
@@ -272,7 +272,7 @@ impl<'a> Online<'a> {
         };
         let side = self.config.vehicles.traffic_side;
         let estimate =
-            |(track, given): &(Track, GivenTrack)| estimate_track(camera, grounds, track, given, side);
+            |(track, given): &(Track, ExternalTrack)| estimate_track(camera, grounds, track, given, side);
         tracks.iter().filter_map(estimate).collect()
     }
 

@@ -10,7 +10,7 @@ use crate::output::status_name;
 use crate::result::FrameInfo;
 
 /// Camera and vehicles in the newest frame, as known when it came.
-pub struct Newest<'a> {
+pub struct OnlineEstimate<'a> {
     /// The frame.
     pub frame: &'a FrameInfo,
     /// The camera.
@@ -21,7 +21,7 @@ pub struct Newest<'a> {
     pub vehicles: Vec<&'a VehicleTrajectory>,
 }
 
-impl Newest<'_> {
+impl OnlineEstimate<'_> {
     /// Speed of the camera \[m/s\]; 0 in the first frame.
     pub fn speed_mps(&self) -> f64 {
         let Some((frame, ego)) = self.before else { return 0.0 };

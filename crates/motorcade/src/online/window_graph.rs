@@ -13,7 +13,7 @@ use super::OnlineOptions;
 use crate::multibody::classes::ClassScales;
 use crate::multibody::edges::{self, Build, Own};
 use crate::multibody::track_scales::TrackScales;
-use crate::multibody::{CameraWay, GraphOptions, place, starts, tell_size, vehicle_covariance};
+use crate::multibody::{CameraCoupling, GraphOptions, place, starts, tell_size, vehicle_covariance};
 
 /// A vehicle whose front end turns by more was taken for the wrong way round, and begins anew \[rad\].
 const FLIPPED_RAD: f64 = 1.0;
@@ -259,7 +259,7 @@ impl WindowGraph {
 /// Windows let vehicles move the camera freely or not at all: with every frame lengths are known better, and a way that is bent
 /// to fit them anew in a few iterations is told in jumps (4 km of ring road 2.8 % too long).
 pub(super) fn held(options: &GraphOptions) -> bool {
-    options.camera != CameraWay::Free
+    options.camera != CameraCoupling::Free
 }
 
 fn retire(graph: &mut Graph, variables: &[VariableId]) -> Result<(), GraphError> {

@@ -97,7 +97,7 @@ fn table(out: impl Write, result: &RunResult) -> io::Result<()> {
         let source = match s.source {
             Source::Box => "box",
             Source::Keypoints => "keypoints",
-            Source::Given => "given",
+            Source::External => "given",
             Source::Predicted => "predicted",
         };
         row.push(source.to_owned());

@@ -4,8 +4,8 @@
 
 use motorcade::{FrameInfo, FrontEnd, Stopwatch};
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
-use motorcade_odometry::{RoadMeasurement, UpToScale};
-use motorcade_perception::{BoundingBox, BoxAround, Detection, VehicleClass};
+use motorcade_odometry::{OdometryTrajectory, RoadMeasurement};
+use motorcade_perception::{BoundingBox, BoxConvention, Detection, VehicleClass};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// KITTI's, nearly.
@@ -33,7 +33,13 @@ pub fn drive(frames: usize) -> FrontEnd {
         let at = |x: f64, y: f64| (CAMERA.fx * x / ahead + CAMERA.cx, CAMERA.fy * y / ahead + CAMERA.cy);
         let ((x1, y1), (x2, y2)) = (at(-left - 0.9, HEIGHT_M - 1.5), at(-left + 0.9, HEIGHT_M));
         let bbox = BoundingBox::new([x1, y1, x2, y2]);
-        Detection { bbox, score: 0.9, class: VehicleClass::Car, around: BoxAround::Seen, external_id: None }
+        Detection {
+            bbox,
+            score: 0.9,
+            class: VehicleClass::Car,
+            convention: BoxConvention::VisibleExtent,
+            external_id: None,
+        }
     };
     let seen = |k: usize| {
         let parked = 60.0 - (k % 150) as f64;
@@ -47,7 +53,7 @@ pub fn drive(frames: usize) -> FrontEnd {
         value: Vector3::new(-HEIGHT_M.ln() + 0.01 * (k as f64 * 0.7).sin(), 0.003 * (k as f64).sin(), 0.0),
         baseline: (poses[k].translation() - poses[k - 2].translation()).norm(),
         covariance: Matrix3::from_diagonal(&Vector3::new(1e-5, 1e-6, 1e-6)),
-        bend: None,
+        curvature: None,
         agreement: 0.9,
         pixels: 4000,
     };
@@ -59,7 +65,7 @@ pub fn drive(frames: usize) -> FrontEnd {
         detections: (0..frames).map(seen).collect(),
         looked_for_vehicles: true,
         road_measurements: (2..frames).map(measured).collect(),
-        motion: UpToScale::from_poses(&poses),
+        motion: OdometryTrajectory::from_poses(&poses),
         metric: false,
         stopwatch: Stopwatch::default(),
         warnings: Vec::new(),
