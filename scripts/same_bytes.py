@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Runs fixed jobs with one build of motorcade and compares the outputs of two such runs byte by byte.
 
-    scripts/same_bytes.py run MOTORCADE OUT [--shared ../shared] [--jobs 0003,files]
-    scripts/same_bytes.py compare OUT_BEFORE OUT_AFTER
+    scripts/same_bytes.py run MOTORCADE OUT [--shared ../shared] [--boxes OUT_BEFORE] [--jobs 0003,files]
+    scripts/same_bytes.py compare OUT_BEFORE OUT_AFTER [--jobs 0003,files]
 
 `compare` lists every file and fails when one differs. Left out: `report.html` and the keys of `run.json` that hold times, the
 command line, the configuration and the version, which change without a change of result.
@@ -17,12 +17,12 @@ import sys
 IGNORED_KEYS = {"timings", "command", "configuration", "version", "fingerprint", "perception"}
 
 
-def jobs(motorcade, out, shared):
+def jobs(out, shared, boxes_of):
     tracking = shared / "kitti/tracking/training"
     models = ["--models", shared / "models"]
     d0005 = ["run", tracking, "--sequence", "0005", "--camera", 3]
     d0003 = ["run", tracking, "--sequence", "0003", "--frames", "16..101", "--ignore", tracking / "mask_02/0003"]
-    boxes = lambda name: ["--detections", out / name / "detections.txt"]
+    boxes = lambda name: ["--detections", boxes_of / name / "detections.txt"]
     ego = out / "0003-degraded.txt"
     files = ["run", tracking, "--sequence", "0003", "--frames", "10..133", "--trajectory", ego]
     files += ["--detections", tracking / "label_02/0003.txt", "--vehicle-poses", *sorted((tracking / "vehicle_poses").glob("3_*.csv"))]
@@ -38,7 +38,7 @@ def jobs(motorcade, out, shared):
         "0005": [*d0005, *models],
         "0005-boxes": [*d0005, *boxes("0005")],
         "0005-online": [*d0005, *boxes("0005"), "--online"],
-        "unknown-unit": ["run", tracking, "--sequence", "0005", "--trajectory", tracking / "gt_poses/0005.txt", "--trajectory-scale", "unknown", "--detections", tracking / "label_02/0005.txt"],
+        "unknown-unit": ["run", tracking, "--sequence", "0005", "--camera", 3, "--trajectory", tracking / "gt_poses/0005.txt", "--trajectory-scale", "unknown", "--detections", tracking / "label_02/0005.txt"],
         "odometry-00": ["run", shared / "kitti/odometry/00", "--calibration", out / "odometry.toml"],
     }
     for name in ("sphere2500", "parking-garage", "smallGrid3D", "torus3D"):
@@ -54,7 +54,7 @@ def run(options):
     poses = shared / "kitti/tracking/training/gt_poses/0003.txt"
     subprocess.check_call([sys.executable, degrade, poses, out / "0003-degraded.txt", "--camera-offset-m", "0.06"])
     wanted = options.jobs.split(",") if options.jobs else None
-    for name, arguments in jobs(options.motorcade, out, shared).items():
+    for name, arguments in jobs(out, shared, (options.boxes or out).resolve()).items():
         if wanted and not any(name == w for w in wanted):
             continue
         command = [str(options.motorcade.resolve()), *map(str, arguments)]
@@ -84,6 +84,10 @@ def digests(root):
 
 def compare(options):
     before, after = digests(options.before), digests(options.after)
+    if options.jobs:
+        names = options.jobs.split(",")
+        wanted = lambda path: any(path.split("/")[0] in (name, f"{name}.jsonl", f"{name}.g2o") for name in names)
+        before, after = ({k: v for k, v in one.items() if wanted(k)} for one in (before, after))
     different = [name for name in sorted(before | after) if before.get(name) != after.get(name)]
     for name in different:
         state = "missing before" if name not in before else "missing after" if name not in after else "differs"
@@ -98,11 +102,13 @@ one = commands.add_parser("run")
 one.add_argument("motorcade", type=pathlib.Path)
 one.add_argument("out", type=pathlib.Path)
 one.add_argument("--shared", default="../shared", type=pathlib.Path)
+one.add_argument("--boxes", type=pathlib.Path, help="folder of an earlier run whose detections are taken; OUT by default")
 one.add_argument("--jobs", help="comma-separated names; all by default")
 one.set_defaults(work=run)
 two = commands.add_parser("compare")
 two.add_argument("before", type=pathlib.Path)
 two.add_argument("after", type=pathlib.Path)
+two.add_argument("--jobs", help="comma-separated names; all by default")
 two.set_defaults(work=compare)
 options = parser.parse_args()
 options.work(options)
