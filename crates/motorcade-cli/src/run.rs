@@ -1,10 +1,10 @@
 //! `motorcade run`.
 
 use anyhow::Context;
-use motorcade::{Config, Online, Preset, RunContext, RunResult, output, write_run};
+use motorcade::{Config, Motorcade, Preset, RunContext, RunResult, output, write_run};
 
 use crate::arguments::{PresetName, RunArguments};
-use crate::drive::{Drive, LoadedDrive};
+use crate::drive::Drive;
 use crate::exit;
 use crate::fingerprint::{already_done, fingerprint};
 use crate::progress::Reporter;
@@ -18,25 +18,25 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
         return Ok(exit::FINE);
     }
     output::prepare(&arguments.out, arguments.force)?;
-    let drive = drive.load(arguments)?;
+    let mut drive = drive.load(arguments)?;
     let reporter = Reporter::new(arguments.progress);
+    let mut slam = drive.slam(&config)?;
     let result = if config.online.enabled {
-        online(&drive, &config, &reporter)?
+        drive.push_all(&mut slam, &reporter, &mut |slam| print_estimate(slam, &reporter))?;
+        slam.finish_online(&reporter)
     } else {
-        let front_end = drive.front_end(&config, &reporter)?;
-        let (height_m, threads) = (drive.height_m(), drive.threads());
-        motorcade::estimate_drive(front_end, &drive.given, height_m, &config, threads, &reporter)
+        drive.push_all(&mut slam, &reporter, &mut |_| ())?;
+        slam.finish_with(&reporter)
     };
     reporter.finish();
-    conclude(arguments, &result, &drive.context(config, fingerprint))
+    write(arguments, &result, &drive.context(config, fingerprint))
 }
 
-/// Tells every frame on stdout as it comes.
-fn online(drive: &LoadedDrive, config: &Config, reporter: &Reporter) -> anyhow::Result<RunResult> {
-    let mut online = Online::new(drive.camera()?, &drive.given, drive.height_m(), config);
-    let mut tell = |so_far: &motorcade::FrontEndView<'_>| reporter.print(&online.advance(so_far).to_json());
-    let front_end = drive.watched_front_end(config, reporter, &mut tell)?;
-    Ok(online.finish(front_end, reporter))
+/// The newest frame as a line on stdout.
+fn print_estimate(slam: &mut Motorcade, reporter: &Reporter) {
+    if let Some(estimate) = slam.estimate() {
+        reporter.print(&estimate.to_json());
+    }
 }
 
 /// True, and said, when --out holds this very run already.
@@ -49,7 +49,7 @@ fn finished_before(arguments: &RunArguments, fingerprint: &str) -> bool {
 }
 
 /// Writes the results and says where they are.
-fn conclude(arguments: &RunArguments, result: &RunResult, context: &RunContext) -> anyhow::Result<u8> {
+fn write(arguments: &RunArguments, result: &RunResult, context: &RunContext) -> anyhow::Result<u8> {
     let report = motorcade_viewer::report(result, context, None).into_bytes();
     let extras = [output::Extra { name: "report.html".into(), content: report }];
     write_run(&arguments.out, result, context, &extras)?;
@@ -109,7 +109,7 @@ fn summary(result: &RunResult, arguments: &RunArguments) -> String {
     let times = result.stopwatch.summary();
     let spent: f64 = times.values().map(|t| t.total_s).sum();
     let moving = result.vehicles.iter().filter(|v| v.p_moving > 0.5).count();
-    let vehicles = if result.looked_for_vehicles {
+    let vehicles = if result.detects_vehicles {
         format!("{} vehicles ({moving} moving)", result.vehicles.len())
     } else {
         "no vehicles looked for".to_owned()

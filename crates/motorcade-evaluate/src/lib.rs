@@ -30,5 +30,5 @@ mod vehicles;
 pub use consistency::ConsistencyReport;
 pub use ego::{EgoReport, ScalePoint, evaluate_trajectory};
 pub use error::{Error, Result};
-pub use run::{Report, evaluate_run};
+pub use run::{Report, RunTrajectories, evaluate_run, evaluate_trajectories};
 pub use vehicles::{VehicleMeans, VehicleReport};

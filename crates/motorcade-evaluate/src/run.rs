@@ -4,6 +4,7 @@ use std::path::Path;
 
 use motorcade_dataset::{Cam0, Error as InputError, KittiCalibration, Label, read_labels, read_trajectory};
 use motorcade_geometry::{Camera, Pose, World};
+use nalgebra::Matrix6;
 
 use crate::consistency::{ConsistencyReport, consistency, read_covariances};
 use crate::ego::{Compared, EgoReport, report};
@@ -39,6 +40,30 @@ pub struct Report {
     pub truth_path_m: Vec<[f64; 3]>,
 }
 
+/// Trajectories of a run, in memory.
+#[derive(Clone, Debug, Default)]
+pub struct RunTrajectories {
+    /// `world_from_camera` of each frame.
+    pub ego: Vec<Pose<World, Camera>>,
+    /// Covariance of each pose (6×6, tangent `[ω, ν]` of the camera, rad and m); none when not known.
+    pub covariances: Option<Vec<Matrix6<f64>>>,
+    /// Vehicles as KITTI tracking results; none when not known.
+    pub tracks: Option<Vec<Label>>,
+}
+
+impl RunTrajectories {
+    /// Reads a run directory: `ego.kitti.txt` or `ego.tum`, `tracks.kitti.txt` and `ego_covariance.csv` when there.
+    ///
+    /// # Errors
+    /// Files that do not read.
+    pub fn read(run: &Path) -> Result<Self> {
+        let existing = |name: &str| Some(run.join(name)).filter(|path| path.is_file());
+        let tracks = existing("tracks.kitti.txt").map(|path| read_labels(&path)).transpose()?;
+        let covariances = existing("ego_covariance.csv").map(|path| read_covariances(&path)).transpose()?;
+        Ok(Self { ego: ego(run)?, covariances, tracks })
+    }
+}
+
 /// Evaluates a run directory (`ego.kitti.txt` or `ego.tum`, and `tracks.kitti.txt` when there) against the KITTI
 /// tracking split at `kitti_root` (`calib/`, `gt_poses/`, `label_02/`, and `label_03/` for camera 3). `first` is the
 /// KITTI frame number of the run's first row.
@@ -46,6 +71,20 @@ pub struct Report {
 /// # Errors
 /// Files that do not read, and runs with another number of poses than the ground truth has frames.
 pub fn evaluate_run(run: &Path, kitti_root: &Path, sequence: &str, camera: u8, first: u64) -> Result<Report> {
+    evaluate_trajectories(&RunTrajectories::read(run)?, kitti_root, sequence, camera, first)
+}
+
+/// As [`evaluate_run`], for trajectories in memory.
+///
+/// # Errors
+/// As [`evaluate_run`].
+pub fn evaluate_trajectories(
+    run: &RunTrajectories,
+    kitti_root: &Path,
+    sequence: &str,
+    camera: u8,
+    first: u64,
+) -> Result<Report> {
     // The benchmark's own archive unpacks to a folder above.
     let inner = kitti_root.join("training");
     let root = if inner.join("calib").is_dir() { inner.as_path() } else { kitti_root };
@@ -53,19 +92,17 @@ pub fn evaluate_run(run: &Path, kitti_root: &Path, sequence: &str, camera: u8, f
     let calibration = file("calib");
     let camera_from_cam0 =
         KittiCalibration::read(&calibration)?.camera(&calibration, camera)?.camera_from_cam0;
-    let estimate = ego(run)?;
-    let truth = truth(&file("gt_poses"), camera_from_cam0, first, estimate.len())?;
-    let compared = Compared::new(&estimate, &truth)?;
+    let truth = truth(&file("gt_poses"), camera_from_cam0, first, run.ego.len())?;
+    let compared = Compared::new(&run.ego, &truth)?;
 
-    let tracks = run.join("tracks.kitti.txt");
-    let vehicles = if tracks.is_file() {
+    let vehicles = if let Some(tracks) = &run.tracks {
         let labels = by_frame(read_labels(&file("label_02"))?.into_iter().filter(is_vehicle));
         let other = file("label_03");
         let moved = match camera {
             3 => Some(by_frame(read_labels(&other)?.into_iter().filter(is_vehicle))),
             _ => None,
         };
-        let estimates = by_frame(read_labels(&tracks)?);
+        let estimates = by_frame(tracks.iter().cloned());
         let boxes = moved.as_ref().unwrap_or(&labels);
         let drive = Vehicles {
             labels: &labels,
@@ -84,10 +121,7 @@ pub fn evaluate_run(run: &Path, kitti_root: &Path, sequence: &str, camera: u8, f
         camera,
         first,
         ego: report(&compared),
-        consistency: match run.join("ego_covariance.csv") {
-            path if path.is_file() => consistency(&compared, &read_covariances(&path)?),
-            _ => None,
-        },
+        consistency: run.covariances.as_ref().and_then(|all| consistency(&compared, all)),
         vehicles_mean: vehicles.as_deref().and_then(means),
         vehicles,
         truth_path_m: compared.truth.iter().map(|pose| pose.translation().into()).collect(),

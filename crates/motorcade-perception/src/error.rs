@@ -17,6 +17,9 @@ pub enum Error {
         /// What is wrong and what to do.
         problem: String,
     },
+    /// A detector of the caller failed.
+    #[error(transparent)]
+    Detector(Box<dyn std::error::Error + Send + Sync>),
     /// What runs networks is not there.
     #[error("{problem}")]
     Engine {
@@ -30,7 +33,7 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Input(error) => error.exit_code(),
-            Self::Model { .. } => 3,
+            Self::Model { .. } | Self::Detector(_) => 3,
             Self::Engine { .. } => 5,
         }
     }

@@ -6,9 +6,10 @@ use std::sync::Arc;
 use rten::ThreadPool;
 
 use crate::detection::VehicleClass;
+use crate::detectors::{RoadSegmenter, VehicleDetector};
 use crate::error::Result;
 use crate::manifest::{Manifest, OutputSpec, Resize};
-use crate::network::{Engine, Network, RoadSegmenter, VehicleDetector};
+use crate::network::{Engine, Network, RoadNetwork, YoloxDetector};
 
 /// How networks run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,12 +29,19 @@ impl Default for ModelOptions {
 }
 
 /// One network a purpose, those of the folder that suit the image best.
-#[derive(Debug)]
 pub struct ModelSet {
     /// Finds vehicles.
-    pub vehicles: Option<VehicleDetector>,
+    pub vehicles: Option<Box<dyn VehicleDetector>>,
     /// Finds the road.
-    pub road: Option<RoadSegmenter>,
+    pub road: Option<Box<dyn RoadSegmenter>>,
+}
+
+impl std::fmt::Debug for ModelSet {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let vehicles = self.vehicles.as_ref().map(|network| network.description());
+        let road = self.road.as_ref().map(|network| network.description());
+        f.debug_struct("ModelSet").field("vehicles", &vehicles).field("road", &road).finish()
+    }
 }
 
 impl ModelSet {
@@ -44,21 +52,21 @@ impl ModelSet {
     pub fn load(folder: &Path, image_size: (u32, u32), options: &ModelOptions) -> Result<Self> {
         let manifest = Manifest::of_folder(folder)?;
         let threads = Arc::new(ThreadPool::with_num_threads(options.threads.max(1)));
-        let mut vehicles: Option<(f64, VehicleDetector)> = None;
-        let mut road: Option<(f64, RoadSegmenter)> = None;
+        let mut vehicles: Option<(f64, Box<dyn VehicleDetector>)> = None;
+        let mut road: Option<(f64, Box<dyn RoadSegmenter>)> = None;
         for entry in &manifest.models {
             let network = Network::load(folder, entry, options, &threads)?;
             let fit = misfit(&network, entry.input.resize, image_size);
             match &entry.output {
                 OutputSpec::Yolox { classes } => {
                     if vehicles.as_ref().is_none_or(|(best, _)| fit < *best) {
-                        let detector = VehicleDetector::new(network, numbered(classes), options.min_score);
-                        vehicles = Some((fit, detector));
+                        let detector = YoloxDetector::new(network, numbered(classes), options.min_score);
+                        vehicles = Some((fit, Box::new(detector)));
                     }
                 }
                 OutputSpec::Segmentation { road: classes } => {
                     if road.as_ref().is_none_or(|(best, _)| fit < *best) {
-                        road = Some((fit, RoadSegmenter::new(network, classes.clone())));
+                        road = Some((fit, Box::new(RoadNetwork::new(network, classes.clone()))));
                     }
                 }
             }

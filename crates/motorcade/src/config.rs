@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use crate::error::{Error, Result};
+use crate::estimator::OnlineOptions;
 use crate::multibody::{CameraCoupling, GraphOptions};
-use crate::online::OnlineOptions;
 
 /// Ready-made configurations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -158,7 +158,7 @@ impl Config {
         Ok(config)
     }
 
-    fn validate(&self) -> std::result::Result<(), String> {
+    pub(crate) fn validate(&self) -> std::result::Result<(), String> {
         let check = |ok: bool, text: &str| if ok { Ok(()) } else { Err(text.to_owned()) };
         let o = &self.odometry;
         check((0.0..=1.0).contains(&self.run.most_untracked), "run.most_untracked must lie between 0 and 1")?;

@@ -1,5 +1,6 @@
 //! Where the camera's motion comes from: our odometry, or a trajectory file.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use image::GrayImage;
@@ -17,14 +18,14 @@ pub struct ExternalTrajectory {
 }
 
 impl ExternalTrajectory {
-    /// The same in metres, of a unit of so many.
-    pub(crate) fn metric(&self, unit_m: f64) -> Self {
-        let poses = self.world_from_camera.iter().map(|p| p.scaled(unit_m));
-        Self { world_from_camera: poses.collect(), metric: true }
+    /// The frames of a range as an odometry in metres, for a unit of so many.
+    pub(crate) fn in_metres(&self, unit_m: f64, range: Range<usize>) -> OdometryTrajectory {
+        let poses = self.world_from_camera.get(range).unwrap_or_default().iter().map(|p| p.scaled(unit_m));
+        Self { world_from_camera: poses.collect(), metric: true }.as_odometry()
     }
 
     /// As an odometry. One of unknown scale gets a unit near a metre, which the road search starts from.
-    pub(crate) fn up_to_scale(&self) -> OdometryTrajectory {
+    pub(crate) fn as_odometry(&self) -> OdometryTrajectory {
         let poses = &self.world_from_camera;
         let first = poses.first().map(Pose::inverse).unwrap_or_default();
         let relative: Vec<Pose<World, Camera>> =
@@ -73,7 +74,7 @@ impl MotionSource {
             odometry.classify_static_vehicles(boxes, plane);
         }
     }
-    pub(crate) fn so_far(&self) -> &OdometryTrajectory {
+    pub(crate) fn trajectory(&self) -> &OdometryTrajectory {
         match self {
             Self::Own(odometry) => odometry.so_far(),
             Self::External(whole) => whole,

@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 
 #[cfg(feature = "ort")]
 use super::onnx_runtime::Session;
-use super::pure::Graph;
+use super::rten_engine::Graph;
 use crate::error::{Error, Result};
 use crate::manifest::{InputSpec, ModelEntry};
 use crate::models::ModelOptions;
@@ -97,6 +97,13 @@ impl Network {
             Loaded::Rten(_) => "rten",
             #[cfg(feature = "ort")]
             Loaded::OnnxRuntime(_) => "ONNX Runtime",
+        }
+    }
+    /// Its name, and the engine where that is not the one built in.
+    pub fn description(&self) -> String {
+        match self.engine() {
+            "rten" => format!("network {}", self.name),
+            engine => format!("network {} by {engine}", self.name),
         }
     }
     /// Input width and height \[px\].

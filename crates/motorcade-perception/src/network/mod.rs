@@ -5,11 +5,11 @@ mod nms;
 #[cfg(feature = "ort")]
 mod onnx_runtime;
 mod preprocess;
-mod pure;
+mod rten_engine;
 mod segmentation;
 mod yolox;
 
 pub use engine::{Engine, Network};
 pub use nms::suppress;
-pub use segmentation::RoadSegmenter;
-pub use yolox::VehicleDetector;
+pub use segmentation::RoadNetwork;
+pub use yolox::YoloxDetector;

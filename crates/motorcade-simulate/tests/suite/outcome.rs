@@ -1,8 +1,8 @@
 //! One scenario rendered, run and judged.
 
-use motorcade::{Config, External, NoProgress, RunContext, write_run};
+use motorcade::{Config, Motorcade, NoProgress, output, push_sequence};
 use motorcade_dataset::{Sequence, SequenceOptions};
-use motorcade_evaluate::evaluate_run;
+use motorcade_evaluate::{RunTrajectories, evaluate_trajectories};
 use motorcade_perception::{Perception, PerceptionOptions};
 use motorcade_simulate::{RenderOptions, Scenario, Weather, WriteOptions, simulate};
 
@@ -97,20 +97,21 @@ pub fn run(case: &Case) -> Outcome {
     let perception = Perception::open(&perception, sequence.size()).unwrap();
     let config = settings();
     let height_m = scenario.plan.rig.height_m;
-    let result =
-        motorcade::run(&sequence, &perception, &External::default(), height_m, &config, 1, &NoProgress)
-            .unwrap();
-    let context = RunContext {
-        config,
-        camera_from_cam0: sequence.camera_from_cam0(),
-        input: sequence.summary(),
-        perception: perception.describe(),
-        command: Vec::new(),
-        fingerprint: String::new(),
+    let camera_from_cam0 = sequence.camera_from_cam0();
+    let mut slam = Motorcade::builder(sequence.camera().unwrap())
+        .height_m(height_m)
+        .config(config)
+        .perception(perception)
+        .build()
+        .unwrap();
+    push_sequence(&mut slam, &sequence, 1, &NoProgress, &mut |_| ()).unwrap();
+    let result = slam.finish();
+    let run = RunTrajectories {
+        ego: result.ego.frames.iter().map(|f| f.world_from_camera).collect(),
+        covariances: None,
+        tracks: Some(output::track_labels(&result, camera_from_cam0)),
     };
-    let out = folder.path().join("run");
-    write_run(&out, &result, &context, &[]).unwrap();
-    let report = evaluate_run(&out, &written.training, &written.sequence, 2, 0).unwrap();
+    let report = evaluate_trajectories(&run, &written.training, &written.sequence, 2, 0).unwrap();
     let means = report.vehicles_mean;
     Outcome {
         length_m: report.ego.length_m,

@@ -7,6 +7,7 @@ mod record;
 mod tracks;
 
 pub(crate) use camera::status_name;
+pub use tracks::track_labels;
 
 use std::fs;
 use std::io::{self, BufWriter, Write};
@@ -19,7 +20,7 @@ use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::result::RunResult;
 
-/// What the outputs need to know beside the result.
+/// Facts about a run that stand in its outputs beside the result.
 #[derive(Clone, Debug)]
 pub struct RunContext {
     /// Configuration of the run.

@@ -1,41 +1,59 @@
-//! What an online run tells of the newest frame.
+//! The estimate of the newest frame.
 
 use motorcade_geometry::Pose;
 use motorcade_odometry::EgoFrame;
-use motorcade_vehicles::VehicleTrajectory;
-use nalgebra::Matrix6;
+use motorcade_perception::VehicleClass;
+use motorcade_vehicles::{Dimensions, VehicleState};
+use nalgebra::{Matrix3, Matrix6};
 use serde_json::{Value, json};
 
 use crate::output::status_name;
-use crate::result::FrameInfo;
+use crate::record::FrameInfo;
 
-/// Camera and vehicles in the newest frame, as known when it came.
-pub struct OnlineEstimate<'a> {
+/// Camera, road and vehicles in the newest frame, from it and the frames before it alone.
+#[derive(Clone, Debug)]
+pub struct Estimate {
     /// The frame.
-    pub frame: &'a FrameInfo,
-    /// The camera.
-    pub ego: &'a EgoFrame,
-    /// The frame before and its camera.
-    pub before: Option<(&'a FrameInfo, &'a EgoFrame)>,
-    /// Vehicles seen in it; the last state of each is that of this frame.
-    pub vehicles: Vec<&'a VehicleTrajectory>,
+    pub frame: FrameInfo,
+    /// Pose of the camera in the world with covariance and status, metric scale, road.
+    pub ego: EgoFrame,
+    /// Speed of the camera over the last frame interval \[m/s\]; 0 in the first frame.
+    pub speed_mps: f64,
+    /// Vehicles seen in the frame, by identity.
+    pub vehicles: Vec<VehicleEstimate>,
 }
 
-impl OnlineEstimate<'_> {
-    /// Speed of the camera \[m/s\]; 0 in the first frame.
-    pub fn speed_mps(&self) -> f64 {
-        let Some((frame, ego)) = self.before else { return 0.0 };
-        let way = self.ego.world_from_camera.translation() - ego.world_from_camera.translation();
-        let seconds = (self.frame.timestamp_ns - frame.timestamp_ns) as f64 * 1e-9;
-        if seconds > 0.0 { way.norm() / seconds } else { 0.0 }
-    }
+/// A vehicle in the newest frame.
+#[derive(Clone, Debug)]
+pub struct VehicleEstimate {
+    /// Identity, the same over the drive.
+    pub id: usize,
+    /// Kind of vehicle.
+    pub class: VehicleClass,
+    /// Size.
+    pub size: Dimensions,
+    /// Covariance of length, width and height \[m²\].
+    pub size_covariance: Matrix3<f64>,
+    /// Probability that it moves.
+    pub p_moving: f64,
+    /// Pose in the world with covariance, speed, yaw rate.
+    pub state: VehicleState,
+}
 
+impl VehicleEstimate {
+    /// Standard deviations of length, width and height \[m\].
+    pub fn size_sigma(&self) -> Dimensions {
+        Dimensions::from_vector(&self.size_covariance.diagonal().map(|v| v.max(0.0).sqrt()))
+    }
+}
+
+impl Estimate {
     /// One line of JSON: `frame`, `time_s`, `status`, `camera` and `vehicles` with poses in the world of the first camera
     /// (metres, quaternion x, y, z, w), sizes, speeds and standard deviations.
     pub fn to_json(&self) -> String {
         let mut camera = pose(&self.ego.world_from_camera, &self.ego.covariance);
-        camera["speed_mps"] = json!(rounded(self.speed_mps()));
-        let vehicles: Vec<Value> = self.vehicles.iter().filter_map(|v| vehicle(v)).collect();
+        camera["speed_mps"] = json!(rounded(self.speed_mps));
+        let vehicles: Vec<Value> = self.vehicles.iter().map(vehicle).collect();
         json!({
             "frame": self.frame.number,
             "time_s": rounded(self.frame.timestamp_ns as f64 * 1e-9),
@@ -47,19 +65,17 @@ impl OnlineEstimate<'_> {
     }
 }
 
-fn vehicle(vehicle: &VehicleTrajectory) -> Option<Value> {
-    let state = vehicle.states.last()?;
-    let (size, size_sigma) = (vehicle.size, vehicle.size_sigma());
+fn vehicle(vehicle: &VehicleEstimate) -> Value {
+    let (state, size, sigma) = (&vehicle.state, vehicle.size, vehicle.size_sigma());
     let mut out = pose(&state.world_from_vehicle, &state.covariance);
     out["id"] = json!(vehicle.id);
     out["class"] = json!(vehicle.class.name());
     out["size_m"] = Value::from([size.length_m, size.width_m, size.height_m].map(rounded).to_vec());
-    out["size_sigma_m"] =
-        Value::from([size_sigma.length_m, size_sigma.width_m, size_sigma.height_m].map(rounded).to_vec());
+    out["size_sigma_m"] = Value::from([sigma.length_m, sigma.width_m, sigma.height_m].map(rounded).to_vec());
     out["speed_mps"] = json!(rounded(state.speed_mps));
     out["yaw_rate_radps"] = json!(rounded(state.yaw_rate_radps));
     out["p_moving"] = json!(rounded(vehicle.p_moving));
-    Some(out)
+    out
 }
 
 /// Position, orientation, and standard deviations along the axes of the body itself.

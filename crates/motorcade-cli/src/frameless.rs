@@ -1,16 +1,20 @@
 //! Runs without frames: a KITTI tracking split with calibration but no images, everything else from files.
 
-use motorcade::{FrameInfo, FramelessInput};
+use motorcade::FrameInfo;
 use motorcade_dataset::{Calibration, Cam0, Format, Summary};
-use motorcade_geometry::{Camera, Pose};
-use motorcade_perception::DetectionTable;
+use motorcade_geometry::{Camera, PinholeCamera, Pose};
+use motorcade_perception::{Detection, DetectionTable};
 
 use crate::arguments::RunArguments;
 
 /// A drive known from files only.
 pub struct Files {
-    /// Frames and detections.
-    pub input: FramelessInput,
+    /// Intrinsics.
+    pub camera: PinholeCamera,
+    /// Frames.
+    pub frames: Vec<FrameInfo>,
+    /// Detections of each frame.
+    pub detections: Vec<Vec<Detection>>,
     /// Of the camera that is processed.
     pub camera_from_cam0: Pose<Camera, Cam0>,
     /// What it is.
@@ -73,6 +77,6 @@ pub fn open(arguments: &RunArguments) -> anyhow::Result<Option<Files>> {
         unnumbered: Vec::new(),
         input_hash: format!("files only: {sequence} {first}..{end} {calibration:?}"),
     };
-    let input = FramelessInput { camera, frames, detections: boxes };
-    Ok(Some(Files { input, camera_from_cam0: calibration.camera_from_cam0, summary }))
+    let camera_from_cam0 = calibration.camera_from_cam0;
+    Ok(Some(Files { camera, frames, detections: boxes, camera_from_cam0, summary }))
 }

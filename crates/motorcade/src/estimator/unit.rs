@@ -1,9 +1,10 @@
-//! The unit of a given trajectory where no road was seen: vehicles are placed in metres relative to the camera, and those that
-//! stand tell how far it went between two views.
+//! The unit of an external trajectory where no road was seen. Positions of vehicles relative to the camera are metric, so a static
+//! vehicle gives the distance between two cameras that see it.
 //!
-//! Which of them stand is not known. Those that do agree on the unit; traffic that moves tells another one each, unless it
-//! moves alike: oncoming vehicles that are all as fast as the camera agree on twice the unit, and nothing in boxes and poses
-//! speaks against it.
+//! Static vehicles agree on the unit; each moving one implies another unit. Ambiguity: oncoming traffic that is all as fast as
+//! the camera agrees on twice the unit.
+
+use std::collections::BTreeMap;
 
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_vehicles::VehicleTrajectory;
@@ -44,22 +45,53 @@ impl std::fmt::Display for Unit {
     }
 }
 
-/// The unit that most vehicles agree on; `None` where too few do.
+/// Estimates of the unit by vehicle; each vehicle is taken for static.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct UnitEstimator {
+    by_vehicle: BTreeMap<usize, UnitEstimate>,
+}
+
+impl UnitEstimator {
+    /// Takes the vehicles of a window whose frames have these camera poses, in units of the trajectory. Of several estimates
+    /// by one vehicle the most certain is kept.
+    pub(crate) fn update(
+        &mut self,
+        vehicles: &[VehicleTrajectory],
+        world_from_camera: &[Pose<World, Camera>],
+    ) {
+        for vehicle in vehicles {
+            let Some(new) = of_vehicle(vehicle, world_from_camera) else { continue };
+            let kept = self.by_vehicle.entry(vehicle.id).or_insert(new);
+            if new.sigma < kept.sigma {
+                *kept = new;
+            }
+        }
+    }
+
+    /// The unit that most vehicles agree on; `None` where too few do.
+    pub(crate) fn unit(&self) -> Option<Unit> {
+        let all: Vec<UnitEstimate> = self.by_vehicle.values().copied().collect();
+        let agreeing = |one: &UnitEstimate| all.iter().filter(|o| o.agrees(one)).copied().collect::<Vec<_>>();
+        let best = all.iter().map(agreeing).max_by(|a, b| information(a).total_cmp(&information(b)))?;
+        let mean = best.iter().map(|t| t.ln_metres / t.sigma.powi(2)).sum::<f64>() / information(&best);
+        let sigma = (1.0 / information(&best)).sqrt().hypot(COMMON_TO_ALL);
+        (best.len() >= LEAST_VEHICLES).then(|| Unit { metres: mean.exp(), sigma, vehicles: best.len() })
+    }
+}
+
+/// The unit that most vehicles of a drive agree on; `None` where too few do.
 pub(crate) fn of(vehicles: &[VehicleTrajectory], world_from_camera: &[Pose<World, Camera>]) -> Option<Unit> {
-    let told: Vec<UnitEstimate> = vehicles.iter().filter_map(|v| of_vehicle(v, world_from_camera)).collect();
-    let agreeing = |one: &UnitEstimate| told.iter().filter(|o| o.agrees(one)).copied().collect::<Vec<_>>();
-    let best = told.iter().map(agreeing).max_by(|a, b| information(a).total_cmp(&information(b)))?;
-    let mean = best.iter().map(|t| t.ln_metres / t.sigma.powi(2)).sum::<f64>() / information(&best);
-    let sigma = (1.0 / information(&best)).sqrt().hypot(COMMON_TO_ALL);
-    (best.len() >= LEAST_VEHICLES).then(|| Unit { metres: mean.exp(), sigma, vehicles: best.len() })
+    let mut units = UnitEstimator::default();
+    units.update(vehicles, world_from_camera);
+    units.unit()
 }
 
-fn information(told: &[UnitEstimate]) -> f64 {
-    told.iter().map(|t| t.sigma.powi(-2)).sum()
+fn information(estimates: &[UnitEstimate]) -> f64 {
+    estimates.iter().map(|t| t.sigma.powi(-2)).sum()
 }
 
-/// What one vehicle tells if it stands.
-#[derive(Clone, Copy)]
+/// Unit by one vehicle, taken for static.
+#[derive(Clone, Copy, Debug)]
 struct UnitEstimate {
     ln_metres: f64,
     sigma: f64,

@@ -9,7 +9,7 @@ use motorcade_odometry::EgoTrajectory;
 use motorcade_vehicles::{VehicleState, VehicleTrajectory};
 use nalgebra::Isometry3;
 
-use super::OnlineOptions;
+use super::options::OnlineOptions;
 use crate::multibody::classes::ClassScales;
 use crate::multibody::edges::{self, Build, Own};
 use crate::multibody::track_scales::TrackScales;

@@ -1,4 +1,4 @@
-//! Files that take the place of stages, or help them: `--trajectory`, `--vehicle-poses`, `--keypoints`.
+//! Inputs from files in place of stages, or as help for them: `--trajectory`, `--vehicle-poses`, `--keypoints`.
 
 use anyhow::bail;
 use motorcade::{External, ExternalTrajectory, KeypointTable, read_vehicle_poses};
@@ -8,7 +8,7 @@ use motorcade_shape::ShapePrior;
 
 use crate::arguments::{RunArguments, TrajectoryScale};
 
-/// Reads what was given, fitted to the frames of the run.
+/// Reads the external inputs of a run, fitted to its frames.
 pub fn read(arguments: &RunArguments, numbers: &[u64], timestamps_ns: &[i64]) -> anyhow::Result<External> {
     let trajectory = match &arguments.trajectory {
         Some(path) => {

@@ -1,0 +1,18 @@
+//! The estimator: from what the front end knows to metric trajectories of camera and vehicles.
+//!
+//! One estimator over two windows. [`drive`] takes the whole drive, [`sliding`] the last seconds after every frame; both go
+//! through the same steps: metric trajectory, [`vehicles`], [`unit`] of an external trajectory, multi-object graph.
+
+pub(crate) mod drive;
+pub(crate) mod keypoint_table;
+pub(crate) mod keypoint_views;
+mod options;
+pub(crate) mod sliding;
+pub(crate) mod unit;
+pub(crate) mod vehicles;
+mod window_graph;
+
+pub use drive::estimate_drive;
+pub use keypoint_table::KeypointTable;
+pub use options::OnlineOptions;
+pub use sliding::SlidingEstimator;

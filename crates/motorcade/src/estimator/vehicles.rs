@@ -1,0 +1,55 @@
+//! The vehicles of a window of frames, each for itself.
+
+use motorcade_odometry::{EgoFrame, EgoTrajectory};
+use motorcade_perception::{Detection, VehicleKeypoints};
+use motorcade_vehicles::{ExternalTrack, GroundFrame, Track, VehicleTrajectory, estimate_track};
+
+use super::keypoint_views::KeypointViews;
+use crate::external_vehicles::external_tracks;
+use crate::record::FrameInfo;
+use crate::settings::Settings;
+
+/// What vehicles are estimated from; one entry a frame of the window.
+pub(crate) struct VehicleInput<'a> {
+    pub(crate) frames: &'a [FrameInfo],
+    pub(crate) detections: &'a [Vec<Detection>],
+    pub(crate) keypoints: &'a [Vec<VehicleKeypoints>],
+    pub(crate) grounds: &'a [GroundFrame],
+}
+
+/// Estimates the vehicles of a window; `track` links boxes to tracks, frames counted from the first of the window. External
+/// poses bring their own identities.
+pub(crate) fn estimate_vehicles(
+    input: &VehicleInput<'_>,
+    settings: &Settings,
+    track: impl FnOnce() -> Vec<Track>,
+) -> Vec<VehicleTrajectory> {
+    let VehicleInput { frames, detections, keypoints, grounds } = *input;
+    let Settings { camera, config, external, .. } = settings;
+    let tracks: Vec<(Track, ExternalTrack)> = match &external.vehicles {
+        Some(poses) => {
+            let numbers: Vec<u64> = frames.iter().map(|f| f.number).collect();
+            external_tracks(poses, &numbers, grounds, detections, camera)
+        }
+        None => {
+            let views = KeypointViews::new(keypoints, external.shape_prior.as_ref(), camera, grounds);
+            track().into_iter().map(|track| (views.of_track(&track), track)).map(|(k, t)| (t, k)).collect()
+        }
+    };
+    let side = config.vehicles.traffic_side;
+    let estimate =
+        |(track, external): &(Track, ExternalTrack)| estimate_track(camera, grounds, track, external, side);
+    tracks.iter().filter_map(estimate).collect()
+}
+
+/// Camera and road of each frame; times count from `start_ns`.
+pub(crate) fn ground_frames(ego: &EgoTrajectory, frames: &[FrameInfo], start_ns: i64) -> Vec<GroundFrame> {
+    let one = |(e, f): (&EgoFrame, &FrameInfo)| GroundFrame {
+        world_from_camera: e.world_from_camera,
+        up: e.road_normal,
+        height_m: ego.height_m,
+        pitch_sigma_rad: e.road_tilt_covariance[(0, 0)].max(0.0).sqrt(),
+        time_s: (f.timestamp_ns - start_ns) as f64 * 1e-9,
+    };
+    ego.frames.iter().zip(frames).map(one).collect()
+}
