@@ -37,6 +37,7 @@
 mod detection;
 mod error;
 mod files;
+mod keypoints;
 mod manifest;
 mod models;
 mod network;
@@ -45,7 +46,8 @@ mod road;
 
 pub use detection::{BoundingBox, BoxConvention, Detection, NoVehicle, VehicleClass};
 pub use error::{Error, Result};
-pub use files::{DetectionFormat, DetectionTable, RoadMaskFolder};
+pub use files::{DetectionFormat, DetectionTable, KeypointTable, RoadMaskFolder};
+pub use keypoints::VehicleKeypoints;
 pub use manifest::{ColourOrder, InputSpec, MANIFEST_NAME, Manifest, ModelEntry, OutputSpec, Resize};
 pub use models::{ModelOptions, ModelSet};
 pub use network::{Engine, Network, RoadSegmenter, VehicleDetector, suppress};

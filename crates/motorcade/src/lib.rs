@@ -23,8 +23,6 @@
 mod config;
 mod error;
 mod front_end;
-mod given_vehicles;
-mod keypoints;
 mod motion_source;
 pub mod multibody;
 mod online;
@@ -36,12 +34,13 @@ mod scale_source;
 mod standing_unit;
 mod timing;
 
-pub use config::{Config, Preset, RunOptions, ScaleOptions, VehicleMask, VehicleOptions};
+pub use config::{Config, Preset, RunOptions, ScaleOptions, VehicleMask};
 pub use error::{Error, Result};
 pub use front_end::{FramelessInput, FrontEnd, FrontEndView, Watch};
-pub use given_vehicles::{ExternalVehiclePose, read_vehicle_poses};
-pub use keypoints::KeypointTable;
 pub use motion_source::ExternalTrajectory;
+pub use motorcade_dataset::{ExternalVehiclePose, read_vehicle_poses};
+pub use motorcade_perception::KeypointTable;
+pub use motorcade_vehicles::{TrackerOptions, TrafficSide, VehicleOptions};
 pub use multibody::{CameraCoupling, GraphKernel, GraphOptions};
 pub use online::{Online, OnlineEstimate, OnlineOptions};
 pub use output::{RunContext, write_run};

@@ -1,19 +1,18 @@
 //! The whole way from frames to trajectories.
 
-use motorcade_dataset::Sequence;
+use motorcade_dataset::{ExternalVehiclePose, Sequence};
 use motorcade_geometry::PinholeCamera;
 use motorcade_odometry::{EgoFrame, EgoTrajectory};
-use motorcade_perception::{Detection, Perception};
+use motorcade_perception::{Detection, KeypointTable, Perception, VehicleKeypoints};
 use motorcade_shape::ShapePrior;
 use motorcade_vehicles::{
-    ExternalTrack, GroundFrame, Track, VehicleTrajectory, estimate_track, track_vehicles,
+    ExternalTrack, GroundFrame, KeypointViews, Track, VehicleOptions, VehicleTrajectory, estimate_track,
+    external_tracks, track_vehicles,
 };
 
 use crate::config::Config;
 use crate::error::Result;
 use crate::front_end::FrontEnd;
-use crate::given_vehicles::{ExternalVehiclePose, external_tracks};
-use crate::keypoints::{KeypointTable, KeypointViews};
 use crate::motion_source::ExternalTrajectory;
 use crate::multibody::Multibody;
 use crate::progress::Progress;
@@ -129,32 +128,36 @@ impl Seen<'_> {
         let start_ns = frames.first().map_or(0, |f| f.timestamp_ns);
         let grounds = grounds(ego, frames, start_ns);
         let numbers: Vec<u64> = frames.iter().map(|f| f.number).collect();
+        let options = &config.vehicles;
         let tracks: Vec<(Track, ExternalTrack)> = match &given.vehicles {
-            Some(poses) => external_tracks(poses, &numbers, &grounds, detections, camera),
+            Some(poses) => external_tracks(poses, &numbers, &grounds, detections, camera, options),
             None => {
-                let tracks = track_vehicles(camera, &grounds, detections, &config.tracker);
-                with_keypoints(tracks, given, &numbers, camera, &grounds)
+                let tracks = track_vehicles(camera, &grounds, detections, &config.tracker, options);
+                with_keypoints(tracks, given, &numbers, camera, &grounds, options)
             }
         };
-        let side = config.vehicles.traffic_side;
         let estimate =
-            |(track, given): &(Track, ExternalTrack)| estimate_track(camera, &grounds, track, given, side);
+            |(track, given): &(Track, ExternalTrack)| estimate_track(camera, &grounds, track, given, options);
         tracks.iter().filter_map(estimate).collect()
     }
 }
 
-/// Tracks with what their keypoints say of them.
+/// Tracks with the views from their keypoints.
 pub(crate) fn with_keypoints(
     tracks: Vec<Track>,
     given: &External,
     numbers: &[u64],
     camera: &PinholeCamera,
     grounds: &[GroundFrame],
+    options: &VehicleOptions,
 ) -> Vec<(Track, ExternalTrack)> {
-    let table = given.keypoints.as_ref();
-    let keypoints = table.map(|table| KeypointViews::new(table, given, numbers, camera, grounds));
-    let of = |t: &Track| keypoints.as_ref().map_or_else(ExternalTrack::default, |k| k.of(t));
-    tracks.into_iter().map(|t| (of(&t), t)).map(|(given, t)| (t, given)).collect()
+    let Some(table) = &given.keypoints else {
+        return tracks.into_iter().map(|t| (t, ExternalTrack::default())).collect();
+    };
+    let keypoints: Vec<&[VehicleKeypoints]> = numbers.iter().map(|number| table.of_frame(*number)).collect();
+    let (prior, options) = (given.shape_prior.as_ref(), &options.advanced.keypoints);
+    let views = KeypointViews::new(&keypoints, prior, camera, grounds, options);
+    tracks.into_iter().map(|t| (views.of_track(&t), t)).map(|(views, t)| (t, views)).collect()
 }
 
 type Solved = (Option<Multibody>, Option<motorcade_graph::Report>);

@@ -13,13 +13,14 @@ use std::time::Instant;
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
 use motorcade_odometry::{EgoFrame, EgoTrajectory, RoadMeasurement, Uncertainty};
-use motorcade_vehicles::{ExternalTrack, GroundFrame, Track, Tracker, VehicleTrajectory, estimate_track};
+use motorcade_vehicles::{
+    ExternalTrack, GroundFrame, Track, Tracker, VehicleTrajectory, estimate_track, external_tracks,
+};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::config::Config;
 use crate::front_end::{FrontEnd, FrontEndView};
-use crate::given_vehicles::external_tracks;
 use crate::pipeline::{External, grounds, with_keypoints};
 use crate::progress::Progress;
 use crate::result::{RunResult, summary_warnings};
@@ -91,7 +92,7 @@ impl<'a> Online<'a> {
             given,
             height_m,
             config,
-            tracker: Tracker::new(camera, config.tracker),
+            tracker: Tracker::new(camera, config.tracker, &config.vehicles),
             graph: WindowGraph::default(),
             anchor: Pose::identity(),
             entry: Uncertainty::default(),
@@ -261,18 +262,19 @@ impl<'a> Online<'a> {
             self.tracker.advance(newest, ground, &so_far.detections[newest], ground_of);
         }
         let numbers: Vec<u64> = so_far.frames[first..].iter().map(|f| f.number).collect();
-        let (camera, grounds) = (&self.camera, &window.grounds);
+        let (camera, grounds, options) = (&self.camera, &window.grounds, &self.config.vehicles);
         let tracks: Vec<(Track, ExternalTrack)> = match &self.given.vehicles {
-            Some(poses) => external_tracks(poses, &numbers, grounds, &so_far.detections[first..], camera),
+            Some(poses) => {
+                external_tracks(poses, &numbers, grounds, &so_far.detections[first..], camera, options)
+            }
             None => {
                 let mut tracks = self.tracker.present(first);
                 tracks.iter_mut().flat_map(|t| &mut t.boxes).for_each(|b| b.frame -= first);
-                with_keypoints(tracks, self.given, &numbers, camera, grounds)
+                with_keypoints(tracks, self.given, &numbers, camera, grounds, options)
             }
         };
-        let side = self.config.vehicles.traffic_side;
         let estimate =
-            |(track, given): &(Track, ExternalTrack)| estimate_track(camera, grounds, track, given, side);
+            |(track, given): &(Track, ExternalTrack)| estimate_track(camera, grounds, track, given, options);
         tracks.iter().filter_map(estimate).collect()
     }
 
