@@ -1,4 +1,4 @@
-//! What was recognised, for `inspect` and for the record of a run.
+//! Summary of an input, for `inspect` and for the record of a run.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use crate::format::Format;
 use crate::sequence::Inner;
 use crate::source::Store;
 
-/// What an input was recognised as. Lengths in pixels, times in seconds.
+/// Summary of a recognised input. Lengths in pixels, times in seconds.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Summary {
     /// Kind of input.
@@ -104,7 +104,7 @@ fn fingerprint(inner: &Inner) -> u64 {
     hash.0
 }
 
-/// FNV-1a: enough to tell inputs apart; no defence against forgery is meant.
+/// FNV-1a: distinguishes inputs; it is not cryptographic.
 struct Fnv(u64);
 
 impl Fnv {

@@ -20,7 +20,7 @@ use crate::undistort::Undistortion;
 /// Height of the cameras of the KITTI car above the road \[m\] (Geiger et al., CVPR 2012).
 pub const KITTI_HEIGHT_M: f64 = 1.65;
 
-/// How to open a drive. The default looks at the path and takes every frame.
+/// Options of [`Sequence::open`]. The default recognises the format and takes every frame.
 #[derive(Clone, Debug)]
 pub struct SequenceOptions {
     /// Kind of input; recognised when absent.
@@ -29,7 +29,7 @@ pub struct SequenceOptions {
     pub sequence: Option<String>,
     /// Camera of a KITTI rig; tracking defaults to 2, others to the first one present.
     pub camera: Option<u8>,
-    /// Calibration file; KITTI input brings its own.
+    /// Calibration file; KITTI input has its own.
     pub calibration: Option<PathBuf>,
     /// Frames per second where the input has no times of its own (then 10), and instead of a video's own rate.
     pub fps: Option<f64>,
@@ -54,13 +54,13 @@ impl Default for SequenceOptions {
             frames: FrameRange::default(),
             stride: 1,
             ignore: None,
-            // Hides decoding behind computing without holding many frames.
+            // Overlaps decoding with computation at a bounded number of frames in memory.
             prefetch: 3,
         }
     }
 }
 
-/// A drive that has been looked at: its first frame reads, its calibration fits.
+/// An opened drive: its first frame is readable and its calibration fits.
 #[derive(Clone, Debug)]
 pub struct Sequence {
     pub(crate) inner: Arc<Inner>,
@@ -80,7 +80,7 @@ pub(crate) struct Inner {
 }
 
 impl Sequence {
-    /// Looks at `path` and reads its first selected frame.
+    /// Opens `path` and reads its first selected frame.
     ///
     /// # Errors
     /// An input that is not recognised, holds no frames, whose first frame does not read or whose calibration is
@@ -117,7 +117,7 @@ impl Sequence {
         Ok(Self { inner: Arc::new(inner) })
     }
 
-    /// What the input was recognised as.
+    /// Format of the input.
     pub fn format(&self) -> Format {
         self.inner.survey.format
     }
@@ -138,7 +138,7 @@ impl Sequence {
     pub fn size(&self) -> (u32, u32) {
         self.inner.size
     }
-    /// The pinhole camera of the frames as they are handed out, undistorted.
+    /// The pinhole camera of the undistorted frames.
     ///
     /// # Errors
     /// When no calibration was given and the input has none.
@@ -150,7 +150,7 @@ impl Sequence {
             ))
         })
     }
-    /// The calibration as its file has it.
+    /// The calibration file's content.
     pub fn calibration(&self) -> Option<&Calibration> {
         self.inner.calibration.as_ref().map(|(_, calibration)| calibration)
     }
@@ -161,7 +161,7 @@ impl Sequence {
     /// Height of the camera above the road \[m\]: the one given, else the calibration's, else 1.65 for KITTI.
     ///
     /// # Errors
-    /// A height that is no positive number, or none for input that is not KITTI's.
+    /// A height that is not positive, or an unknown height of input that is not KITTI's.
     pub fn height_m(&self, given: Option<f64>) -> Result<f64> {
         let known = given.or_else(|| self.calibration().and_then(|calibration| calibration.height_m));
         match known {
@@ -173,17 +173,17 @@ impl Sequence {
             )),
         }
     }
-    /// What was recognised, for people and programs.
+    /// Summary of the input.
     pub fn summary(&self) -> Summary {
         Summary::of(&self.inner)
     }
-    /// The frames in order. A frame that cannot be had is an `Err` item in its place, and the stream goes on.
+    /// The frames in order. An unavailable frame is an `Err` item in its place, and the iteration continues.
     pub fn frames(&self) -> Frames {
         Frames::start(Decoder::new(Arc::clone(&self.inner)), self.inner.prefetch)
     }
 }
 
-/// Chooses slots by number and stride.
+/// Slots selected by number and stride.
 fn select(
     path: &Path,
     survey: &Survey,
@@ -210,7 +210,7 @@ fn first_pixels(survey: &Survey, slot: &Slot) -> Result<Pixels> {
         (Store::Files, Some(path)) => decode::read(path),
         (Store::Files, None) => Err(Error::input(
             &survey.root,
-            format!("has no file for frame {}, with which the run would start", slot.number),
+            format!("has no file for frame {}, the first selected one", slot.number),
         )),
     }
 }

@@ -1,4 +1,4 @@
-//! Frames one after the other, decoded ahead on a thread.
+//! Iteration over frames, decoded ahead on a thread.
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, sync_channel};
@@ -8,7 +8,7 @@ use crate::frame::{BadFrame, Frame, Pixels};
 use crate::sequence::Inner;
 use crate::source::{Slot, Store, decode, video::VideoReader};
 
-/// What comes out of a sequence, in order.
+/// Item of a sequence.
 pub type FrameResult = std::result::Result<Frame, BadFrame>;
 
 /// Iterator over the frames of a [`Sequence`](crate::Sequence). Dropping it stops the decoding.
@@ -33,13 +33,13 @@ impl Frames {
         let thread = std::thread::Builder::new().name("motorcade-decode".into());
         let started = thread.spawn(move || {
             for frame in decoder {
-                // The reader has gone: so do we.
+                // The receiver was dropped.
                 if sender.send(frame).is_err() {
                     break;
                 }
             }
         });
-        // Without a thread to spare it goes slower, not wrong.
+        // Without a thread, frames are decoded on demand.
         let source = if started.is_ok() { Source::Ahead(receiver) } else { Source::Inline(Box::new(spare)) };
         Self { source, left }
     }
@@ -62,7 +62,7 @@ impl Iterator for Frames {
 
 impl ExactSizeIterator for Frames {}
 
-/// Decodes where it is called.
+/// Decoder on the calling thread.
 pub(crate) struct Decoder {
     inner: Arc<Inner>,
     next: usize,

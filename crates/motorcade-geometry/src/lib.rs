@@ -22,6 +22,7 @@ pub mod lie;
 mod pose;
 mod relative_pose;
 pub mod robust;
+pub mod rts;
 mod triangulation;
 
 pub use camera::{Distortion, InvalidCamera, PinholeCamera};

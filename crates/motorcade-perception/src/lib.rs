@@ -64,7 +64,7 @@ mod road;
 pub use detection::{BoundingBox, BoxConvention, Detection, NoVehicle, VehicleClass};
 pub use detectors::{KeypointDetector, RoadSegmenter, VehicleDetector};
 pub use error::{Error, Result};
-pub use files::{DetectionFormat, DetectionTable, RoadMaskFolder};
+pub use files::{DetectionFormat, DetectionTable, KeypointTable, RoadMaskFolder};
 pub use keypoints::VehicleKeypoints;
 pub use manifest::{ColourOrder, InputSpec, MANIFEST_NAME, Manifest, ModelEntry, OutputSpec, Resize};
 pub use models::{ModelOptions, ModelSet};

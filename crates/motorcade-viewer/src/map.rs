@@ -1,4 +1,4 @@
-//! Trajectories from above, to scale.
+//! Trajectories in the top view, to scale.
 
 use motorcade::RunResult;
 use motorcade_vehicles::{VehicleState, VehicleTrajectory};
@@ -6,21 +6,21 @@ use nalgebra::Vector2;
 
 use crate::axis::{Axis, range};
 use crate::hue::hue;
-use crate::outline::{footprint, moves, place, surest};
+use crate::outline::{footprint, is_moving, most_certain, position};
 use crate::placement::Placement;
 use crate::text::{escape, number, points, px};
 
-/// Width of the drawing \[px\]; taller than the second it does not get.
+/// Width and largest height of the drawing \[px\].
 const WIDTH_PX: f64 = 1100.0;
 const MOST_HEIGHT_PX: f64 = 900.0;
-/// Room for the numbers on the left and below.
+/// Margins for the axis labels \[px\].
 const LEFT_PX: f64 = 46.0;
 const BOTTOM_PX: f64 = 40.0;
 const TOP_PX: f64 = 10.0;
-/// Vehicles farther than this from the way driven do not widen the map.
+/// Vehicles farther than this from the camera's path do not widen the map \[m\].
 const REACH_M: f64 = 60.0;
 
-/// From metres on the road to pixels.
+/// Map from metres on the road to pixels.
 struct View {
     across: Axis,
     down: Axis,
@@ -33,13 +33,13 @@ impl View {
     fn of(result: &RunResult, truth: &[[f64; 3]]) -> Option<Self> {
         let camera: Vec<Vector2<f64>> = camera_path(result);
         let truth = truth.iter().map(|p| Vector2::new(p[0], p[2]));
-        let way: Vec<_> = camera.iter().copied().chain(truth).collect();
-        let bounds = |k: usize| range(way.iter().map(|p| p[k]), 0.0, 0.0);
+        let paths: Vec<_> = camera.iter().copied().chain(truth).collect();
+        let bounds = |k: usize| range(paths.iter().map(|p| p[k]), 0.0, 0.0);
         let (core_x, core_z) = (bounds(0)?, bounds(1)?);
         let near = |p: &Vector2<f64>| within(p.x, core_x, REACH_M) && within(p.y, core_z, REACH_M);
-        let vehicles = result.vehicles.iter().flat_map(|v| v.states.iter().map(place)).filter(near);
-        let all: Vec<_> = way.iter().copied().chain(vehicles).collect();
-        // Places are middles of bodies; the bodies need room too.
+        let vehicles = result.vehicles.iter().flat_map(|v| v.states.iter().map(position)).filter(near);
+        let all: Vec<_> = paths.iter().copied().chain(vehicles).collect();
+        // Positions are centres; 4 m hold half a vehicle.
         let bounds = |k: usize| range(all.iter().flat_map(|p| [p[k] - 4.0, p[k] + 4.0]), 0.0, 20.0);
         let ([x0, x1], [z0, z1]) = (bounds(0)?, bounds(1)?);
         let turned = z1 - z0 > x1 - x0;
@@ -48,7 +48,7 @@ impl View {
         // A straight drive keeps some height: the numbers on the left need it.
         let high = widened(high, 0.22 * (wide[1] - wide[0]));
         let px_per_m = (room_x / (wide[1] - wide[0])).min(room_y / (high[1] - high[0]));
-        // What is left beside a tall map shows more of the world rather than nothing.
+        // Spare width beside a tall map shows more of the world.
         let spare = 0.5 * (room_x / px_per_m - (wide[1] - wide[0]));
         let wide = [wide[0] - spare, wide[1] + spare];
         let bottom = TOP_PX + px_per_m * (high[1] - high[0]);
@@ -67,8 +67,8 @@ impl View {
         (self.across.at(wide), self.down.at(high))
     }
 
-    fn path(&self, places: impl IntoIterator<Item = Vector2<f64>>) -> String {
-        points(places.into_iter().map(|p| self.at(&p)))
+    fn path(&self, positions: impl IntoIterator<Item = Vector2<f64>>) -> String {
+        points(positions.into_iter().map(|p| self.at(&p)))
     }
 
     /// x1, y1, x2, y2 of the map itself \[px\].
@@ -90,7 +90,7 @@ fn camera_path(result: &RunResult) -> Vec<Vector2<f64>> {
     result.ego.frames.iter().map(|f| f.world_from_camera.translation().xz()).collect()
 }
 
-/// The map as SVG; `truth` is the true way of the camera in the world of the run \[m\], where it is known.
+/// The map as SVG; `truth` is the true path of the camera in the world of the run \[m\], empty when unknown.
 pub(crate) fn map(result: &RunResult, truth: &[[f64; 3]]) -> String {
     let Some(view) = View::of(result, truth) else {
         return "<p>No frame has a pose.</p>".to_owned();
@@ -98,7 +98,7 @@ pub(crate) fn map(result: &RunResult, truth: &[[f64; 3]]) -> String {
     let [x1, y1, x2, y2] = view.frame();
     let (w, h) = (px(x2 - x1), px(y2 - y1));
     let mut out = format!(
-        "<svg class=\"map\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"Trajectories from above\">\
+        "<svg class=\"map\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"Trajectories, top view\">\
          <defs><clipPath id=\"map-clip\"><rect x=\"{x1}\" y=\"{y1}\" width=\"{w}\" height=\"{h}\"/></clipPath></defs>\n",
         px(WIDTH_PX),
         px(view.height_px)
@@ -114,7 +114,7 @@ pub(crate) fn map(result: &RunResult, truth: &[[f64; 3]]) -> String {
         out += &drawn(&view, vehicle, k);
     }
     out += &camera(&view, result);
-    // Last, so that nothing is drawn over them.
+    // Labels last, on top.
     out += &labels(&view, &result.vehicles);
     out + "</g></svg>\n" + &legend(!truth.is_empty())
 }
@@ -182,7 +182,7 @@ fn marks(start: (f64, f64), end: (f64, f64)) -> String {
 
 fn drawn(view: &View, vehicle: &VehicleTrajectory, index: usize) -> String {
     let Some(shown) = shown(vehicle) else { return String::new() };
-    let moving = moves(vehicle);
+    let moving = is_moving(vehicle);
     let kind = if moving { "moving" } else { "parked" };
     let mut out = format!(
         "<g class=\"vehicle {kind}\" data-vehicle=\"{id}\" style=\"--h:{}\"><title>{} {id}, {kind}, P(moving) {}</title>",
@@ -192,11 +192,13 @@ fn drawn(view: &View, vehicle: &VehicleTrajectory, index: usize) -> String {
         id = vehicle.id,
     );
     if moving {
-        out +=
-            &format!("<polyline class=\"path\" points=\"{}\"/>", view.path(vehicle.states.iter().map(place)));
+        out += &format!(
+            "<polyline class=\"path\" points=\"{}\"/>",
+            view.path(vehicle.states.iter().map(position))
+        );
     }
     let [a, b, c, d, front] = footprint(vehicle, shown);
-    let (middle, front) = (view.at(&place(shown)), view.at(&front));
+    let (middle, front) = (view.at(&position(shown)), view.at(&front));
     out += &format!("<polygon class=\"body\" points=\"{}\"/>", view.path([a, b, c, d]));
     out += &format!(
         "<line class=\"nose\" x1=\"{}\" y1=\"{}\" x2=\"{}\" y2=\"{}\"/>",
@@ -206,17 +208,17 @@ fn drawn(view: &View, vehicle: &VehicleTrajectory, index: usize) -> String {
         px(front.1)
     );
     if let (true, Some(first)) = (moving, vehicle.states.first()) {
-        out += &marks(view.at(&place(first)), middle);
+        out += &marks(view.at(&position(first)), middle);
     }
     out + "</g>\n"
 }
 
-/// The state whose outline is drawn: the last one of a moving vehicle, the one known best of a parked one.
+/// The state whose outline is drawn: the last one of a moving vehicle, the most certain one of a parked vehicle.
 fn shown(vehicle: &VehicleTrajectory) -> Option<&VehicleState> {
-    if moves(vehicle) { vehicle.states.last() } else { surest(vehicle) }
+    if is_moving(vehicle) { vehicle.states.last() } else { most_certain(vehicle) }
 }
 
-/// Identities beside the outlines, where there is room; all others are told under the mouse.
+/// Identities beside the outlines, where there is room; all are in the tooltips.
 fn labels(view: &View, vehicles: &[VehicleTrajectory]) -> String {
     let mut placement = Placement::new(view.frame());
     let outlines: Vec<_> = vehicles
@@ -228,7 +230,7 @@ fn labels(view: &View, vehicles: &[VehicleTrajectory]) -> String {
         })
         .collect();
     for (.., outline) in &outlines {
-        placement.take(*outline);
+        placement.occupy(*outline);
     }
     let mut out = String::new();
     for (k, vehicle, outline) in outlines {
@@ -237,7 +239,7 @@ fn labels(view: &View, vehicles: &[VehicleTrajectory]) -> String {
         let Some((x, y)) = placement.beside(outline, (7.0 * label.len() as f64 + 2.0, 11.0)) else {
             continue;
         };
-        let kind = if moves(vehicle) { "moving" } else { "parked" };
+        let kind = if is_moving(vehicle) { "moving" } else { "parked" };
         out += &format!(
             "<g class=\"vehicle {kind}\" data-vehicle=\"{label}\" style=\"--h:{}\"><text class=\"label\" x=\"{}\" y=\"{}\">{label}</text></g>\n",
             hue(k),
@@ -248,7 +250,7 @@ fn labels(view: &View, vehicles: &[VehicleTrajectory]) -> String {
     out
 }
 
-/// x1, y1, x2, y2 around points.
+/// Bounding rectangle x1, y1, x2, y2 of points.
 fn bounds(points: &[(f64, f64)]) -> [f64; 4] {
     let start = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
     points.iter().fold(start, |b, p| [b[0].min(p.0), b[1].min(p.1), b[2].max(p.0), b[3].max(p.1)])

@@ -34,7 +34,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         };
         let now = slam.step(&Frame::from_rgb(image, (k as f64 / fps * 1e9) as i64))?;
         let position = now.ego.world_from_camera.translation();
-        println!("{k:5} {:8.2} {:8.2} {:8.2} m  {:5.1} m/s", position.x, position.y, position.z, now.speed_mps);
+        println!(
+            "{k:5} {:8.2} {:8.2} {:8.2} m  {:5.1} m/s",
+            position.x, position.y, position.z, now.speed_mps
+        );
     }
     if let Some(slam) = slam {
         println!("{:.1} m driven", slam.finish().ego.length_m());

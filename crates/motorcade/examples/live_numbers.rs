@@ -10,7 +10,8 @@ fn ahead(now: &Estimate) -> Option<(f64, &VehicleEstimate)> {
     let in_camera = |v: &VehicleEstimate| {
         (now.ego.world_from_camera.inverse() * v.state.world_from_vehicle).translation()
     };
-    let own_lane = now.vehicles.iter().map(|v| (in_camera(v), v)).filter(|(t, _)| t.z > 0.0 && t.x.abs() < 1.8);
+    let own_lane =
+        now.vehicles.iter().map(|v| (in_camera(v), v)).filter(|(t, _)| t.z > 0.0 && t.x.abs() < 1.8);
     own_lane.map(|(t, v)| (t.z, v)).min_by(|a, b| a.0.total_cmp(&b.0))
 }
 

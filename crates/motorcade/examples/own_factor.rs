@@ -51,7 +51,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("altitude after 100 m by odometry: {:.2} m", altitude(&graph)?);
 
     for pose in &poses[1..] {
-        let factor = Altitude { pose: [*pose], altitude_m: 0.0, information: Matrix1::new(1.0 / 0.1_f64.powi(2)) };
+        let factor =
+            Altitude { pose: [*pose], altitude_m: 0.0, information: Matrix1::new(1.0 / 0.1_f64.powi(2)) };
         println!("Jacobian against differences: {:.1e}", numeric::jacobian_error(&factor, graph.values())?);
         graph.add_factor(factor)?;
     }

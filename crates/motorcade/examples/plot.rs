@@ -4,19 +4,23 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use motorcade::dataset::read_trajectory;
-use motorcade::geometry::{Camera, Vehicle, World};
+use motorcade::geometry::{Camera, Frame, Vehicle, World};
 
 /// Points from above: x to the right, z upwards \[m\].
 type Line = Vec<[f64; 2]>;
 
-fn line<From>(path: &Path) -> Result<Line, Box<dyn std::error::Error>> {
+fn line<From: Frame>(path: &Path) -> Result<Line, Box<dyn std::error::Error>> {
     let trajectory = read_trajectory::<World, From>(path)?;
     Ok(trajectory.poses.iter().map(|p| p.translation()).map(|t| [t.x, -t.z]).collect())
 }
 
 fn polyline(svg: &mut String, points: &Line, colour: &str) -> std::fmt::Result {
     let text: Vec<String> = points.iter().map(|[x, y]| format!("{x:.2},{y:.2}")).collect();
-    writeln!(svg, r#"<polyline fill="none" stroke="{colour}" stroke-width="0.5" points="{}"/>"#, text.join(" "))
+    writeln!(
+        svg,
+        r#"<polyline fill="none" stroke="{colour}" stroke-width="0.5" points="{}"/>"#,
+        text.join(" ")
+    )
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -1,7 +1,7 @@
 //! The configuration of a run: works with none, refuses what it does not know.
 
 use motorcade_odometry::{OdometryOptions, RoadOptions, ScaleAverage};
-use motorcade_vehicles::{TrackerOptions, TrafficSide};
+use motorcade_vehicles::{TrackerOptions, VehicleOptions};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
@@ -72,14 +72,6 @@ impl Default for ScaleOptions {
     fn default() -> Self {
         Self { closed_form: false, farthest_m: 12.0, average: ScaleAverage::Mean, smoothed: true }
     }
-}
-
-/// Vehicles.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct VehicleOptions {
-    /// Side of the road traffic keeps to.
-    pub traffic_side: TrafficSide,
 }
 
 /// Everything that can be set, by stage.
@@ -212,6 +204,7 @@ fn unknown(table: &Table, key: &str, path: &str, origin: &str) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use motorcade_vehicles::TrafficSide;
 
     #[test]
     fn settings_overlay_and_unknown_keys_name_the_nearest() {

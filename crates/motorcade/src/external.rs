@@ -1,9 +1,9 @@
 //! Inputs from files in place of stages, or as help for them.
 
+use motorcade_dataset::ExternalVehiclePose;
+use motorcade_perception::KeypointTable;
 use motorcade_shape::ShapePrior;
 
-use crate::estimator::KeypointTable;
-use crate::external_vehicles::ExternalVehiclePose;
 use crate::motion_source::ExternalTrajectory;
 
 /// Inputs from files in place of stages, or as help for them; all absent by default.

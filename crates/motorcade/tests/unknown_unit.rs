@@ -8,7 +8,7 @@ use common::{CAMERA, HEIGHT_M};
 use motorcade::{External, ExternalTrajectory, FrameInfo, Motorcade, NoProgress, RunResult};
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_perception::{BoxConvention, Detection, Observations, VehicleClass};
-use motorcade_vehicles::{Dimensions, image_box, standing_pose};
+use motorcade_vehicles::{Dimensions, image_box, upright_pose};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
 const FRAMES: usize = 160;
@@ -16,7 +16,7 @@ const PARKED_SIZE: Dimensions = Dimensions { length_m: 4.3, width_m: 1.75, heigh
 
 /// A car `ahead` metres before the camera and `right` beside it.
 fn boxed(right: f64, ahead: f64) -> Option<Detection> {
-    let pose = standing_pose(&Point3::new(right, HEIGHT_M, ahead), &Vector3::z(), &-Vector3::y());
+    let pose = upright_pose(&Point3::new(right, HEIGHT_M, ahead), &Vector3::z(), &-Vector3::y());
     let (class, convention) = (VehicleClass::Car, BoxConvention::VisibleExtent);
     let whole =
         (ahead > 6.0).then(|| image_box(&CAMERA, &pose, class, convention, &PARKED_SIZE)).flatten()?;

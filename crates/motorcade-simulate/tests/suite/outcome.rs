@@ -2,7 +2,7 @@
 
 use motorcade::{Config, Motorcade, NoProgress, output, push_sequence};
 use motorcade_dataset::{Sequence, SequenceOptions};
-use motorcade_evaluate::{RunTrajectories, evaluate_trajectories};
+use motorcade_evaluate::{Estimates, GroundTruth, evaluate};
 use motorcade_perception::{Perception, PerceptionOptions};
 use motorcade_simulate::{RenderOptions, Scenario, Weather, WriteOptions, simulate};
 
@@ -106,12 +106,13 @@ pub fn run(case: &Case) -> Outcome {
         .unwrap();
     push_sequence(&mut slam, &sequence, 1, &NoProgress, &mut |_| ()).unwrap();
     let result = slam.finish();
-    let run = RunTrajectories {
-        ego: result.ego.frames.iter().map(|f| f.world_from_camera).collect(),
+    let estimates = Estimates {
+        world_from_camera: result.ego.frames.iter().map(|f| f.world_from_camera).collect(),
         covariances: None,
         tracks: Some(output::track_labels(&result, camera_from_cam0)),
     };
-    let report = evaluate_trajectories(&run, &written.training, &written.sequence, 2, 0).unwrap();
+    let truth = GroundTruth::read_kitti(&written.training, &written.sequence, 2, 0).unwrap();
+    let report = evaluate(&estimates, &truth).unwrap();
     let means = report.vehicles_mean;
     Outcome {
         length_m: report.ego.length_m,

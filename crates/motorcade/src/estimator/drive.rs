@@ -53,7 +53,10 @@ fn vehicles_of_drive(
     let FrontEndRecord { frames, detections, keypoints, .. } = record;
     let grounds = ground_frames(ego, frames, frames.first().map_or(0, |f| f.timestamp_ns));
     let input = VehicleInput { frames, detections, keypoints, grounds: &grounds };
-    let track = || track_vehicles(&settings.camera, &grounds, detections, &settings.config.tracker);
+    let track = || {
+        let (tracker, vehicles) = (&settings.config.tracker, &settings.config.vehicles);
+        track_vehicles(&settings.camera, &grounds, detections, tracker, vehicles)
+    };
     estimate_vehicles(&input, settings, track)
 }
 

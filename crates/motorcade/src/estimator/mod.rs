@@ -4,8 +4,6 @@
 //! through the same steps: metric trajectory, [`vehicles`], [`unit`] of an external trajectory, multi-object graph.
 
 pub(crate) mod drive;
-pub(crate) mod keypoint_table;
-pub(crate) mod keypoint_views;
 mod options;
 pub(crate) mod sliding;
 pub(crate) mod unit;
@@ -13,6 +11,5 @@ pub(crate) mod vehicles;
 mod window_graph;
 
 pub use drive::estimate_drive;
-pub use keypoint_table::KeypointTable;
 pub use options::OnlineOptions;
 pub use sliding::SlidingEstimator;

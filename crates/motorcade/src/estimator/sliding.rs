@@ -63,7 +63,7 @@ impl SlidingEstimator {
     /// Ready for the first frame.
     pub fn new(settings: &Settings) -> Self {
         Self {
-            tracker: Tracker::new(settings.camera, settings.config.tracker),
+            tracker: Tracker::new(settings.camera, settings.config.tracker, &settings.config.vehicles),
             graph: WindowGraph::default(),
             anchor: Pose::identity(),
             entry: Uncertainty::default(),

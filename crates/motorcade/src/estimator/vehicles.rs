@@ -2,10 +2,10 @@
 
 use motorcade_odometry::{EgoFrame, EgoTrajectory};
 use motorcade_perception::{Detection, VehicleKeypoints};
-use motorcade_vehicles::{ExternalTrack, GroundFrame, Track, VehicleTrajectory, estimate_track};
+use motorcade_vehicles::{
+    ExternalTrack, GroundFrame, KeypointViews, Track, VehicleTrajectory, estimate_track, external_tracks,
+};
 
-use super::keypoint_views::KeypointViews;
-use crate::external_vehicles::external_tracks;
 use crate::record::FrameInfo;
 use crate::settings::Settings;
 
@@ -24,22 +24,36 @@ pub(crate) fn estimate_vehicles(
     settings: &Settings,
     track: impl FnOnce() -> Vec<Track>,
 ) -> Vec<VehicleTrajectory> {
-    let VehicleInput { frames, detections, keypoints, grounds } = *input;
+    let VehicleInput { frames, detections, grounds, .. } = *input;
     let Settings { camera, config, external, .. } = settings;
+    let options = &config.vehicles;
     let tracks: Vec<(Track, ExternalTrack)> = match &external.vehicles {
         Some(poses) => {
             let numbers: Vec<u64> = frames.iter().map(|f| f.number).collect();
-            external_tracks(poses, &numbers, grounds, detections, camera)
+            external_tracks(poses, &numbers, grounds, detections, camera, options)
         }
-        None => {
-            let views = KeypointViews::new(keypoints, external.shape_prior.as_ref(), camera, grounds);
-            track().into_iter().map(|track| (views.of_track(&track), track)).map(|(k, t)| (t, k)).collect()
-        }
+        None => with_keypoints(track(), input, settings),
     };
-    let side = config.vehicles.traffic_side;
-    let estimate =
-        |(track, external): &(Track, ExternalTrack)| estimate_track(camera, grounds, track, external, side);
+    let estimate = |(track, external): &(Track, ExternalTrack)| {
+        estimate_track(camera, grounds, track, external, options)
+    };
     tracks.iter().filter_map(estimate).collect()
+}
+
+/// Tracks with the views from their keypoints.
+fn with_keypoints(
+    tracks: Vec<Track>,
+    input: &VehicleInput<'_>,
+    settings: &Settings,
+) -> Vec<(Track, ExternalTrack)> {
+    if input.keypoints.iter().all(Vec::is_empty) {
+        return tracks.into_iter().map(|t| (t, ExternalTrack::default())).collect();
+    }
+    let keypoints: Vec<&[VehicleKeypoints]> = input.keypoints.iter().map(Vec::as_slice).collect();
+    let (prior, options) =
+        (settings.external.shape_prior.as_ref(), &settings.config.vehicles.advanced.keypoints);
+    let views = KeypointViews::new(&keypoints, prior, &settings.camera, input.grounds, options);
+    tracks.into_iter().map(|t| (views.of_track(&t), t)).map(|(views, t)| (t, views)).collect()
 }
 
 /// Camera and road of each frame; times count from `start_ns`.

@@ -1,20 +1,21 @@
-//! What is known of a vehicle's size before looking.
+//! Size priors of vehicle classes.
 
 use motorcade_perception::VehicleClass;
 use motorcade_shape::{Dimensions, SizePrior};
 
-/// The prior of a class, after common European, American and Asian models: unsourced (the published cars behind
-/// `motorcade-shape`'s prior average 4.39 × 1.79 × 1.52 m). The standard deviation covers small to large of the class.
+/// The size prior of a class. Standard deviations span small to large models of the class. The mean of cars has a published
+/// reference on either side; the other classes are estimates from typical European models.
 pub fn size_prior(class: VehicleClass) -> SizePrior {
     let prior = |mean: [f64; 3], sigma: [f64; 3]| SizePrior {
         mean: Dimensions { length_m: mean[0], width_m: mean[1], height_m: mean[2] },
         sigma: Dimensions { length_m: sigma[0], width_m: sigma[1], height_m: sigma[2] },
     };
     match class {
-        // A Polo is 4.0 × 1.7 × 1.45, a Passat estate 4.8 × 1.8 × 1.5, a mid SUV 4.6 × 1.85 × 1.65.
+        // Between the mean of KITTI's labelled cars (3.88 × 1.63 × 1.53 m) and that of the European models behind
+        // `motorcade-shape`'s prior (4.39 × 1.79 × 1.52 m); one sigma reaches both.
         VehicleClass::Car => prior([4.2, 1.7, 1.51], [0.45, 0.10, 0.10]),
         VehicleClass::Van => prior([5.0, 1.9, 2.1], [0.6, 0.12, 0.25]),
-        // Delivery lorries to articulated ones.
+        // From delivery lorries to articulated ones.
         VehicleClass::Truck => prior([7.0, 2.35, 2.9], [2.5, 0.25, 0.6]),
         // Detectors call minibuses buses too: 6 m long and 2.7 m high, against 12 m and 3.2 m.
         VehicleClass::Bus => prior([9.5, 2.4, 2.95], [3.0, 0.2, 0.4]),

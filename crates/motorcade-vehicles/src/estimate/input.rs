@@ -1,0 +1,46 @@
+//! Input of a track's estimation, and the fit of all its boxes.
+
+use motorcade_geometry::PinholeCamera;
+use motorcade_shape::{Dimensions, SizePrior};
+use nalgebra::Matrix3;
+
+use crate::box_fit::{BoxFit, SingleView};
+use crate::external::ExternalTrack;
+use crate::ground::GroundFrame;
+use crate::options::VehicleOptions;
+use crate::track::{Track, TrackBox};
+
+/// Everything known of one vehicle before its estimation.
+pub(super) struct TrackInput<'a> {
+    pub(super) camera: &'a PinholeCamera,
+    pub(super) grounds: &'a [GroundFrame],
+    pub(super) track: &'a Track,
+    pub(super) external: &'a ExternalTrack,
+    /// Size prior of the class, or that of the external views.
+    pub(super) prior: SizePrior,
+    /// First frame.
+    pub(super) start: usize,
+    pub(super) options: &'a VehicleOptions,
+}
+
+impl<'a> TrackInput<'a> {
+    /// The fit of boxes in a frame.
+    pub(super) fn box_fit(&self, ground: &'a GroundFrame) -> BoxFit<'a> {
+        BoxFit { camera: self.camera, ground, options: &self.options.advanced.box_fit }
+    }
+
+    /// Fits every box for the headings (relative to each frame's camera) and a size of this mean and information (3×3).
+    pub(super) fn fit_boxes(
+        &self,
+        headings: &[f64],
+        mean: &Dimensions,
+        size_information: &Matrix3<f64>,
+    ) -> Vec<(usize, SingleView)> {
+        let one = |b: &TrackBox| {
+            let heading = headings.get(b.frame - self.start)?;
+            let fit = self.box_fit(self.grounds.get(b.frame)?);
+            Some((b.frame, fit.locate_sized(&b.observed, *heading, mean, size_information)?))
+        };
+        self.track.boxes.iter().filter_map(one).collect()
+    }
+}
