@@ -3,9 +3,9 @@
 use std::sync::mpsc::sync_channel;
 
 use motorcade_dataset::{BadFrame, Frame, Sequence};
-use motorcade_geometry::PinholeCamera;
+use motorcade_geometry::{BoundingBox, PinholeCamera};
 use motorcade_odometry::{
-    Odometry, OdometryOptions, OdometryTrajectory, Rectangle, RoadInput, RoadMeasurement, StaticMask,
+    Odometry, OdometryOptions, OdometryTrajectory, RoadInput, RoadMeasurement, StaticMask,
 };
 use motorcade_perception::{Detection, Perception, Percepts};
 
@@ -215,9 +215,9 @@ impl Pass {
         };
         self.stopwatch.add("perception", perception_ms);
         let index = self.frames.len();
-        let boxes: Vec<Rectangle> =
-            percepts.detections.iter().filter(|d| d.score >= MASKING_SCORE).map(rectangle).collect();
-        let masked: &[Rectangle] = if config.run.vehicle_mask == VehicleMask::None { &[] } else { &boxes };
+        let boxes: Vec<BoundingBox> =
+            percepts.detections.iter().filter(|d| d.score >= MASKING_SCORE).map(|d| d.bbox).collect();
+        let masked: &[BoundingBox] = if config.run.vehicle_mask == VehicleMask::None { &[] } else { &boxes };
         let boxes_may_stand = config.run.vehicle_mask == VehicleMask::Moving;
         let mask = StaticMask { boxes: masked, boxes_may_stand, ignore: frame.ignore.as_ref() };
         let gray = frame.gray();
@@ -267,8 +267,3 @@ impl Pass {
 
 /// A box less certain than this masks nothing: it is more often a shadow than a vehicle.
 const MASKING_SCORE: f64 = 0.3;
-
-fn rectangle(detection: &Detection) -> Rectangle {
-    let b = &detection.bbox;
-    Rectangle { x1: b.x1, y1: b.y1, x2: b.x2, y2: b.y2 }
-}
