@@ -16,6 +16,7 @@
 //! ```
 
 pub mod alignment;
+mod bounding_box;
 mod camera;
 pub mod five_point;
 pub mod lie;
@@ -25,6 +26,7 @@ pub mod robust;
 pub mod rts;
 mod triangulation;
 
+pub use bounding_box::BoundingBox;
 pub use camera::{Distortion, InvalidCamera, PinholeCamera};
 pub use pose::{Camera, Frame, Pose, Vehicle, World};
 pub use relative_pose::{RelativePose, RelativePoseOptions, relative_pose};

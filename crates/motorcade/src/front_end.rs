@@ -1,8 +1,8 @@
 //! The front end: the camera's motion up to scale and the road, frame by frame.
 
 use motorcade_dataset::Frame;
-use motorcade_odometry::{Odometry, OdometryOptions, Rectangle, RoadInput, StaticMask};
-use motorcade_perception::{Detection, Observations};
+use motorcade_odometry::{Odometry, OdometryOptions, RoadInput, StaticMask};
+use motorcade_perception::{BoundingBox, Observations};
 
 use crate::config::VehicleMask;
 use crate::motion_source::MotionSource;
@@ -40,8 +40,8 @@ impl FrontEnd {
         let run = &settings.config.run;
         let row = record.frames.len();
         let confident = observations.detections.iter().filter(|d| d.score >= MASKING_SCORE);
-        let boxes: Vec<Rectangle> = confident.map(rectangle).collect();
-        let masked: &[Rectangle] = if run.vehicle_mask == VehicleMask::None { &[] } else { &boxes };
+        let boxes: Vec<BoundingBox> = confident.map(|d| d.bbox).collect();
+        let masked: &[BoundingBox] = if run.vehicle_mask == VehicleMask::None { &[] } else { &boxes };
         let boxes_may_stand = run.vehicle_mask == VehicleMask::Moving;
         let mask = StaticMask { boxes: masked, boxes_may_stand, ignore: frame.ignore.as_ref() };
         let gray = frame.gray();
@@ -110,9 +110,4 @@ impl FrontEnd {
             ..self.record
         }
     }
-}
-
-fn rectangle(detection: &Detection) -> Rectangle {
-    let b = &detection.bbox;
-    Rectangle { x1: b.x1, y1: b.y1, x2: b.x2, y2: b.y2 }
 }

@@ -4,8 +4,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use image::GrayImage;
-use motorcade_geometry::{Camera, Pose, World};
-use motorcade_odometry::{Odometry, OdometryTrajectory, Pyramid, Rectangle, RoadMeasurement, StaticMask};
+use motorcade_geometry::{BoundingBox, Camera, Pose, World};
+use motorcade_odometry::{Odometry, OdometryTrajectory, Pyramid, RoadMeasurement, StaticMask};
 use nalgebra::Vector3;
 
 /// A camera trajectory from elsewhere, one pose a frame of the run.
@@ -69,7 +69,7 @@ impl MotionSource {
             odometry.constrain_scale(measured);
         }
     }
-    pub(crate) fn classify_static_vehicles(&mut self, boxes: &[Rectangle], plane: &Vector3<f64>) {
+    pub(crate) fn classify_static_vehicles(&mut self, boxes: &[BoundingBox], plane: &Vector3<f64>) {
         if let Self::Own(odometry) = self {
             odometry.classify_static_vehicles(boxes, plane);
         }

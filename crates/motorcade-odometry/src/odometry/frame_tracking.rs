@@ -6,14 +6,14 @@ use motorcade_geometry::robust::median;
 use nalgebra::{Matrix2, Point2, Point3};
 
 use super::{CameraFromCamera, CameraFromWorld, Odometry, Scratch};
-use crate::corners::detect;
-use crate::klt::{Request, track_checked};
-use crate::landmark::Landmark;
-use crate::pose_only::{Observation, PoseEstimate};
-use crate::pyramid::Pyramid;
-use crate::record::FrameStatus;
-use crate::static_mask::{Place, StaticMask};
-use crate::window::Keyframe;
+use crate::map::Keyframe;
+use crate::map::Landmark;
+use crate::map::{Observation, PoseEstimate};
+use crate::tracking::Pyramid;
+use crate::tracking::detect;
+use crate::tracking::{Place, StaticMask};
+use crate::tracking::{Request, track_checked};
+use crate::trajectory::FrameStatus;
 
 impl Odometry {
     pub(super) fn advance(&mut self, pyramid: &Arc<Pyramid>, mask: &StaticMask<'_>) {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use image::GrayImage;
 
-use crate::pyramid::Pyramid;
+use super::pyramid::Pyramid;
 
 /// The pyramids handed out, as many as are looked at together.
 #[derive(Default)]

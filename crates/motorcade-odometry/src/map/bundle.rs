@@ -6,8 +6,8 @@
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World, robust::Kernel};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Matrix6x3, Point2, Point3, Vector3, Vector6};
 
-use crate::on_road::OnRoad;
-use crate::pose_only::{add_outer, reprojection};
+use super::pose_only::{add_outer, reprojection};
+use super::road_point::OnRoad;
 
 /// One sighting of a point from a pose, by index.
 #[derive(Clone, Copy, Debug)]

@@ -8,14 +8,14 @@ use motorcade_geometry::{
 use nalgebra::{Matrix2, Matrix6, Point2, Vector6};
 
 use super::{CameraFromCamera, CameraFromWorld, Odometry};
-use crate::corners::detect;
-use crate::klt::{Request, track_checked};
-use crate::landmark::Landmark;
-use crate::pose_only::{Observation, PoseRefiner};
-use crate::pyramid::Pyramid;
-use crate::record::{FrameStatus, fill};
-use crate::static_mask::StaticMask;
-use crate::window::{Keyframe, Window};
+use crate::map::Landmark;
+use crate::map::{Keyframe, Window};
+use crate::map::{Observation, PoseRefiner};
+use crate::tracking::Pyramid;
+use crate::tracking::StaticMask;
+use crate::tracking::detect;
+use crate::tracking::{Request, track_checked};
+use crate::trajectory::{FrameStatus, fill};
 
 /// Corners followed from the frame where the map may begin.
 pub(super) struct Beginning {

@@ -13,8 +13,8 @@ use motorcade_geometry::{
 };
 use nalgebra::{Matrix3, Matrix4, Point2, SMatrix, SVector, Vector3};
 
-use crate::pyramid::Pyramid;
-use crate::road_pixels::RoadPixels;
+use super::pixels::RoadPixels;
+use crate::tracking::Pyramid;
 
 /// How the road is aligned. Lengths are in camera heights, so that nothing depends on the unknown unit.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]

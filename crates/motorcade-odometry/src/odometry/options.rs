@@ -1,9 +1,9 @@
 //! Settings of the odometry.
 
-use crate::corners::CornerOptions;
-use crate::klt::KltOptions;
-use crate::pose_only::PoseOnlyOptions;
-use crate::window::WindowOptions;
+use crate::map::PoseOnlyOptions;
+use crate::map::WindowOptions;
+use crate::tracking::CornerOptions;
+use crate::tracking::KltOptions;
 
 /// All settings of the odometry.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]

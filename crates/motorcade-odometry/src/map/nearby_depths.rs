@@ -3,8 +3,8 @@
 use motorcade_geometry::{Camera, Pose, World, robust::median};
 use nalgebra::Point2;
 
-use crate::landmark::Landmark;
-use crate::odometry::make_room;
+use super::landmark::Landmark;
+use crate::buffer::make_room;
 
 /// Depths of landmarks by their place in the image: the guess for those that have none yet.
 #[derive(Default)]

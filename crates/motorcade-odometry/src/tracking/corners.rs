@@ -2,7 +2,7 @@
 
 use nalgebra::Point2;
 
-use crate::pyramid::Plane;
+use super::pyramid::Plane;
 
 /// Where and how densely corners are sought.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]

@@ -3,14 +3,13 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use motorcade_geometry::{Camera, PinholeCamera, Pose, World, robust::median};
+use motorcade_geometry::{BoundingBox, Camera, PinholeCamera, Pose, World, robust::median};
 use nalgebra::{Point2, Vector3};
 
-use crate::pyramid::Pyramid;
-use crate::road::{RoadOptions, RoadPlane, RoadScratch, RoadView, align_road, search_scale};
-use crate::road_measurement::RoadMeasurement;
-use crate::road_pixels::RoadPixels;
-use crate::static_mask::Rectangle;
+use super::alignment::{RoadOptions, RoadPlane, RoadScratch, RoadView, align_road, search_scale};
+use super::measurement::RoadMeasurement;
+use super::pixels::RoadPixels;
+use crate::tracking::Pyramid;
 
 /// What a frame offers for the road.
 #[derive(Clone, Copy)]
@@ -18,7 +17,7 @@ pub struct RoadInput<'a> {
     /// The image.
     pub pyramid: &'a Arc<Pyramid>,
     /// Boxes of all vehicles, moving or not: they hide the road here, and later where this frame is the earlier one.
-    pub vehicles: &'a [Rectangle],
+    pub vehicles: &'a [BoundingBox],
     /// Whether a road mask stands behind the pixels that may be road.
     pub masked: bool,
 }
@@ -36,8 +35,8 @@ const SHADOW: f64 = 0.15;
 const RIM_PX: f64 = 4.0;
 
 /// A box with the road that the vehicle darkens: shadows go along with vehicles.
-fn with_shadow(vehicle: &Rectangle) -> Rectangle {
-    Rectangle { y2: vehicle.y2 + SHADOW * (vehicle.y2 - vehicle.y1), ..*vehicle }.grown(RIM_PX)
+fn with_shadow(vehicle: &BoundingBox) -> BoundingBox {
+    BoundingBox { y2: vehicle.y2 + SHADOW * (vehicle.y2 - vehicle.y1), ..*vehicle }.grown(RIM_PX)
 }
 
 /// Follows the road plane through a drive.
@@ -154,7 +153,7 @@ impl RoadTracker {
         // Beyond twice the stretch nobody will ask; nor above the horizon.
         let reach = 2.0 * self.options.far_heights;
         let near = |p: &Point2<f64>| self.normal.dot(&self.camera.ray(p)) * reach > 1.0;
-        let hidden = |p: &Point2<f64>| sight.vehicles.iter().any(|v| with_shadow(v).contains(p));
+        let hidden = |p: &Point2<f64>| sight.vehicles.iter().any(|v| with_shadow(v).contains(p.x, p.y));
         road.fill(&self.camera, |p| near(p) && usable(p) && !hidden(p));
         road
     }

@@ -3,10 +3,10 @@
 use motorcade_geometry::{Camera, Pose, World};
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
-use crate::record::{FrameStatus, OdometryTrajectory};
-use crate::road_measurement::{RoadMeasurement, road_normal};
-use crate::scale_smoother::{NoiseModel, SmoothedState, StateMeasurement, smooth};
-use crate::uncertainty::{Uncertainty, step_covariance};
+use super::smoother::{NoiseModel, SmoothedState, StateMeasurement, smooth};
+use super::uncertainty::{Uncertainty, step_covariance};
+use crate::road::{RoadMeasurement, road_normal};
+use crate::trajectory::{FrameStatus, OdometryTrajectory};
 
 /// A frame of the metric trajectory.
 #[derive(Clone, Debug)]

@@ -3,7 +3,7 @@
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World, robust::Kernel};
 use nalgebra::{Matrix2x3, Matrix2x6, Matrix6, Point2, Point3, SMatrix, Vector2, Vector6};
 
-use crate::odometry::make_room;
+use crate::buffer::make_room;
 
 /// One point and where it was seen.
 #[derive(Clone, Copy, Debug)]

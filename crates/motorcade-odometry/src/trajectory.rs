@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use motorcade_geometry::{Camera, Pose, World};
 use nalgebra::Matrix6;
 
-use crate::pose_only::PoseEstimate;
+use crate::map::PoseEstimate;
 
 type CameraFromWorld = Pose<Camera, World>;
 type CameraFromCamera = Pose<Camera, Camera>;

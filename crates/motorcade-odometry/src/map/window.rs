@@ -5,9 +5,9 @@ use std::collections::VecDeque;
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World, triangulate_rays};
 use nalgebra::{Point2, Point3, Vector3};
 
-use crate::bundle::{BundleOptions, BundleProblem, Length, Sighting};
-use crate::landmark::Landmark;
-use crate::on_road::OnRoad;
+use super::bundle::{BundleOptions, BundleProblem, Length, Sighting};
+use super::landmark::Landmark;
+use super::road_point::OnRoad;
 
 /// A frame whose pose is optimised together with the landmarks.
 #[derive(Clone, Debug)]

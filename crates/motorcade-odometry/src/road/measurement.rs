@@ -2,9 +2,9 @@
 
 use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
 
-use crate::record::OdometryTrajectory;
-use crate::road::RoadPlane;
-use crate::road_profile::{Curvature, driven_curvature};
+use super::alignment::RoadPlane;
+use super::profile::{Curvature, driven_curvature};
+use crate::trajectory::OdometryTrajectory;
 
 /// What one frame says about road and scale.
 #[derive(Clone, Copy, Debug, PartialEq)]

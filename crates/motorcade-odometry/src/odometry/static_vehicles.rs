@@ -4,12 +4,12 @@
 //! their image motion would be the camera's doing. The road under the vehicle tells the true depth; where both agree the
 //! vehicle stands, and its corners are landmarks as good as those of a house.
 
+use motorcade_geometry::BoundingBox;
 use motorcade_geometry::robust::quantile;
 use nalgebra::{Point2, Vector3};
 
 use super::{Odometry, Scratch};
-use crate::landmark::Landmark;
-use crate::static_mask::Rectangle;
+use crate::map::Landmark;
 
 /// Beyond this many camera heights (33 m for a car) a box's bottom edge does not tell depth well enough.
 const FARTHEST_HEIGHTS: f64 = 20.0;
@@ -31,10 +31,10 @@ enum Verdict {
 impl Odometry {
     /// Judges the vehicles of the last processed frame by the landmarks on them. `boxes` are its detections, `plane` the
     /// road in the camera frame (m with `mᵀX = 1`, in the odometry's unit).
-    pub fn classify_static_vehicles(&mut self, boxes: &[Rectangle], plane: &Vector3<f64>) {
+    pub fn classify_static_vehicles(&mut self, boxes: &[BoundingBox], plane: &Vector3<f64>) {
         // The nearest vehicle, lowest in the image, hides those behind it.
         let owner = |p: &Point2<f64>| {
-            let around = (0..boxes.len()).filter(|b| boxes[*b].contains(p));
+            let around = (0..boxes.len()).filter(|b| boxes[*b].contains(p.x, p.y));
             around.max_by(|a, b| boxes[*a].y2.total_cmp(&boxes[*b].y2))
         };
         let mut scratch = std::mem::take(&mut self.scratch);
@@ -61,7 +61,7 @@ impl Odometry {
     /// `depths` is scratch.
     fn verdict<'a, I: Iterator<Item = &'a Landmark>>(
         &self,
-        rectangle: &Rectangle,
+        rectangle: &BoundingBox,
         on_it: impl Fn() -> I,
         plane: &Vector3<f64>,
         depths: &mut Vec<f64>,

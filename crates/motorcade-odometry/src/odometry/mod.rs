@@ -1,10 +1,13 @@
 //! Monocular odometry up to scale: corners followed by KLT, pose against the local map, keyframes, windowed bundle
 //! adjustment. A break starts a new segment with a scale of its own.
 
-mod advancing;
-mod beginning;
-mod road_scale;
-mod standing;
+mod frame_tracking;
+mod initialisation;
+mod options;
+mod road_feedback;
+mod static_vehicles;
+
+pub use options::{OdometryOptions, PolicyOptions};
 
 use std::sync::Arc;
 
@@ -12,16 +15,16 @@ use image::GrayImage;
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
 use nalgebra::{Matrix6, Point2};
 
-use crate::landmark::Landmark;
-use crate::nearby_depths::NearbyDepths;
-use crate::options::OdometryOptions;
-use crate::pose_only::{Observation, PoseEstimate, PoseRefiner};
-use crate::pyramid::Pyramid;
-use crate::pyramid_pool::PyramidPool;
-use crate::record::{FrameRecord, FrameStatus, OdometryTrajectory, fill};
-use crate::static_mask::StaticMask;
-use crate::window::Window;
-use beginning::Beginning;
+use crate::buffer::make_room;
+use crate::map::Landmark;
+use crate::map::NearbyDepths;
+use crate::map::Window;
+use crate::map::{Observation, PoseEstimate, PoseRefiner};
+use crate::tracking::Pyramid;
+use crate::tracking::PyramidPool;
+use crate::tracking::StaticMask;
+use crate::trajectory::{FrameRecord, FrameStatus, OdometryTrajectory, fill};
+use initialisation::Beginning;
 
 type CameraFromWorld = Pose<Camera, World>;
 type CameraFromCamera = Pose<Camera, Camera>;
@@ -69,12 +72,6 @@ impl Scratch {
         self.depths.make_room(landmarks);
         self.refiner.make_room(landmarks);
     }
-}
-
-/// Empties a buffer and lets it take `count` values without growing.
-pub(crate) fn make_room<T>(buffer: &mut Vec<T>, count: usize) {
-    buffer.clear();
-    buffer.reserve(count);
 }
 
 const PYRAMID_LEVELS: usize = 4;

@@ -3,7 +3,7 @@
 use motorcade_geometry::{Camera, Pose, lie::se3::adjoint};
 use nalgebra::{Matrix6, Vector6};
 
-use crate::ego::EgoFrame;
+use super::ego_trajectory::EgoFrame;
 
 /// Derivative of a step by the logarithm of its scale (6).
 fn along(step: &Pose<Camera, Camera>) -> Vector6<f64> {

@@ -1,43 +1,14 @@
 //! Pixels that may not be used for the camera's own motion.
 
 use image::GrayImage;
+use motorcade_geometry::BoundingBox;
 use nalgebra::Point2;
-
-/// An axis-aligned image rectangle \[px\], borders included.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rectangle {
-    /// Left.
-    pub x1: f64,
-    /// Top.
-    pub y1: f64,
-    /// Right.
-    pub x2: f64,
-    /// Bottom.
-    pub y2: f64,
-}
-
-impl Rectangle {
-    /// Grown by `margin_px` on every side.
-    #[must_use]
-    pub fn grown(&self, margin_px: f64) -> Self {
-        Self {
-            x1: self.x1 - margin_px,
-            y1: self.y1 - margin_px,
-            x2: self.x2 + margin_px,
-            y2: self.y2 + margin_px,
-        }
-    }
-    /// True inside.
-    pub fn contains(&self, p: &Point2<f64>) -> bool {
-        p.x >= self.x1 && p.x <= self.x2 && p.y >= self.y1 && p.y <= self.y2
-    }
-}
 
 /// What need not be static scene: boxes around vehicles and a mask of pixels to ignore.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StaticMask<'a> {
     /// Boxes of things that may move.
-    pub boxes: &'a [Rectangle],
+    pub boxes: &'a [BoundingBox],
     /// True lets corners on vehicles show that they stand ([`crate::Odometry::classify_static_vehicles`]); false never uses them.
     pub boxes_may_stand: bool,
     /// Non-zero pixels are ignored (a bonnet, burnt-in text).
@@ -70,10 +41,10 @@ impl StaticMask<'_> {
         if self.ignores(p) {
             return Place::Forbidden;
         }
-        match self.boxes.iter().any(|b| b.grown(BOX_MARGIN_PX).contains(p)) {
+        match self.boxes.iter().any(|b| b.grown(BOX_MARGIN_PX).contains(p.x, p.y)) {
             false => Place::Scene,
             true if !self.boxes_may_stand => Place::Forbidden,
-            true if self.boxes.iter().any(|b| b.contains(p)) => Place::Vehicle,
+            true if self.boxes.iter().any(|b| b.contains(p.x, p.y)) => Place::Vehicle,
             true => Place::Rim,
         }
     }

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use motorcade_geometry::{Camera, PinholeCamera, Pose, robust::median};
 use nalgebra::{Matrix2, Matrix3, Point2, Vector3};
 
-use crate::corners::{CornerOptions, detect};
-use crate::klt::{KltOptions, Request, track_checked};
-use crate::pyramid::Pyramid;
-use crate::road_measurement::RoadMeasurement;
+use super::measurement::RoadMeasurement;
+use crate::tracking::Pyramid;
+use crate::tracking::{CornerOptions, detect};
+use crate::tracking::{KltOptions, Request, track_checked};
 
 /// How the scales of many matches become one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]

@@ -1,7 +1,7 @@
 //! The road's say in the bundle adjustment: soft lengths that keep the camera's height, in the odometry's unit, what it was.
 
 use super::{CameraFromCamera, Odometry};
-use crate::road_measurement::{RoadMeasurement, road_normal};
+use crate::road::{RoadMeasurement, road_normal};
 
 impl Odometry {
     /// Takes what the road showed in the last processed frame. The first measurement of a segment says what height is held;

@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::record::OdometryTrajectory;
-use crate::road_measurement::road_normal;
+use super::measurement::road_normal;
+use crate::trajectory::OdometryTrajectory;
 
 /// Vertical curvature of the road times the camera's height, positive at the foot of a hill.
 #[derive(Clone, Copy, Debug, PartialEq)]

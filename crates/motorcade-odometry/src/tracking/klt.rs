@@ -4,7 +4,7 @@
 
 use nalgebra::{Matrix2, Point2, Vector2};
 
-use crate::pyramid::{Plane, Pyramid};
+use super::pyramid::{Plane, Pyramid};
 
 /// Side of the patch \[px\] on every level; 16 fills two AVX registers a row.
 const SIDE: usize = 16;

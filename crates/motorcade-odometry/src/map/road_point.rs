@@ -3,7 +3,7 @@
 use motorcade_geometry::{Camera, Pose, World, robust::Kernel};
 use nalgebra::{Matrix3, Point3, Vector3, Vector6};
 
-use crate::bundle::PIXEL_SIGMA_PX;
+use super::bundle::PIXEL_SIGMA_PX;
 
 /// A point that lies on the road as a keyframe saw it: residual `(mᵀ T X − 1) / sigma`, its height above the road in camera
 /// heights.
