@@ -19,6 +19,7 @@ pub mod alignment;
 mod camera;
 pub mod five_point;
 pub mod lie;
+pub mod numeric;
 mod pose;
 mod relative_pose;
 pub mod robust;

@@ -1,12 +1,12 @@
 //! The configuration of a run: works with none, refuses what it does not know.
 
+use motorcade_multibody::{CameraCoupling, GraphOptions};
 use motorcade_odometry::{OdometryOptions, RoadOptions, ScaleAverage};
 use motorcade_vehicles::{TrackerOptions, TrafficSide};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use crate::error::{Error, Result};
-use crate::multibody::{CameraCoupling, GraphOptions};
 use crate::online::OnlineOptions;
 
 /// Ready-made configurations.
@@ -179,6 +179,7 @@ impl Config {
             "scale.farthest_m must be more than 5 (the road nearer is hidden)",
         )?;
         check(self.online.lag_frames >= 3, "online.lag_frames must be at least 3")?;
+        self.graph.validate()?;
         check((0.0..=1.0).contains(&self.tracker.least_iou), "tracker.least_iou must lie between 0 and 1")
     }
 }

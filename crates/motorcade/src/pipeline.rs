@@ -2,6 +2,7 @@
 
 use motorcade_dataset::Sequence;
 use motorcade_geometry::PinholeCamera;
+use motorcade_multibody::{MultibodyGraph, WindowFrames};
 use motorcade_odometry::{EgoFrame, EgoTrajectory};
 use motorcade_perception::{Detection, Perception};
 use motorcade_shape::ShapePrior;
@@ -15,7 +16,6 @@ use crate::front_end::FrontEnd;
 use crate::given_vehicles::{ExternalVehiclePose, external_tracks};
 use crate::keypoints::{KeypointTable, KeypointViews};
 use crate::motion_source::ExternalTrajectory;
-use crate::multibody::Multibody;
 use crate::progress::Progress;
 use crate::result::{FrameInfo, RunResult, summary_warnings};
 use crate::{scale_source, standing_unit};
@@ -85,7 +85,7 @@ pub fn estimate_drive(
         }
     }
     progress.begin("graph", None);
-    let solved = stopwatch.time("graph", || solve_graph(&mut ego, &mut vehicles, config, threads));
+    let solved = stopwatch.time("graph", || solve_graph(&mut ego, &mut vehicles, &frames, config, threads));
     let (graph, graph_report) = solved.unwrap_or_else(|error| {
         let warning = format!("the multi-object graph was not solved ({error}); front-end estimates stand");
         progress.warn(&warning);
@@ -157,20 +157,28 @@ pub(crate) fn with_keypoints(
     tracks.into_iter().map(|t| (of(&t), t)).map(|(given, t)| (t, given)).collect()
 }
 
-type Solved = (Option<Multibody>, Option<motorcade_graph::Report>);
+type Solved = (Option<MultibodyGraph>, Option<motorcade_graph::Report>);
 
 fn solve_graph(
     ego: &mut EgoTrajectory,
     vehicles: &mut [VehicleTrajectory],
+    frames: &[FrameInfo],
     config: &Config,
     threads: usize,
 ) -> std::result::Result<Solved, motorcade_graph::GraphError> {
     if !config.graph.enabled || ego.frames.is_empty() {
         return Ok((None, None));
     }
-    let mut graph = Multibody::new(ego, vehicles, &config.graph)?;
-    let report = graph.solve(ego, vehicles, &config.graph, threads)?;
+    let mut graph = MultibodyGraph::drive(&config.graph, threads)?;
+    let times_s = times_s(&frames[..ego.frames.len().min(frames.len())]);
+    let report = graph.update(&WindowFrames { first: 0, times_s: &times_s }, ego, vehicles)?;
     Ok((Some(graph), Some(report)))
+}
+
+/// Times of frames \[s\], from the first.
+pub(crate) fn times_s(frames: &[FrameInfo]) -> Vec<f64> {
+    let start_ns = frames.first().map_or(0, |f| f.timestamp_ns);
+    frames.iter().map(|f| (f.timestamp_ns - start_ns) as f64 * 1e-9).collect()
 }
 
 /// Camera and road of each frame; times count from `start_ns`.

@@ -1,11 +1,11 @@
 //! What a run found.
 
 use motorcade_geometry::PinholeCamera;
+use motorcade_multibody::MultibodyGraph;
 use motorcade_odometry::{EgoFrame, EgoTrajectory, FrameStatus, RoadMeasurement};
 use motorcade_perception::Detection;
 use motorcade_vehicles::VehicleTrajectory;
 
-use crate::multibody::Multibody;
 use crate::timing::Stopwatch;
 
 /// A frame of the input as the run saw it.
@@ -32,7 +32,7 @@ pub struct RunResult {
     /// Vehicles.
     pub vehicles: Vec<VehicleTrajectory>,
     /// The multi-object graph, solved.
-    pub graph: Option<Multibody>,
+    pub graph: Option<MultibodyGraph>,
     /// How its solution went.
     pub graph_report: Option<motorcade_graph::Report>,
     /// Detections handed in by perception, frame by frame.

@@ -2,16 +2,16 @@
 //! frames before it alone.
 //!
 //! Scale and road are smoothed over the last seconds; boxes, sizes and motion of the vehicles are estimated over a window of
-//! frames; and the window is optimised as one graph, what left it being kept as a prior ([`window_graph`]). A frame costs
+//! frames; and the window is optimised as one graph, what left it being kept as a prior ([`MultibodyGraph`]). A frame costs
 //! the same from start to end of a drive.
 
 mod newest;
-mod window_graph;
 
 use std::collections::BTreeMap;
 use std::time::Instant;
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
+use motorcade_multibody::{MultibodyGraph, WindowFrames};
 use motorcade_odometry::{EgoFrame, EgoTrajectory, RoadMeasurement, Uncertainty};
 use motorcade_vehicles::{ExternalTrack, GroundFrame, Track, Tracker, VehicleTrajectory, estimate_track};
 use nalgebra::Vector3;
@@ -20,13 +20,12 @@ use serde::{Deserialize, Serialize};
 use crate::config::Config;
 use crate::front_end::{FrontEnd, FrontEndView};
 use crate::given_vehicles::external_tracks;
-use crate::pipeline::{External, grounds, with_keypoints};
+use crate::pipeline::{External, grounds, times_s, with_keypoints};
 use crate::progress::Progress;
-use crate::result::{RunResult, summary_warnings};
+use crate::result::{FrameInfo, RunResult, summary_warnings};
 use crate::scale_source;
 use crate::timing::Stopwatch;
 pub use newest::OnlineEstimate;
-use window_graph::WindowGraph;
 
 /// Windows of an online run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -56,7 +55,8 @@ pub struct Online<'a> {
     height_m: f64,
     config: &'a Config,
     tracker: Tracker,
-    graph: WindowGraph,
+    /// Made with the first frame, and anew after one that was not solved.
+    graph: Option<MultibodyGraph>,
     /// Where the first frame of the next window is, by the windows so far.
     anchor: Pose<World, Camera>,
     /// What is known of the pose at the first frame of the long window.
@@ -92,7 +92,7 @@ impl<'a> Online<'a> {
             height_m,
             config,
             tracker: Tracker::new(camera, config.tracker),
-            graph: WindowGraph::default(),
+            graph: None,
             anchor: Pose::identity(),
             entry: Uncertainty::default(),
             remembered: None,
@@ -113,7 +113,8 @@ impl<'a> Online<'a> {
         let mut vehicles = self.vehicles(so_far, &window);
         self.stopwatch.add("vehicles", lap());
         if self.config.graph.enabled {
-            self.solve(&mut window, &mut vehicles);
+            let frames = &so_far.frames[window.first..];
+            self.solve(&mut window, frames, &mut vehicles);
         }
         self.stopwatch.add("graph", lap());
         self.ego.extend(window.ego.frames.pop());
@@ -243,8 +244,8 @@ impl<'a> Online<'a> {
     /// Moves a window to where its first frame is in the world.
     fn place(&self, ego: &mut EgoTrajectory, first: usize) {
         let Some(begin) = ego.frames.first().map(|f| f.world_from_camera) else { return };
-        let free = !window_graph::held(&self.config.graph);
-        let known = self.graph.camera(first).filter(|_| free).unwrap_or(self.anchor);
+        let free = self.graph.as_ref().filter(|graph| !graph.cameras_are_held());
+        let known = free.and_then(|graph| graph.camera(first)).unwrap_or(self.anchor);
         let world_from_window: Pose<World, World> = (known * begin.inverse()).cast();
         for frame in &mut ego.frames {
             let placed: Pose<World, Camera> = world_from_window * frame.world_from_camera;
@@ -277,14 +278,21 @@ impl<'a> Online<'a> {
     }
 
     /// Optimises the window. A graph that cannot be solved is begun anew from where the camera stands.
-    fn solve(&mut self, window: &mut Window, vehicles: &mut [VehicleTrajectory]) {
-        let options = (&self.config.graph, &self.config.online);
-        if let Err(error) = self.graph.advance(window.first, &mut window.ego, vehicles, options) {
+    fn solve(&mut self, window: &mut Window, frames: &[FrameInfo], vehicles: &mut [VehicleTrajectory]) {
+        let times_s = times_s(frames);
+        let frames = WindowFrames { first: window.first, times_s: &times_s };
+        let (graph, iterations) = (self.graph.take(), self.config.online.iterations);
+        let graph = graph.map_or_else(|| MultibodyGraph::sliding(&self.config.graph, iterations), Ok);
+        let solved = graph.and_then(|mut graph| {
+            graph.update(&frames, &mut window.ego, vehicles)?;
+            self.graph = Some(graph);
+            Ok(())
+        });
+        if let Err(error) = solved {
             let number = self.ego.len();
             self.warnings.push(format!(
                 "row {number}: the window of the multi-object graph was not solved ({error}); front-end estimates stand"
             ));
-            self.graph = WindowGraph::default();
         }
     }
 
