@@ -3,6 +3,7 @@
 mod ablate;
 mod evaluate;
 mod graph;
+mod kernel;
 mod shape;
 mod simulate;
 
@@ -14,6 +15,7 @@ use motorcade_dataset::{Format, FrameRange};
 pub use self::ablate::{AblateArguments, AblateCommand};
 pub use self::evaluate::EvaluateArguments;
 pub use self::graph::{CompareArguments, GraphCommand, InfoArguments, OptimiseArguments};
+pub use self::kernel::KernelChoice;
 pub use self::shape::ShapeCommand;
 pub use self::simulate::{DemoArguments, SimulateArguments};
 

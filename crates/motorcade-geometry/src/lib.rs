@@ -20,6 +20,7 @@ mod bounding_box;
 mod camera;
 pub mod five_point;
 pub mod lie;
+pub mod numeric;
 mod pose;
 mod relative_pose;
 pub mod robust;

@@ -1,5 +1,6 @@
 //! The configuration of a run: works with none, refuses what it does not know.
 
+use motorcade_multibody::{CameraCoupling, GraphOptions};
 use motorcade_odometry::{OdometryOptions, RoadOptions, ScaleAverage};
 use motorcade_vehicles::{TrackerOptions, VehicleOptions};
 use serde::{Deserialize, Serialize};
@@ -7,7 +8,6 @@ use toml::{Table, Value};
 
 use crate::error::{Error, Result};
 use crate::estimator::OnlineOptions;
-use crate::multibody::{CameraCoupling, GraphOptions};
 
 /// Ready-made configurations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -171,6 +171,7 @@ impl Config {
             "scale.farthest_m must be more than 5 (the road nearer is hidden)",
         )?;
         check(self.online.lag_frames >= 3, "online.lag_frames must be at least 3")?;
+        self.graph.validate()?;
         check((0.0..=1.0).contains(&self.tracker.least_iou), "tracker.least_iou must lie between 0 and 1")
     }
 }

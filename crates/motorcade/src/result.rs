@@ -1,11 +1,11 @@
 //! The result of a drive.
 
 use motorcade_geometry::PinholeCamera;
+use motorcade_multibody::MultibodyGraph;
 use motorcade_odometry::{EgoFrame, EgoTrajectory, FrameStatus, RoadMeasurement};
 use motorcade_perception::Detection;
 use motorcade_vehicles::VehicleTrajectory;
 
-use crate::multibody::Multibody;
 use crate::progress::Progress;
 use crate::record::{FrameInfo, FrontEndRecord};
 use crate::timing::Stopwatch;
@@ -23,7 +23,7 @@ pub struct RunResult {
     /// Vehicles.
     pub vehicles: Vec<VehicleTrajectory>,
     /// The multi-object graph, solved.
-    pub graph: Option<Multibody>,
+    pub graph: Option<MultibodyGraph>,
     /// How its solution went.
     pub graph_report: Option<motorcade_graph::Report>,
     /// Detections handed in by perception, frame by frame.
@@ -43,7 +43,7 @@ pub(crate) struct Estimated {
     pub(crate) camera: PinholeCamera,
     pub(crate) ego: EgoTrajectory,
     pub(crate) vehicles: Vec<VehicleTrajectory>,
-    pub(crate) graph: Option<(Multibody, motorcade_graph::Report)>,
+    pub(crate) graph: Option<(MultibodyGraph, motorcade_graph::Report)>,
     /// Warnings of the estimator.
     pub(crate) warnings: Vec<String>,
     /// True when the camera's motion came in metres.

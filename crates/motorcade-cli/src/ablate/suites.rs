@@ -63,8 +63,8 @@ pub fn graph() -> Vec<Variant> {
         variant("default, covariances as told", Preset::Default, &["graph.variance_rounds=0"]),
     ]);
     for share in ["1.0", "2.0", "8.0"] {
-        let set = format!("graph.correlated_frames={share}");
-        let name = format!("default, correlated_frames = {share}");
+        let set = format!("graph.correlation_time_s={share}");
+        let name = format!("default, correlation_time_s = {share}");
         out.push(variant(name, Preset::Default, &[&set]));
     }
     out.extend(edges_off(Preset::Paper, "paper"));

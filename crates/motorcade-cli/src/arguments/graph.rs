@@ -3,9 +3,11 @@
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
-use motorcade_graph::command::{RobustKernel, Start};
 use motorcade_graph::factors::PoseResidual;
 use motorcade_graph::solver::Method;
+use motorcade_graph::start::Start;
+
+use super::KernelChoice;
 
 /// `motorcade graph`.
 #[derive(Debug, Subcommand)]
@@ -45,7 +47,7 @@ pub struct OptimiseArguments {
     pub cost: PoseResidual,
     /// Robust kernel of all edges and its scale: huber, cauchy, geman-mcclure, dcs or gnc, such as cauchy:1.0.
     #[arg(long, value_name = "KERNEL:SCALE")]
-    pub robust: Option<RobustKernel>,
+    pub robust: Option<KernelChoice>,
     /// Where to start: file, spanning-tree, chordal, or auto: the file, unless a step from there is refused; then a few steps
     /// from each are tried and the best start is taken.
     #[arg(long, default_value = "auto")]

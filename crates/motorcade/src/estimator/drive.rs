@@ -1,12 +1,12 @@
 //! The estimator over the whole drive.
 
 use motorcade_graph::{GraphError, Report};
+use motorcade_multibody::{MultibodyGraph, WindowFrames};
 use motorcade_odometry::EgoTrajectory;
 use motorcade_vehicles::{VehicleTrajectory, track_vehicles};
 
 use super::unit::{self, Unit};
-use super::vehicles::{VehicleInput, estimate_vehicles, ground_frames};
-use crate::multibody::Multibody;
+use super::vehicles::{VehicleInput, estimate_vehicles, ground_frames, times_s};
 use crate::progress::Progress;
 use crate::record::FrontEndRecord;
 use crate::result::{Estimated, RunResult};
@@ -24,7 +24,7 @@ pub fn estimate_drive(mut record: FrontEndRecord, settings: &Settings, progress:
     let mut vehicles = stopwatch.time("vehicles", || vehicles_of_drive(&record, &ego, settings));
     let unit = stopwatch.time("vehicles", || estimate_unit(&record, settings, &mut ego, &mut vehicles));
     progress.begin("graph", None);
-    let solved = stopwatch.time("graph", || solve_graph(&mut ego, &mut vehicles, settings));
+    let solved = stopwatch.time("graph", || solve_graph(&record, &mut ego, &mut vehicles, settings));
     let mut warnings: Vec<String> = unit.iter().map(Unit::to_string).collect();
     let graph = solved.unwrap_or_else(|error| {
         warnings.push(format!("the multi-object graph was not solved ({error}); front-end estimates stand"));
@@ -81,9 +81,10 @@ fn estimate_unit(
     found
 }
 
-type Solved = Option<(Multibody, Report)>;
+type Solved = Option<(MultibodyGraph, Report)>;
 
 fn solve_graph(
+    record: &FrontEndRecord,
     ego: &mut EgoTrajectory,
     vehicles: &mut [VehicleTrajectory],
     settings: &Settings,
@@ -92,7 +93,8 @@ fn solve_graph(
     if !options.enabled || ego.frames.is_empty() {
         return Ok(None);
     }
-    let mut graph = Multibody::new(ego, vehicles, options)?;
-    let report = graph.solve(ego, vehicles, options, settings.threads)?;
+    let mut graph = MultibodyGraph::drive(options, settings.threads)?;
+    let times_s = times_s(&record.frames);
+    let report = graph.update(&WindowFrames { first: 0, times_s: &times_s }, ego, vehicles)?;
     Ok(Some((graph, report)))
 }

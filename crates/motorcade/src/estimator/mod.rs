@@ -8,7 +8,6 @@ mod options;
 pub(crate) mod sliding;
 pub(crate) mod unit;
 pub(crate) mod vehicles;
-mod window_graph;
 
 pub use drive::estimate_drive;
 pub use options::OnlineOptions;

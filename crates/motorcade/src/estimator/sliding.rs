@@ -1,7 +1,7 @@
 //! The estimator over the last seconds: camera and vehicles of every frame, from it and the frames before it alone.
 //!
 //! Scale and road are smoothed over the longer window of [`OnlineOptions`]; boxes, sizes and motion of vehicles are estimated
-//! over the shorter one, which is optimised as one graph; frames that leave it become a prior ([`window_graph`]). A
+//! over the shorter one, which is optimised as one graph; frames that leave it become a prior ([`MultibodyGraph`]). A
 //! frame costs the same from start to end of a drive.
 
 use std::collections::BTreeMap;
@@ -9,13 +9,13 @@ use std::ops::Range;
 use std::time::Instant;
 
 use motorcade_geometry::{Camera, Pose, World};
+use motorcade_multibody::{MultibodyGraph, WindowFrames};
 use motorcade_odometry::{EgoFrame, EgoTrajectory, RoadMeasurement, Uncertainty};
 use motorcade_vehicles::{GroundFrame, Tracker, VehicleTrajectory};
 use nalgebra::Vector3;
 
 use super::unit::{Unit, UnitEstimator};
-use super::vehicles::{VehicleInput, estimate_vehicles, ground_frames};
-use super::window_graph::{self, WindowGraph};
+use super::vehicles::{VehicleInput, estimate_vehicles, ground_frames, times_s};
 use crate::estimate::{Estimate, VehicleEstimate};
 use crate::progress::Progress;
 use crate::record::{FrontEndRecord, FrontEndView};
@@ -27,7 +27,7 @@ use crate::timing::Stopwatch;
 /// The estimator over the last seconds.
 pub struct SlidingEstimator {
     tracker: Tracker,
-    graph: WindowGraph,
+    graph: Option<MultibodyGraph>,
     /// Pose of the first frame of the next window, by the windows so far.
     anchor: Pose<World, Camera>,
     /// Uncertainty of the pose at the first frame of the long window.
@@ -64,7 +64,7 @@ impl SlidingEstimator {
     pub fn new(settings: &Settings) -> Self {
         Self {
             tracker: Tracker::new(settings.camera, settings.config.tracker, &settings.config.vehicles),
-            graph: WindowGraph::default(),
+            graph: None,
             anchor: Pose::identity(),
             entry: Uncertainty::default(),
             remembered: None,
@@ -98,7 +98,7 @@ impl SlidingEstimator {
         self.estimate_unit(view, &window, &vehicles, settings);
         self.stopwatch.add("vehicles", lap());
         if settings.config.graph.enabled {
-            self.solve(&mut window, &mut vehicles, settings);
+            self.solve(view, &mut window, &mut vehicles, settings);
         }
         self.stopwatch.add("graph", lap());
         self.ego.extend(window.ego.frames.pop());
@@ -174,7 +174,7 @@ impl SlidingEstimator {
         self.carry_uncertainty(&mut ego, first, long == longest);
         ego.frames.drain(..long - lag);
         let first = frames - lag;
-        self.place(&mut ego, first, settings);
+        self.place(&mut ego, first);
         if let Some(second) = ego.frames.get(1).filter(|_| lag == options.lag_frames) {
             self.anchor = second.world_from_camera;
         }
@@ -246,10 +246,10 @@ impl SlidingEstimator {
     }
 
     /// Moves a window to where its first frame is in the world.
-    fn place(&self, ego: &mut EgoTrajectory, first: usize, settings: &Settings) {
+    fn place(&self, ego: &mut EgoTrajectory, first: usize) {
         let Some(begin) = ego.frames.first().map(|f| f.world_from_camera) else { return };
-        let free = !window_graph::held(&settings.config.graph);
-        let known = self.graph.camera(first).filter(|_| free).unwrap_or(self.anchor);
+        let free = self.graph.as_ref().filter(|graph| !graph.cameras_are_held());
+        let known = free.and_then(|graph| graph.camera(first)).unwrap_or(self.anchor);
         let world_from_window: Pose<World, World> = (known * begin.inverse()).cast();
         for frame in &mut ego.frames {
             let placed: Pose<World, Camera> = world_from_window * frame.world_from_camera;
@@ -300,14 +300,27 @@ impl SlidingEstimator {
     }
 
     /// Optimises the window. A graph that cannot be solved is begun anew from where the camera stands.
-    fn solve(&mut self, window: &mut Window, vehicles: &mut [VehicleTrajectory], settings: &Settings) {
-        let options = (&settings.config.graph, &settings.config.online);
-        if let Err(error) = self.graph.advance(window.first, &mut window.ego, vehicles, options) {
+    fn solve(
+        &mut self,
+        view: &FrontEndView<'_>,
+        window: &mut Window,
+        vehicles: &mut [VehicleTrajectory],
+        settings: &Settings,
+    ) {
+        let times_s = times_s(&view.frames[window.first..]);
+        let frames = WindowFrames { first: window.first, times_s: &times_s };
+        let (options, iterations) = (&settings.config.graph, settings.config.online.iterations);
+        let graph = self.graph.take().map_or_else(|| MultibodyGraph::sliding(options, iterations), Ok);
+        let solved = graph.and_then(|mut graph| {
+            graph.update(&frames, &mut window.ego, vehicles)?;
+            self.graph = Some(graph);
+            Ok(())
+        });
+        if let Err(error) = solved {
             let row = self.ego.len();
             self.warnings.push(format!(
                 "row {row}: the window of the multi-object graph was not solved ({error}); front-end estimates stand"
             ));
-            self.graph = WindowGraph::default();
         }
     }
 

@@ -56,6 +56,12 @@ fn with_keypoints(
     tracks.into_iter().map(|t| (views.of_track(&t), t)).map(|(views, t)| (t, views)).collect()
 }
 
+/// Times of frames \[s\], from the first.
+pub(crate) fn times_s(frames: &[FrameInfo]) -> Vec<f64> {
+    let start_ns = frames.first().map_or(0, |f| f.timestamp_ns);
+    frames.iter().map(|f| (f.timestamp_ns - start_ns) as f64 * 1e-9).collect()
+}
+
 /// Camera and road of each frame; times count from `start_ns`.
 pub(crate) fn ground_frames(ego: &EgoTrajectory, frames: &[FrameInfo], start_ns: i64) -> Vec<GroundFrame> {
     let one = |(e, f): (&EgoFrame, &FrameInfo)| GroundFrame {

@@ -42,7 +42,7 @@ fn record(result: &RunResult, context: &RunContext) -> serde_json::Value {
             "vehicles_moving": result.vehicles.iter().filter(|v| v.p_moving > 0.5).count(),
         },
         "length_m": result.ego.length_m(),
-        "variance_factors": result.graph.as_ref().map(|g| &g.variance_factors),
+        "variance_factors": result.graph.as_ref().map(|g| g.variance_factors()),
         "vehicles_looked_for": result.detects_vehicles,
         "unreadable_frames": problems,
         "timings": result.stopwatch.summary(),
