@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::format::Format;
-use crate::sequence::SequenceOptions;
+use crate::options::SequenceOptions;
 use crate::source::images::{Listing, gaps, list, numbering_step};
 use crate::source::{Slot, Store, kitti, video};
 

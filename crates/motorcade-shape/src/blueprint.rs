@@ -1,4 +1,4 @@
-//! One car as a drawing: a few lengths from which every named point follows.
+//! One car as a blueprint: a few lengths from which every named point follows.
 
 use nalgebra::{Point3, Vector3};
 
@@ -42,17 +42,17 @@ pub struct Blueprint {
 pub(crate) struct SidePoint {
     /// Name without the side.
     pub name: &'static str,
-    /// Place in the vehicle frame \[m\].
+    /// Position in the vehicle frame \[m\].
     pub position: Point3<f64>,
     /// Outward directions of the faces it lies on (unit); it is seen when one of them faces the camera.
     pub faces: &'static [[f64; 3]],
 }
 
-/// How far the wheel arch's edge stands off the tyre \[m\].
+/// Gap between the edge of the wheel arch and the tyre \[m\].
 const ARCH_GAP_M: f64 = 0.09;
-/// How far the tyre's outer wall stands behind the body's widest place \[m\].
+/// Distance of the tyre's outer wall inside the body's largest width \[m\].
 const TYRE_INSET_M: f64 = 0.03;
-/// How far the roof's corners (the top of the pillars) lie under the crown of the roof \[m\].
+/// Distance of the roof's corners (the top of the pillars) below the crown of the roof \[m\].
 const ROOF_CORNER_DROP_M: f64 = 0.11;
 
 const SIDE: [f64; 3] = [0.0, 1.0, 0.0];
@@ -79,7 +79,7 @@ impl Blueprint {
         self.length_m - self.wheelbase_m - self.front_overhang_m
     }
 
-    /// The average drawing; `None` of none.
+    /// The mean blueprint; `None` of an empty list.
     pub(crate) fn average(plans: &[&Self]) -> Option<Self> {
         if plans.is_empty() {
             return None;
@@ -190,7 +190,7 @@ impl Blueprint {
         foot + Vector3::y() * beyond_m
     }
 
-    /// Points on the left side that bound the body in any view: no network looks for them, but boxes end there.
+    /// Points on the left side that bound the body, and so its image box, in any view.
     pub(crate) fn side_outline(&self) -> Vec<SidePoint> {
         let (front, rear) = (self.front_axle_m(), self.rear_axle_m());
         let (nose, tail) = (0.5 * self.length_m, -0.5 * self.length_m);

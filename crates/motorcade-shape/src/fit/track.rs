@@ -1,19 +1,21 @@
-//! One vehicle in many images: a pose a frame, one shape for all.
+//! One vehicle in many images: a pose per frame, one shape for all.
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
 use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector6};
 
+use super::fitter::ShapeFitter;
 use super::model::{Shape, State};
 use super::observation::Observation;
 use super::problem::{Problem, Row};
-use super::single::{Quality, ShapeFit, ShapeFitter, information};
+use super::quality::{Quality, information};
+use super::result::ShapeFit;
 use super::solver::{Effort, Free, Normal, cost_of, refine, step};
 use super::track_shape::{ShapeMatrix, TrackShape};
 use super::{DOF, MAX_SHAPE};
 use crate::dimensions::Dimensions;
 use crate::error::FitError;
 
-/// Cost by which the other heading must win under the shared shape to be taken.
+/// Cost by which the opposite heading must be better under the shared shape.
 const FLIP_GAIN: f64 = 1.0;
 
 /// A vehicle's pose in one frame of its track.
@@ -23,23 +25,22 @@ pub struct FrameFit {
     pub camera_from_vehicle: Pose<Camera, Vehicle>,
     /// Covariance of the pose (6×6 `[ω, ν]`, vehicle frame), the shared shape marginalised.
     pub covariance: Matrix6<f64>,
-    /// Keypoints that agree, in the order of the observation.
+    /// True for keypoints within the gate, in the order of the observation.
     pub inliers: Vec<bool>,
     /// Robust standard deviation of the whitened keypoint residuals.
     pub residual_sigma: f64,
-    /// Whether the network's left and right were exchanged.
+    /// True when the network's left and right points were exchanged.
     pub sides_swapped: bool,
     /// Cost of the frame without the terms of the shape.
     pub cost: f64,
-    /// Cost by which this frame alone preferred its heading over the opposite one; negative when the track's shape
-    /// overruled it.
+    /// Cost difference to the opposite heading in this frame alone; negative when the track's shape reversed it.
     pub heading_margin: f64,
 }
 
-/// A vehicle over its track.
+/// Fit of a vehicle over its track.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrackFit {
-    /// One entry an observation: its pose, or why there is none.
+    /// One entry per observation: its pose, or its error.
     pub frames: Vec<Result<FrameFit, FitError>>,
     /// Shape coefficients λ shared by all frames.
     pub coefficients: Vec<f64>,
@@ -53,7 +54,7 @@ pub struct TrackFit {
     pub cost: f64,
 }
 
-/// A frame while it is solved.
+/// A frame during the solution.
 struct Frame<'a> {
     problem: Problem<'a>,
     state: State,
@@ -69,7 +70,7 @@ struct Blocks {
     gp: Vector6<f64>,
 }
 
-/// Normal equations of a track: a block a frame, and the shape's own.
+/// Normal equations of a track: a block per frame, and that of the shape.
 struct TrackNormal {
     frames: Vec<Blocks>,
     shape_h: ShapeMatrix,
@@ -79,8 +80,8 @@ struct TrackNormal {
 
 impl ShapeFitter {
     /// Poses of a vehicle in many images with one shape for all: every frame is first fitted alone, then all poses and the
-    /// shape together, poses eliminated by the Schur complement. Frames that cannot be used answer with their error; the
-    /// size prior of the first usable frame counts, once. [`FitError::NoSolution`] when no frame can be used.
+    /// shape together, poses eliminated by the Schur complement. Unusable frames return their error; the size
+    /// prior of the first usable frame enters once. [`FitError::NoSolution`] when no frame can be used.
     pub fn fit_track(
         &self,
         camera: &PinholeCamera,
@@ -226,7 +227,7 @@ impl ShapeFitter {
         Some(TrackNormal { frames: all, shape_h, shape_g, cost })
     }
 
-    /// Shape and size prior at the shared shape; coefficients nobody uses are held.
+    /// Shape and size prior at the shared shape; unused coefficients are held.
     fn shape_terms(&self, frame: &Frame<'_>, rows: &mut Vec<Row>) -> (ShapeMatrix, Shape, f64) {
         rows.clear();
         frame.problem.shape_rows(&frame.state, rows);
@@ -238,7 +239,7 @@ impl ShapeFitter {
         (h, normal.g.fixed_rows::<MAX_SHAPE>(6).into_owned(), normal.cost)
     }
 
-    /// Tries the opposite heading of each ambiguous frame under the shared shape; true when one won.
+    /// Tries the opposite heading of each ambiguous frame under the shared shape; true when one was better.
     fn turn_flipped<'a>(
         &'a self,
         camera: &'a PinholeCamera,
