@@ -15,6 +15,9 @@ use crate::arguments::SimulateArguments;
 use crate::exit;
 use crate::progress::Reporter;
 
+/// Length of a scenario when no number of frames is given \[s\].
+const SCENARIO_S: f64 = 12.0;
+
 /// Lists scenarios, or renders a scenario or a real drive.
 pub fn simulate(arguments: &SimulateArguments) -> anyhow::Result<u8> {
     if arguments.list {
@@ -27,6 +30,9 @@ pub fn simulate(arguments: &SimulateArguments) -> anyhow::Result<u8> {
     if arguments.trajectory.is_none() && (arguments.labels.is_some() || arguments.calibration.is_some()) {
         bail!("--labels and --calibration belong to a --trajectory");
     }
+    if !(2.0..=60.0).contains(&arguments.fps) {
+        bail!("--fps must lie in [2, 60], got {}", arguments.fps);
+    }
     // clap asks for it unless --list is given.
     let Some(out) = &arguments.out else { bail!("--out is needed") };
     let occupied = std::fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_some());
@@ -36,7 +42,8 @@ pub fn simulate(arguments: &SimulateArguments) -> anyhow::Result<u8> {
     let drive = match (&arguments.trajectory, &arguments.scenario) {
         (Some(trajectory), _) => real(trajectory, arguments)?,
         (None, Some(name)) => {
-            built_in(name, arguments.frames.unwrap_or(120), arguments.seed, &render(arguments))?
+            let frames = arguments.frames.unwrap_or((SCENARIO_S * arguments.fps).round() as usize);
+            built_in(name, frames, arguments.seed, &render(arguments))?
         }
         (None, None) => bail!("--scenario or --trajectory is needed"),
     };
@@ -86,7 +93,7 @@ fn render(arguments: &SimulateArguments) -> RenderOptions {
         shutter_s: arguments.shutter,
         ..SensorOptions::default()
     };
-    RenderOptions { weather: arguments.weather, sensor, ..RenderOptions::default() }
+    RenderOptions { weather: arguments.weather, sensor, fps: arguments.fps, ..RenderOptions::default() }
         .with_width(arguments.width)
 }
 

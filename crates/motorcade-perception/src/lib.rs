@@ -51,6 +51,7 @@
 
 mod detection;
 mod detectors;
+mod embedded;
 mod error;
 mod files;
 mod keypoints;
@@ -67,8 +68,10 @@ pub use error::{Error, Result};
 pub use files::{DetectionFormat, DetectionTable, KeypointTable, RoadMaskFolder};
 pub use keypoints::VehicleKeypoints;
 pub use manifest::{ColourOrder, InputSpec, MANIFEST_NAME, Manifest, ModelEntry, OutputSpec, Resize};
-pub use models::{ModelOptions, ModelSet};
-pub use network::{Engine, Network, RoadNetwork, YoloxDetector, suppress};
+pub use models::{ModelOptions, ModelSet, ModelSource};
+pub use network::{
+    CropOptions, Engine, KeypointNetwork, Network, RoadNetwork, SceneNetwork, YoloxDetector, suppress,
+};
 pub use perception::{Observations, Perception, PerceptionOptions};
 pub use recording::Recording;
 pub use road::RoadMask;

@@ -9,7 +9,7 @@ use crate::detectors::{KeypointDetector, RoadSegmenter, VehicleDetector};
 use crate::error::Result;
 use crate::files::{DetectionTable, RoadMaskFolder};
 use crate::keypoints::VehicleKeypoints;
-use crate::models::{ModelOptions, ModelSet};
+use crate::models::{ModelOptions, ModelSet, ModelSource};
 use crate::recording::Recording;
 use crate::road::RoadMask;
 
@@ -27,8 +27,8 @@ pub struct Observations {
 /// Networks and files to open. Files take the place of networks; with neither there is no detector.
 #[derive(Clone, Debug, Default)]
 pub struct PerceptionOptions {
-    /// Folder of networks.
-    pub models: Option<PathBuf>,
+    /// Networks.
+    pub models: ModelSource,
     /// File of detections.
     pub detections: Option<PathBuf>,
     /// Folder of road masks.
@@ -63,14 +63,8 @@ impl Perception {
     /// # Errors
     /// A file that does not read; a folder of networks without a usable manifest; a network that does not load.
     pub fn open(options: &PerceptionOptions, image_size: (u32, u32)) -> Result<Self> {
-        let mut perception = Self::none();
-        // With both files given no network has to be loaded.
-        let needed = options.detections.is_none() || options.road_masks.is_none();
-        if let Some(folder) = options.models.as_deref().filter(|_| needed) {
-            let set = ModelSet::load(folder, image_size, &options.networks)?;
-            perception.vehicles = set.vehicles;
-            perception.road = set.road;
-        }
+        let set = ModelSet::open(&options.models, image_size, &options.networks)?;
+        let mut perception = Self { vehicles: set.vehicles, road: set.road, keypoints: set.keypoints };
         if let Some(path) = &options.detections {
             perception = perception.with_detector(DetectionTable::read(path)?);
         }

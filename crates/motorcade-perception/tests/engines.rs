@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use motorcade_dataset::{Frame, Sequence, SequenceOptions};
-use motorcade_perception::{Engine, ModelOptions, Observations, Perception, PerceptionOptions};
+use motorcade_perception::{Engine, ModelOptions, ModelSource, Observations, Perception, PerceptionOptions};
 
 const KITTI: (u32, u32) = (1242, 375);
 /// Runs a time is the best of: other programs may run beside the test.
@@ -26,7 +26,7 @@ fn shared() -> Option<PathBuf> {
 
 fn perception(shared: &Path, engine: Engine, threads: usize) -> Perception {
     let networks = ModelOptions { threads, engine, ..ModelOptions::default() };
-    let models = Some(shared.join("models"));
+    let models = ModelSource::Folder(shared.join("models"));
     Perception::open(&PerceptionOptions { models, networks, ..PerceptionOptions::default() }, KITTI).unwrap()
 }
 

@@ -7,7 +7,8 @@ use std::time::Instant;
 
 use motorcade_dataset::{Frame, Label, Sequence, SequenceOptions, read_labels};
 use motorcade_perception::{
-    BoundingBox, Engine, Error, ModelOptions, ModelSet, Observations, Perception, PerceptionOptions,
+    BoundingBox, Engine, Error, ModelOptions, ModelSet, ModelSource, Observations, Perception,
+    PerceptionOptions,
 };
 
 const KITTI: (u32, u32) = (1242, 375);
@@ -34,8 +35,11 @@ fn drive(shared: &Path, stride: usize) -> Sequence {
 
 fn perception(shared: &Path, threads: usize) -> Perception {
     let networks = ModelOptions { threads, engine: Engine::Rten, ..ModelOptions::default() };
-    let options =
-        PerceptionOptions { models: Some(shared.join("models")), networks, ..PerceptionOptions::default() };
+    let options = PerceptionOptions {
+        models: ModelSource::Folder(shared.join("models")),
+        networks,
+        ..PerceptionOptions::default()
+    };
     Perception::open(&options, KITTI).unwrap()
 }
 

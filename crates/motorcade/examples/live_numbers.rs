@@ -2,7 +2,7 @@
 //! `cargo run --release --example live_numbers -- drive.mp4 camera.toml HEIGHT_M [MODELS_FOLDER]`.
 
 use motorcade::dataset::{Sequence, SequenceOptions};
-use motorcade::perception::{Perception, PerceptionOptions};
+use motorcade::perception::{ModelSource, Perception, PerceptionOptions};
 use motorcade::{Estimate, Motorcade, VehicleEstimate};
 
 /// Distance along the own lane \[m\], and the vehicle.
@@ -22,7 +22,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let options = SequenceOptions { calibration: Some(calibration.into()), ..Default::default() };
     let sequence = Sequence::open(video.as_ref(), &options)?;
-    let models = models.first().map(Into::into);
+    let models = models.first().map_or(ModelSource::Embedded, |folder| ModelSource::Folder(folder.into()));
     let perception = Perception::open(&PerceptionOptions { models, ..Default::default() }, sequence.size())?;
     let builder = Motorcade::builder(sequence.camera()?).height_m(height_m.parse()?).perception(perception);
     let mut slam = builder.build()?;

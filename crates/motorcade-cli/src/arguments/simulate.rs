@@ -44,9 +44,12 @@ pub struct SimulateArguments {
     /// Frame number, in the labels, of the first pose.
     #[arg(long, default_value_t = 0, requires = "trajectory")]
     pub first_frame: u64,
-    /// Frames, ten a second. By default 120 of a scenario, all of a trajectory.
+    /// Frames. By default 12 s of a scenario, all of a trajectory.
     #[arg(long)]
     pub frames: Option<usize>,
+    /// Frames per second, 2 to 60, of the same motion; give the same to `run --fps`.
+    #[arg(long, default_value_t = 10.0)]
+    pub fps: f64,
     /// Seed of all that is random.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,

@@ -9,11 +9,11 @@ use rten_tensor::{NdTensor, Tensor};
 
 use crate::error::{Error, Result};
 
-/// A network with one input and one output that counts.
+/// A network with one input.
 pub(super) struct Graph {
     model: Model,
     input: NodeId,
-    output: NodeId,
+    outputs: Vec<NodeId>,
     threads: Arc<ThreadPool>,
 }
 
@@ -22,20 +22,20 @@ impl Graph {
     pub fn load(path: &Path, bytes: Vec<u8>, threads: Arc<ThreadPool>) -> Result<(Self, Vec<Dimension>)> {
         let model = Model::load(bytes)
             .map_err(|e| Error::model(path, format!("is not a network that runs here: {e}")))?;
-        let (&[input], &[output, ..]) = (model.input_ids(), model.output_ids()) else {
+        let &[input] = model.input_ids() else {
             return Err(Error::inputs(path, model.input_ids().len()));
         };
-        let shape = model.input_shape(0).unwrap_or_default();
-        Ok((Self { model, input, output, threads }, shape))
+        let (outputs, shape) = (model.output_ids().to_vec(), model.input_shape(0).unwrap_or_default());
+        Ok((Self { model, input, outputs, threads }, shape))
     }
 
-    /// The first output, or what went wrong.
-    pub fn run(&self, input: &NdTensor<f32, 4>) -> Result<Tensor<f32>, String> {
+    /// All outputs in the order of the file, or what went wrong.
+    pub fn run(&self, input: &NdTensor<f32, 4>) -> Result<Vec<Tensor<f32>>, String> {
         let mut options = RunOptions::default();
         options.thread_pool = Some(Arc::clone(&self.threads));
         let input = vec![(self.input, ValueOrView::from(input.view()))];
-        let outputs = self.model.run(input, &[self.output], Some(options)).map_err(|e| e.to_string())?;
-        let first = outputs.into_iter().next().ok_or("no output")?;
-        first.try_into().map_err(|_| "the output is not f32".to_owned())
+        let outputs = self.model.run(input, &self.outputs, Some(options)).map_err(|e| e.to_string())?;
+        let tensor = |value: rten::Value| value.try_into().map_err(|_| "an output is not f32".to_owned());
+        outputs.into_iter().map(tensor).collect()
     }
 }
