@@ -13,9 +13,15 @@ LEAST_HALF_ELEMENTS = 256
 
 
 def export(
-    model: torch.nn.Module, inputs: dict[str, torch.Tensor], outputs: list[str], path: Path, half: bool, opset: int = 17
+    model: torch.nn.Module,
+    inputs: dict[str, torch.Tensor],
+    outputs: list[str],
+    path: Path,
+    half: bool,
+    opset: int = 17,
+    dynamic_axes: dict[str, dict[int, str]] | None = None,
 ) -> None:
-    """Writes `model` (in evaluation mode) with fixed input shapes; `half` stores large weights as f16."""
+    """Writes `model` (in evaluation mode), its shapes fixed but for `dynamic_axes`; `half` stores large weights as f16."""
     path.parent.mkdir(parents=True, exist_ok=True)
     more = {"dynamo": False} if "dynamo" in inspect.signature(torch.onnx.export).parameters else {}
     torch.onnx.export(
@@ -26,6 +32,7 @@ def export(
         output_names=outputs,
         opset_version=opset,
         do_constant_folding=True,
+        dynamic_axes=dynamic_axes,
         **more,
     )
     graph = onnx.load(str(path))

@@ -168,7 +168,7 @@ fn paint(rng: &mut ChaCha8Rng) -> Colour {
     let v: f32 = rng.random();
     if rng.random_bool(0.66) {
         let level = match rng.random_range(0..10) {
-            0..4 => 0.012 + 0.07 * v,
+            0..4 => 0.02 + 0.10 * v,
             4..6 => 0.10 + 0.25 * v,
             6..8 => 0.35 + 0.3 * v,
             _ => 0.75 + 0.2 * v,

@@ -48,13 +48,13 @@ pub(super) fn expose(
 fn tone(image: &mut [Pixel], rng: &mut ChaCha8Rng) {
     let luma = |p: &Pixel| 0.3 * p[0] + 0.59 * p[1] + 0.11 * p[2];
     let mean = image.iter().map(luma).sum::<f32>() / image.len().max(1) as f32;
-    let wanted: f32 = rng.random_range(0.18..0.58);
+    let wanted: f32 = rng.random_range(0.24..0.62);
     // A camera exposes for the whole picture, of which the crop is a part.
     let gain = (wanted / mean.max(0.02)).powf(0.7);
     let balance = [rng.random_range(0.92..1.08_f32), 1.0, rng.random_range(0.92..1.08)];
-    let contrast: f32 = rng.random_range(0.8..1.9);
-    let gamma: f32 = rng.random_range(0.75..1.35);
-    let black: f32 = rng.random_range(-0.03..0.05);
+    let contrast: f32 = rng.random_range(0.75..1.5);
+    let gamma: f32 = rng.random_range(0.65..1.15);
+    let black: f32 = rng.random_range(-0.06..0.03);
     let grey = rng.random_bool(0.12);
     for pixel in image.iter_mut() {
         let mut out: Pixel = std::array::from_fn(|k| {
