@@ -47,7 +47,9 @@ pub fn simulate(arguments: &SimulateArguments) -> anyhow::Result<u8> {
     let options = WriteOptions {
         depth: arguments.depth,
         instance: arguments.instance,
-        keypoints: arguments.keypoints.then(|| KeypointOptions { exact: arguments.exact, ..Default::default() }),
+        keypoints: arguments
+            .keypoints
+            .then(|| KeypointOptions { exact: arguments.exact, ..Default::default() }),
         ..WriteOptions::default()
     };
     let written = if arguments.geometry_only {
@@ -76,8 +78,7 @@ pub fn simulate(arguments: &SimulateArguments) -> anyhow::Result<u8> {
 
 /// Training crops of single vehicles.
 fn crops(arguments: &SimulateArguments, out: &Path) -> anyhow::Result<u8> {
-    let options =
-        VehicleCropOptions { count: arguments.count, seed: arguments.seed, ..Default::default() };
+    let options = VehicleCropOptions { count: arguments.count, seed: arguments.seed, ..Default::default() };
     let reporter = Reporter::new(arguments.progress);
     reporter.begin("rendering", Some(options.count));
     write_vehicle_crops(&options, out, &|done| reporter.advance(done))?;

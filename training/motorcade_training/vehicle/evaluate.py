@@ -11,7 +11,7 @@ import numpy as np
 import torch
 
 from motorcade_training.common import checkpoint
-from motorcade_training.vehicle import crop, kitti
+from motorcade_training.vehicle import calibration, crop, kitti, picture
 from motorcade_training.vehicle.decode import Keypoints, decode_heading, decode_keypoints
 from motorcade_training.vehicle.fit import Prior, fit
 from motorcade_training.vehicle.model import VehicleNet
@@ -47,14 +47,16 @@ class Judged:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of `evaluate vehicle`."""
-    parser.add_argument("--kitti", type=Path, required=True, help="KITTI tracking split (training)")
+    parser.add_argument("--kitti", type=Path, help="KITTI tracking split (training), with --prior")
+    parser.add_argument("--crops", type=Path, help="folder of rendered crops whose last 1024 were not trained on")
     parser.add_argument("--drives", nargs="+", default=["0005:3", "0003:2"], help="sequence:camera")
-    parser.add_argument("--prior", type=Path, required=True, help="file of `motorcade shape export`")
+    parser.add_argument("--prior", type=Path, help="file of `motorcade shape export`")
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument("--checkpoint", type=Path)
     source.add_argument("--onnx", type=Path)
     parser.add_argument("--stride", type=int, default=1, help="every n-th frame")
     parser.add_argument("--out", type=Path, help="table of all boxes as CSV")
+    parser.add_argument("--sheet", type=Path, help="picture of some boxes, most of them with the largest errors")
 
 
 def network(options: argparse.Namespace):
@@ -77,19 +79,44 @@ def network(options: argparse.Namespace):
 
 def run(options: argparse.Namespace) -> None:
     """Prints the table."""
-    prior, infer = Prior.read(options.prior), network(options)
-    judged = []
+    infer = network(options)
+    if options.crops:
+        for line in calibration.report(calibration.measure(infer, options.crops, 1024)):
+            print(line)
+    if not options.kitti:
+        return
+    if not options.prior:
+        raise ValueError("--kitti needs --prior")
+    prior = Prior.read(options.prior)
+    judged, tiles = [], []
     for drive in options.drives:
         sequence, _, index = drive.partition(":")
-        judged += judge_drive(options.kitti, sequence, int(index), options.stride, prior, infer)
+        judged += judge_drive(options.kitti, sequence, int(index), options.stride, prior, infer, tiles)
     for line in table(judged):
         print(line)
     if options.out:
         write(options.out, judged)
+    if options.sheet:
+        picture.sheet(chosen(judged, tiles), options.sheet)
 
 
-def judge_drive(root: Path, sequence: str, index: int, stride: int, prior: Prior, infer) -> list[Judged]:
-    """All labelled boxes of a drive."""
+def chosen(judged: list[Judged], tiles: list[np.ndarray]) -> list[np.ndarray]:
+    """Three rows of ordinary boxes, three of the worst, spread over the drive."""
+    order = np.argsort([box.bins_off_rad for box in judged])
+    worst = order[-max(30, len(order) // 12) :]
+    rest = order[: len(order) - len(worst)]
+
+    def spread(indices: np.ndarray) -> list[np.ndarray]:
+        kept = np.sort(indices)[np.linspace(0, len(indices) - 1, min(30, len(indices))).astype(int)]
+        return [tiles[i] for i in kept]
+
+    return spread(rest) + spread(worst)
+
+
+def judge_drive(
+    root: Path, sequence: str, index: int, stride: int, prior: Prior, infer, tiles: list[np.ndarray]
+) -> list[Judged]:
+    """All labelled boxes of a drive; a picture of each goes to `tiles`."""
     import cv2
 
     camera = kitti.read_camera(root / "calib" / f"{sequence}.txt", index)
@@ -100,15 +127,18 @@ def judge_drive(root: Path, sequence: str, index: int, stride: int, prior: Prior
         path = next(iter(sorted(folder.glob(f"{frame:06}.*"))), None)
         if path is None:
             continue
-        picture = cv2.imread(str(path))[..., ::-1]
+        frame_rgb = cv2.imread(str(path))[..., ::-1]
         here = [label for label in labels if label.frame == frame and label.box[3] - label.box[1] >= 20]
         if not here:
             continue
-        cuts = [crop.cut(picture, label.box) for label in here]
+        cuts = [crop.cut(frame_rgb, label.box) for label in here]
         heat, visibility, heading, _, _ = infer(np.stack([c[0] for c in cuts]))
         for i, label in enumerate(here):
             keypoints = decode_keypoints(heat[i], visibility[i])
-            judged.append(judge(label, camera, picture.shape, cuts[i][1], keypoints, heading[i], prior, sequence))
+            box = judge(label, camera, frame_rgb.shape, cuts[i][1], keypoints, heading[i], prior, sequence)
+            judged.append(box)
+            off = math.degrees(box.bins_off_rad)
+            tiles.append(picture.tile(cuts[i][0], keypoints, f"{sequence} {frame} h{box.height_px:.0f} e{off:.0f}"))
     return judged
 
 

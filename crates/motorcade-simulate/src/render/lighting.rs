@@ -52,7 +52,11 @@ impl Lighting {
             shade_depth: rng.random_range(0.4..0.92),
             patch_m: rng.random_range(5.0..40.0),
             skyline: rng.random_range(0.02..0.7),
-            skyline_colour: if tree { [0.7 * dark, dark, 0.5 * dark] } else { [1.3 * dark, 1.2 * dark, dark] },
+            skyline_colour: if tree {
+                [0.7 * dark, dark, 0.5 * dark]
+            } else {
+                [1.3 * dark, 1.2 * dark, dark]
+            },
             ground_colour: scaled([0.33, 0.33, 0.34], rng.random_range(0.5..1.3)),
         }
     }
@@ -84,13 +88,20 @@ impl Lighting {
         let sun = normal.dot(&self.sun).max(0.0) as f32 * open * shade;
         let up = 0.5 + 0.5 * normal.z as f32;
         // What shades the sun hides a part of the sky, too.
-        let sky = up * (0.35 + 0.65 * open) * (0.55 + 0.45 * shade) + self.bounce * (1.0 - up) * (0.4 + 0.6 * shade);
+        let sky = up * (0.35 + 0.65 * open) * (0.55 + 0.45 * shade)
+            + self.bounce * (1.0 - up) * (0.4 + 0.6 * shade);
         let colour = std::array::from_fn(|k| self.sky_colour[k] * sky + self.sun_colour[k] * sun);
         Light { colour, sun: open * shade }
     }
 
     /// What a mirror shows in a direction (unit vector, site).
-    pub(super) fn mirrored(&self, textures: &Textures, air: &Air, direction: &Vector3<f64>, shift: f32) -> Colour {
+    pub(super) fn mirrored(
+        &self,
+        textures: &Textures,
+        air: &Air,
+        direction: &Vector3<f64>,
+        shift: f32,
+    ) -> Colour {
         let (x, y, z) = (direction.x as f32, direction.y as f32, direction.z as f32);
         let round = y.atan2(x) / std::f32::consts::TAU;
         let ridge = textures.clouds.sample(round * 40.0 + shift, 3.1, &Probe::square(0.3), 23.0);

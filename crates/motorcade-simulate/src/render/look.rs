@@ -259,7 +259,8 @@ fn front_plate(rng: &mut ChaCha8Rng) -> Plate {
 }
 
 fn rear_plate(rng: &mut ChaCha8Rng) -> Plate {
-    let middle = if rng.random_bool(0.6) { rng.random_range(0.40..0.56) } else { rng.random_range(0.24..0.36) };
+    let middle =
+        if rng.random_bool(0.6) { rng.random_range(0.40..0.56) } else { rng.random_range(0.24..0.36) };
     plate(rng, middle)
 }
 

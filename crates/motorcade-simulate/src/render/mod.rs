@@ -27,12 +27,12 @@ mod weather;
 mod window;
 
 pub(crate) use ground::{KERB_M, PAVEMENT_M};
-pub(crate) use mesh::{Building, Chunk, Material, Mesh, Vertex};
 pub use look::Look;
+pub(crate) use mesh::{Building, Chunk, Material, Mesh, Vertex};
 pub use options::{RenderOptions, SensorOptions};
 pub use picture::{Picture, VehicleView};
 pub use renderer::Renderer;
-pub(crate) use shade::Textures;
 pub(crate) use renderer::projected;
+pub(crate) use shade::Textures;
 pub(crate) use vehicle_mesh::mesh as vehicle_mesh;
 pub use weather::Weather;

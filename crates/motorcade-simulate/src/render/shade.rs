@@ -175,9 +175,12 @@ fn hazy(air: &Air, colour: Colour, depth_m: f64) -> Colour {
 /// A vehicle's skin under varied light: diffuse, mirrored surroundings by Fresnel's law (Schlick), the sun's highlight.
 fn varied_skin(scene: &Scene<'_>, varied: &Varied<'_>, f: &Fragment, part: Part) -> Colour {
     let index = usize::from(f.owner).wrapping_sub(1);
-    let (Some(vehicle), Some(form), Some(look), Some([x, y, z])) =
-        (scene.drive.vehicles.get(index), scene.forms.get(index), varied.looks.get(index), varied.axes.get(index))
-    else {
+    let (Some(vehicle), Some(form), Some(look), Some([x, y, z])) = (
+        scene.drive.vehicles.get(index),
+        scene.forms.get(index),
+        varied.looks.get(index),
+        varied.axes.get(index),
+    ) else {
         return scene.air.haze;
     };
     let air = &scene.air;

@@ -112,7 +112,13 @@ fn fittings(builder: &mut Builder, g: &Glasshouse, look: &VehicleLook, roof_half
     if look.mirrors {
         let (x, z) = (g.windscreen.0 - 0.085, g.windscreen.1 + 0.05);
         for side in [1.0, -1.0] {
-            block(builder, [x - 0.018, x + 0.022], [side * 0.46, side * 0.56], [z - 0.05, z + 0.045], Part::Trim);
+            block(
+                builder,
+                [x - 0.018, x + 0.022],
+                [side * 0.46, side * 0.56],
+                [z - 0.05, z + 0.045],
+                Part::Trim,
+            );
         }
     }
     if look.rails {
@@ -129,7 +135,13 @@ fn fittings(builder: &mut Builder, g: &Glasshouse, look: &VehicleLook, roof_half
     }
     if look.spoiler {
         let z = g.roof_corner;
-        block(builder, [g.roof_rear - 0.02, g.roof_rear + 0.04], [-0.9 * roof_half, 0.9 * roof_half], [z - 0.01, z + 0.02], Part::Body);
+        block(
+            builder,
+            [g.roof_rear - 0.02, g.roof_rear + 0.04],
+            [-0.9 * roof_half, 0.9 * roof_half],
+            [z - 0.01, z + 0.02],
+            Part::Body,
+        );
     }
     if look.sign > 0.0 {
         let x = 0.5 * (g.roof_rear + g.roof_front);

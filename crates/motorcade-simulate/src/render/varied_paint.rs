@@ -70,7 +70,8 @@ pub(super) fn skin(
 fn hub(place: &Place, form: &Form, vehicle: &SimulatedVehicle, look: &VehicleLook, grain: f32) -> Colour {
     let [x, _, z] = place.p;
     let nearer = |a: f64| (x - a as f32).abs();
-    let axle = if nearer(form.front_axle) < nearer(form.rear_axle) { form.front_axle } else { form.rear_axle };
+    let axle =
+        if nearer(form.front_axle) < nearer(form.rear_axle) { form.front_axle } else { form.rear_axle };
     let size = &vehicle.size;
     let (along, up) =
         ((x - axle as f32) * size.length_m as f32, (z - form.tyre_radius as f32) * size.height_m as f32);
@@ -150,9 +151,11 @@ fn body(vehicle: &SimulatedVehicle, form: &Form, look: &VehicleLook, place: &Pla
     mirror *= 1.0 - 0.8 * plastic;
     let doors = [front - 0.46, front - 0.235, front].map(|at| place.within(0, at - 0.002, at + 0.002));
     let seams = doors.iter().sum::<f32>().min(1.0) * place.within(2, 0.16, 0.64);
-    let moulding = if look.moulding > 0.0 { place.within(2, look.moulding, look.moulding + 0.03) } else { 0.0 };
+    let moulding =
+        if look.moulding > 0.0 { place.within(2, look.moulding, look.moulding + 0.03) } else { 0.0 };
     colour = mixed(colour, DARK, flank * (0.7 * seams + 0.6 * moulding).min(1.0));
-    let handle = (place.within(0, front - 0.44, front - 0.405) + place.within(0, front - 0.215, front - 0.18))
+    let handle = (place.within(0, front - 0.44, front - 0.405)
+        + place.within(0, front - 0.215, front - 0.18))
         * place.within(2, 0.55, 0.57);
     colour = mixed(colour, mixed(look.frame, DARK, 0.3), 0.6 * flank * handle);
     let radius = (form.tyre_radius * size.height_m) as f32;
@@ -196,9 +199,8 @@ fn nose(skin: &mut Skin, g: Option<&Glasshouse>, look: &VehicleLook, place: &Pla
     let grille = &look.grille;
     let (top, bottom) = (corner - grille.top, corner - grille.top - grille.height);
     let area = end * place.beside(1, 0.0, grille.half_width) * place.within(2, bottom, top);
-    let framed = end
-        * place.beside(1, 0.0, grille.half_width + 0.012)
-        * place.within(2, bottom - 0.012, top + 0.012);
+    let framed =
+        end * place.beside(1, 0.0, grille.half_width + 0.012) * place.within(2, bottom - 0.012, top + 0.012);
     skin.colour = mixed(skin.colour, grille.frame, (framed - area).max(0.0));
     let mut inner = grille.colour;
     if grille.slats > 0.0 {
@@ -237,7 +239,8 @@ fn lamps(skin: &mut Skin, lamps: &Lamps, place: &Place, corner: f32, end: f32) {
         return;
     }
     let share = ((place.p[2] - low) / (high - low)).clamp(0.0, 1.0);
-    let second = ((lamps.second_share - share) / 0.08 + 0.5).clamp(0.0, 1.0) * lamps.second_share.min(1.0).signum();
+    let second =
+        ((lamps.second_share - share) / 0.08 + 0.5).clamp(0.0, 1.0) * lamps.second_share.min(1.0).signum();
     let mut lens = mixed(lamps.lens, lamps.second, if lamps.second_share > 0.0 { second } else { 0.0 });
     let centre = 0.5 * (lamps.inner + 0.47);
     let off = (place.p[1].abs() - centre).hypot((place.p[2] - 0.5 * (low + high)) * 0.8);

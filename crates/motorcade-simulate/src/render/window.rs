@@ -2,11 +2,11 @@
 
 use motorcade_geometry::PinholeCamera;
 
+use super::picture::Picture;
 use super::raster::{Band, NOTHING};
 use super::renderer::{Moment, Renderer};
 use super::resolve::Seen;
 use super::shade::Colour;
-use super::picture::Picture;
 
 /// Light before the sensor, row by row, with depth, instances and views; the picture's own pixels are empty.
 pub(crate) struct Window {

@@ -40,13 +40,31 @@ pub(super) enum Sight {
 
 /// Columns of the numbers of a crop.
 pub(super) const COLUMNS: [&str; 25] = [
-    "box_x1_px", "box_y1_px", "box_x2_px", "box_y2_px", // in the crop, edges
-    "picture_x1_px", "picture_y1_px", "picture_x2_px", "picture_y2_px", // edges of the picture, in the crop
-    "px_per_crop_x", "px_per_crop_y", // pixels of the picture a pixel of the crop spans
-    "focal_px", "heading_rad", "depth_m", // along the optical axis
-    "length_m", "width_m", "height_m", "body", "seen_share", "inside_share",
-    "box_is_visible_part", "centre_x_px", "centre_y_px", // of the vehicle's box in 3D, in the crop
-    "camera_height_m", "street", "view",
+    "box_x1_px",
+    "box_y1_px",
+    "box_x2_px",
+    "box_y2_px", // in the crop, edges
+    "picture_x1_px",
+    "picture_y1_px",
+    "picture_x2_px",
+    "picture_y2_px", // edges of the picture, in the crop
+    "px_per_crop_x",
+    "px_per_crop_y", // pixels of the picture a pixel of the crop spans
+    "focal_px",
+    "heading_rad",
+    "depth_m", // along the optical axis
+    "length_m",
+    "width_m",
+    "height_m",
+    "body",
+    "seen_share",
+    "inside_share",
+    "box_is_visible_part",
+    "centre_x_px",
+    "centre_y_px", // of the vehicle's box in 3D, in the crop
+    "camera_height_m",
+    "street",
+    "view",
 ];
 
 /// A crop with its labels.
@@ -193,12 +211,31 @@ pub(super) fn render(
         at.z - street.drive.road.surface(&Point2::new(at.x, at.y)).0
     };
     let numbers = [
-        box_x1, box_y1, box_x2, box_y2, picture_x1, picture_y1, picture_x2, picture_y2,
-        1.0 / part.scale[0], 1.0 / part.scale[1], camera.fx,
-        heading_to_ray(camera, &pose, 0.5 * (edges[0] + edges[2])), middle.z,
-        size.length_m, size.width_m, size.height_m, *street.labels.get(*target)? as f64,
-        seen_share, inside_share, f64::from(u8::from(visible_part)),
-        part.x(centre.x), part.y(centre.y), camera_height_m, number as f64, index as f64,
+        box_x1,
+        box_y1,
+        box_x2,
+        box_y2,
+        picture_x1,
+        picture_y1,
+        picture_x2,
+        picture_y2,
+        1.0 / part.scale[0],
+        1.0 / part.scale[1],
+        camera.fx,
+        heading_to_ray(camera, &pose, 0.5 * (edges[0] + edges[2])),
+        middle.z,
+        size.length_m,
+        size.width_m,
+        size.height_m,
+        *street.labels.get(*target)? as f64,
+        seen_share,
+        inside_share,
+        f64::from(u8::from(visible_part)),
+        part.x(centre.x),
+        part.y(centre.y),
+        camera_height_m,
+        number as f64,
+        index as f64,
     ]
     .map(|v| v as f32);
     let true_size = (shape.margin * (edges[2] - edges[0]), shape.margin * (edges[3] - edges[1]));
@@ -234,10 +271,4 @@ fn hidden(
     let owner = picture.instance.get_pixel(x, y).0[0];
     let nearest = picture.depth_m.get((y * side + x) as usize).copied().unwrap_or(f32::INFINITY);
     usize::from(owner) != target + 1 && f64::from(nearest) < depth_m - 0.15
-}
-
-#[cfg(test)]
-pub(super) fn crop_of_picture(camera: &PinholeCamera, edges: [f64; 4], side: u32, pixel: &Point2<f64>) -> Point2<f64> {
-    let part = Part::of(camera, edges, side);
-    Point2::new(part.x(pixel.x), part.y(pixel.y))
 }

@@ -43,8 +43,7 @@ impl Model {
     }
 
     fn of(class: VehicleClass, body: BodyType, label: usize, plan: Blueprint) -> Self {
-        let size =
-            Dimensions { length_m: plan.length_m, width_m: plan.width_m, height_m: plan.height_m };
+        let size = Dimensions { length_m: plan.length_m, width_m: plan.width_m, height_m: plan.height_m };
         Self { class, size, body_type: Some(body), blueprint: Some(plan), label }
     }
 }

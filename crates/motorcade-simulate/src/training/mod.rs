@@ -18,6 +18,8 @@ mod jpeg;
 mod npy;
 mod sensor;
 mod street;
+#[cfg(test)]
+mod tests;
 mod viewpoint;
 
 use std::fs;
@@ -37,7 +39,7 @@ use crate::hash;
 use crate::render::{Renderer, Textures};
 
 /// Streets that are made at a time.
-const BATCH: u64 = 32;
+const BATCH: u64 = 16;
 /// Sets of textures that the streets share.
 const TEXTURES: u64 = 6;
 
@@ -80,11 +82,7 @@ impl VehicleCropOptions {
 ///
 /// # Errors
 /// Options that cannot be, or a folder that cannot be written.
-pub fn write_vehicle_crops(
-    options: &VehicleCropOptions,
-    out: &Path,
-    advance: &dyn Fn(usize),
-) -> Result<()> {
+pub fn write_vehicle_crops(options: &VehicleCropOptions, out: &Path, advance: &dyn Fn(usize)) -> Result<()> {
     options.validate()?;
     fs::create_dir_all(out).map_err(Error::io(out))?;
     let side = options.side_px as usize;
@@ -132,9 +130,7 @@ fn crops_of_street(options: &VehicleCropOptions, number: u64, textures: &Arc<Tex
 }
 
 fn description(options: &VehicleCropOptions) -> String {
-    let list = |names: &[&str]| {
-        names.iter().map(|n| format!("\"{n}\"")).collect::<Vec<_>>().join(", ")
-    };
+    let list = |names: &[&str]| names.iter().map(|n| format!("\"{n}\"")).collect::<Vec<_>>().join(", ");
     format!(
         "{{\n  \"count\": {},\n  \"seed\": {},\n  \"side_px\": {},\n  \"margin\": {},\n  \"columns\": [{}],\n  \"bodies\": [{}]\n}}\n",
         options.count,

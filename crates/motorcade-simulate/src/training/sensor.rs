@@ -10,12 +10,7 @@ type Pixel = [f32; 3];
 
 /// Turns a square of light with `side` pixels a side into bytes. `true_size` is how many pixels the camera has there: a
 /// smaller number than `side` costs resolution.
-pub(super) fn expose(
-    light: &[Pixel],
-    side: usize,
-    true_size: (f64, f64),
-    rng: &mut ChaCha8Rng,
-) -> Vec<u8> {
+pub(super) fn expose(light: &[Pixel], side: usize, true_size: (f64, f64), rng: &mut ChaCha8Rng) -> Vec<u8> {
     let size = [true_size.0, true_size.1].map(|s| (s.round() as usize).clamp(8, side));
     let mut image = resampled(light, (side, side), (size[0], size[1]));
     tone(&mut image, rng);

@@ -142,8 +142,7 @@ fn parked_and_driving(road: &Road, rng: &mut ChaCha8Rng) -> (Vec<SimulatedVehicl
             if rng.random_bool(chance) {
                 let turned = if d > 0.0 && row < 4 { std::f64::consts::PI } else { 0.0 };
                 let odd = if rng.random_bool(0.12) { rng.random_range(-0.6..0.6) } else { 0.0 };
-                let heading =
-                    road.at(s).heading_rad + turned + across + odd + rng.random_range(-0.04..0.04);
+                let heading = road.at(s).heading_rad + turned + across + odd + rng.random_range(-0.04..0.04);
                 let off = d + rng.random_range(-0.25..0.25);
                 one.poses = vec![Some(standing(road, &road.point(s, off).xy(), heading))];
                 vehicles.push(one);
@@ -181,10 +180,12 @@ fn place_extra(
     }
     let at = rng.random_range(reach);
     let side = Vector2::new(-along.y, along.x) / distance.max(0.1);
-    let offset = rng.random_range(0.6..2.6) * (at / distance).max(0.5) * if rng.random_bool(0.5) { 1.0 } else { -1.0 };
+    let offset =
+        rng.random_range(0.6..2.6) * (at / distance).max(0.5) * if rng.random_bool(0.5) { 1.0 } else { -1.0 };
     let place = eye + along * (at / distance.max(0.1)) + side * offset;
     let heading = if rng.random_bool(0.7) {
-        road.at(road.locate(&place).0).heading_rad + if rng.random_bool(0.5) { std::f64::consts::PI } else { 0.0 }
+        road.at(road.locate(&place).0).heading_rad
+            + if rng.random_bool(0.5) { std::f64::consts::PI } else { 0.0 }
     } else {
         rng.random_range(-3.2..3.2)
     };
@@ -229,8 +230,11 @@ fn post(
     }
     let at = rng.random_range(reach);
     let side = Vector2::new(-along.y, along.x) / distance;
-    let place = Point2::new(eye.x, eye.y) + along * (at / distance) + side * rng.random_range(-1.6..1.6) * (at / distance);
-    let height_m = if rng.random_bool(0.25) { rng.random_range(0.6..1.3) } else { rng.random_range(2.5..8.0) };
+    let place = Point2::new(eye.x, eye.y)
+        + along * (at / distance)
+        + side * rng.random_range(-1.6..1.6) * (at / distance);
+    let height_m =
+        if rng.random_bool(0.25) { rng.random_range(0.6..1.3) } else { rng.random_range(2.5..8.0) };
     let radius_m = rng.random_range(0.025..0.13);
     let grey = rng.random_range(0.1..0.7_f32);
     let colours = [[grey; 3], [grey; 3], [0.5, 0.1, 0.08], [0.24, 0.19, 0.14], [0.75, 0.6, 0.1]];

@@ -69,8 +69,7 @@ fn lens(rng: &mut ChaCha8Rng) -> PinholeCamera {
     let focal: f64 = 450.0 * (1600.0_f64 / 450.0).powf(rng.random());
     let focal = if rng.random_bool(0.4) { rng.random_range(680.0..760.0) } else { focal };
     let (width, height) = (focal * rng.random_range(1.2..2.1), focal * rng.random_range(0.45..1.1));
-    let (cx, cy) =
-        (width * rng.random_range(0.46..0.54) - 0.5, height * rng.random_range(0.38..0.58) - 0.5);
+    let (cx, cy) = (width * rng.random_range(0.46..0.54) - 0.5, height * rng.random_range(0.38..0.58) - 0.5);
     PinholeCamera { fx: focal, fy: focal, cx, cy, width: width as u32, height: height as u32 }
 }
 
