@@ -45,6 +45,7 @@ def distort(image: np.ndarray, bank: Bank, random: np.random.Generator) -> np.nd
         image = cv2.addWeighted(image, 1 + amount, soft, -amount, 0)
     if random.random() < 0.25:
         field = np.empty(image.shape, np.int16)
+        cv2.setRNGSeed(int(random.integers(1 << 31)))
         cv2.randn(field, 0, random.uniform(2, 10))
         image = cv2.add(image, field, dtype=cv2.CV_8U)
     if random.random() < 0.2:
