@@ -12,11 +12,11 @@ from motorcade_training.scene.teacher import PAD
 
 
 def letterbox(image: np.ndarray, height: int, width: int) -> tuple[np.ndarray, float]:
-    """The image scaled into the upper left corner of a grey canvas, and the scale."""
+    """The image scaled (bilinear, as the product does) into the upper left corner of a grey canvas, and the scale."""
     scale = min(width / image.shape[1], height / image.shape[0])
     size = (round(image.shape[1] * scale), round(image.shape[0] * scale))
     canvas = np.full((height, width, 3), PAD, np.uint8)
-    canvas[: size[1], : size[0]] = cv2.resize(image, size, interpolation=cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR)
+    canvas[: size[1], : size[0]] = cv2.resize(image, size, interpolation=cv2.INTER_LINEAR)
     return canvas, scale
 
 
