@@ -96,7 +96,8 @@ def train(sources: list[tuple[Source, float]], validation: Source | None, option
     budget = Budget(options.steps, options.minutes, spent_s)
     cosine = Cosine(options.rate)
     stream = CropStream(sources, CropOptions(), options.batch, options.seed, 1 << 30, first)
-    loader = DataLoader(stream, batch_size=None, shuffle=False, num_workers=options.workers, prefetch_factor=4 if options.workers else None)
+    ahead = {"prefetch_factor": 4} if options.workers else {}
+    loader = DataLoader(stream, batch_size=None, shuffle=False, num_workers=options.workers, **ahead)
     rows = log.CsvLog(options.out / "log.csv", first)
     bf16 = has_fast_bf16(device)
     save = lambda number: checkpoint.save(  # noqa: E731
