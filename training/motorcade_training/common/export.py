@@ -19,9 +19,12 @@ def export(
     path: Path,
     half: bool,
     opset: int = 17,
-    dynamic_axes: dict[str, dict[int, str]] | None = None,
+    open_sizes: dict[str, dict[int, str]] | None = None,
 ) -> None:
-    """Writes `model` (in evaluation mode), its shapes fixed but for `dynamic_axes`; `half` stores large weights as f16."""
+    """Writes `model` (in evaluation mode); `half` stores large weights as f16.
+
+    Sizes are those of `inputs` but for `open_sizes`: by input or output, axis and its name.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     more = {"dynamo": False} if "dynamo" in inspect.signature(torch.onnx.export).parameters else {}
     torch.onnx.export(
@@ -32,7 +35,7 @@ def export(
         output_names=outputs,
         opset_version=opset,
         do_constant_folding=True,
-        dynamic_axes=dynamic_axes,
+        dynamic_axes=open_sizes,
         **more,
     )
     graph = onnx.load(str(path))
@@ -65,8 +68,10 @@ def round_weights_to_half(model: torch.nn.Module) -> None:
                 parameter.copy_(parameter.half().float())
 
 
-def largest_difference(path: Path, model: torch.nn.Module, inputs: dict[str, torch.Tensor]) -> float:
-    """Largest absolute difference between ONNX Runtime and PyTorch over all outputs."""
+def largest_difference(
+    path: Path, model: torch.nn.Module, inputs: dict[str, torch.Tensor], relative_to: float = float("inf")
+) -> float:
+    """Largest difference between ONNX Runtime and PyTorch over all outputs; values over `relative_to` count relatively to it."""
     import onnxruntime
 
     session = onnxruntime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
@@ -74,4 +79,5 @@ def largest_difference(path: Path, model: torch.nn.Module, inputs: dict[str, tor
     with torch.no_grad():
         expected = model.eval()(*inputs.values())
     expected = expected if isinstance(expected, (tuple, list)) else (expected,)
-    return max(float(np.abs(a - b.numpy()).max()) for a, b in zip(found, expected, strict=True))
+    pairs = [(a, b.numpy()) for a, b in zip(found, expected, strict=True)]
+    return max(float((np.abs(a - b) / np.maximum(np.abs(b) / relative_to, 1.0)).max()) for a, b in pairs)

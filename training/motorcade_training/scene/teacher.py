@@ -17,7 +17,7 @@ from motorcade_training.scene.classes import FROM_COCO
 YOLOX_FILE = "yolox_nano_384x1248.onnx"
 ROAD_FILE = "road_seg_adas_0001_256x832.onnx"
 #: Boxes below this score are not written down.
-LEAST_SCORE = 0.1
+LEAST_SCORE = 0.05
 #: Value of the pixels beside a letterboxed image.
 PAD = 114
 

@@ -33,7 +33,7 @@ def export(model: VehicleNet, path: Path, half: bool) -> float:
         onnx_file.round_weights_to_half(folded)
     crop = torch.randn(3, 4, INPUT_PX, INPUT_PX, generator=torch.Generator().manual_seed(1))
     axes = {name: {0: "batch"} for name in ["crop", *OUTPUTS]}
-    onnx_file.export(folded, {"crop": crop}, OUTPUTS, path, half, dynamic_axes=axes)
+    onnx_file.export(folded, {"crop": crop}, OUTPUTS, path, half, open_sizes=axes)
     return onnx_file.largest_difference(path, folded, {"crop": crop})
 
 

@@ -37,6 +37,8 @@ pub(super) struct Lamps {
     pub lit: f32,
     /// Joined by a bar across.
     pub bar: bool,
+    /// They climb the pillars beside the window up to this share of the glasshouse; 0 for those below it.
+    pub climb: f32,
 }
 
 /// A number plate: middle height and half size as fractions of height and width.
@@ -105,6 +107,9 @@ pub(super) struct VehicleLook {
     pub mirrors: bool,
     pub rails: bool,
     pub spoiler: bool,
+    /// Third brake light: 0 for none, more for a lit one.
+    pub brake_light: f32,
+    pub rear_wiper: bool,
     /// Height of a sign on the roof, as a fraction of the height; 0 for none.
     pub sign: f32,
 }
@@ -153,6 +158,8 @@ impl VehicleLook {
             mirrors: !rng.random_bool(0.05),
             rails: rng.random_bool(0.2),
             spoiler: rng.random_bool(0.3),
+            brake_light: if rng.random_bool(0.7) { rng.random_range(0.1..1.4) } else { 0.0 },
+            rear_wiper: rng.random_bool(0.5),
             sign: if rng.random_bool(0.04) { rng.random_range(0.05..0.11) } else { 0.0 },
         }
     }
@@ -203,6 +210,7 @@ fn front_lamps(rng: &mut ChaCha8Rng) -> Lamps {
         round: rng.random_bool(0.6),
         lit,
         bar: false,
+        climb: 0.0,
     }
 }
 
@@ -223,6 +231,7 @@ fn rear_lamps(rng: &mut ChaCha8Rng) -> Lamps {
         round: rng.random_bool(0.3),
         lit: if rng.random_bool(0.3) { rng.random_range(0.3..1.5) } else { 0.0 },
         bar: rng.random_bool(0.12),
+        climb: if rng.random_bool(0.25) { rng.random_range(0.3..1.0) } else { 0.0 },
     }
 }
 

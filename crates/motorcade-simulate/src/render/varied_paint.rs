@@ -126,7 +126,37 @@ fn cabin(vehicle: &SimulatedVehicle, g: &Glasshouse, look: &VehicleLook, place: 
     let dim = if x < pillar && on_side > 0.5 { 1.0 - look.privacy } else { 1.0 };
     let pane = mixed(look.glass, [0.34, 0.36, 0.36], inside * 0.8 * dim);
     let mirror = look.coat + (look.mirror - look.coat) * glass;
-    Skin { colour: mixed(outer, scaled(pane, dim), glass), mirror, glow: [0.0; 3], bulge: Vector3::zeros() }
+    let colour = mixed(outer, scaled(pane, dim), glass);
+    let mut skin = Skin { colour, mirror, glow: [0.0; 3], bulge: Vector3::zeros() };
+    if x < rear + 0.06 {
+        tailgate(&mut skin, look, place, (belt, g.roof_corner as f32, half));
+    }
+    skin
+}
+
+/// What hangs on a tailgate above the belt: lamps on its pillars, a third brake light, a wiper.
+fn tailgate(skin: &mut Skin, look: &VehicleLook, place: &Place, (belt, roof, half): (f32, f32, f32)) {
+    let lamps = &look.rear;
+    if lamps.climb > 0.0 {
+        let top = belt + lamps.climb * (roof - belt);
+        let lens = place.beside(1, half - 0.055, 1.0) * place.within(2, belt - 0.05, top);
+        skin.colour = mixed(skin.colour, lamps.lens, lens);
+        skin.mirror += (0.08 - skin.mirror) * lens;
+        if lamps.lit > 0.0 {
+            skin.glow = scaled([1.0, 0.10, 0.08], 0.6 * lamps.lit * lens);
+        }
+    }
+    if look.brake_light > 0.0 {
+        let strip = place.within(1, -0.09, 0.09) * place.within(2, roof - 0.012, roof + 0.012);
+        skin.colour = mixed(skin.colour, [0.45, 0.04, 0.04], strip);
+        let lit = (look.brake_light - 0.7).max(0.0) * strip;
+        skin.glow = scaled([1.0, 0.15, 0.10], lit);
+    }
+    if look.rear_wiper {
+        let low = belt + 0.03;
+        let blade = place.within(1, -0.02, 0.26) * place.within(2, low, low + 0.012);
+        skin.colour = mixed(skin.colour, DARK, 0.8 * blade);
+    }
 }
 
 fn body(vehicle: &SimulatedVehicle, form: &Form, look: &VehicleLook, place: &Place, grain: f32) -> Skin {
