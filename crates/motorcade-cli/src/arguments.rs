@@ -17,7 +17,7 @@ pub use self::evaluate::EvaluateArguments;
 pub use self::graph::{CompareArguments, GraphCommand, InfoArguments, OptimiseArguments};
 pub use self::kernel::KernelChoice;
 pub use self::shape::ShapeCommand;
-pub use self::simulate::{DemoArguments, SimulateArguments};
+pub use self::simulate::{DemoArguments, SimulateArguments, Training};
 
 /// Monocular multi-body SLAM for driving video: one camera in, metric trajectories of the camera and of every vehicle out.
 #[derive(Debug, Parser)]

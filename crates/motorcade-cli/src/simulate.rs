@@ -8,10 +8,11 @@ use motorcade_dataset::{Cam0, KittiCalibration, read_labels, read_trajectory};
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
 use motorcade_simulate::{
     Drive, KeypointOptions, MeasureOptions, ReenactOptions, RenderOptions, Scenario, SensorOptions,
-    WriteOptions, labels_in_camera, reenact, scenarios, simulate as plan,
+    VehicleCropOptions, WriteOptions, labels_in_camera, reenact, scenarios, simulate as plan,
+    write_vehicle_crops,
 };
 
-use crate::arguments::SimulateArguments;
+use crate::arguments::{SimulateArguments, Training};
 use crate::exit;
 use crate::progress::Reporter;
 
@@ -39,6 +40,9 @@ pub fn simulate(arguments: &SimulateArguments) -> anyhow::Result<u8> {
     if occupied && !arguments.force {
         bail!("{} is not empty; choose another --out or add --force to write over it", out.display());
     }
+    if let Some(Training::Vehicle) = arguments.training {
+        return crops(arguments, out);
+    }
     let drive = match (&arguments.trajectory, &arguments.scenario) {
         (Some(trajectory), _) => real(trajectory, arguments)?,
         (None, Some(name)) => {
@@ -50,7 +54,9 @@ pub fn simulate(arguments: &SimulateArguments) -> anyhow::Result<u8> {
     let options = WriteOptions {
         depth: arguments.depth,
         instance: arguments.instance,
-        keypoints: arguments.keypoints.then(KeypointOptions::default),
+        keypoints: arguments
+            .keypoints
+            .then(|| KeypointOptions { exact: arguments.exact, ..Default::default() }),
         ..WriteOptions::default()
     };
     let written = if arguments.geometry_only {
@@ -74,6 +80,17 @@ pub fn simulate(arguments: &SimulateArguments) -> anyhow::Result<u8> {
         written.labels,
         written.training.display()
     ));
+    Ok(exit::FINE)
+}
+
+/// Training crops of single vehicles.
+fn crops(arguments: &SimulateArguments, out: &Path) -> anyhow::Result<u8> {
+    let options = VehicleCropOptions { count: arguments.count, seed: arguments.seed, ..Default::default() };
+    let reporter = Reporter::new(arguments.progress);
+    reporter.begin("rendering", Some(options.count));
+    write_vehicle_crops(&options, out, &|done| reporter.advance(done))?;
+    reporter.finish();
+    exit::print(&format!("{} crops\n{}", options.count, out.display()));
     Ok(exit::FINE)
 }
 
