@@ -60,6 +60,11 @@ pub enum Command {
     /// Writes, converts and describes shape priors of vehicles.
     #[command(subcommand)]
     Shape(ShapeCommand),
+    /// All settings as commented TOML on stdout; `run --config` accepts it, and a `run.json` too.
+    #[command(
+        after_help = "Examples:\n  motorcade config > settings.toml\n  motorcade config --set vehicles.traffic_side=left"
+    )]
+    Config(ConfigArguments),
     /// Shell completions on stdout.
     #[command(
         after_help = "Example:\n  motorcade completions bash > ~/.local/share/bash-completion/completions/motorcade"
@@ -68,6 +73,20 @@ pub enum Command {
         /// The shell.
         shell: clap_complete::Shell,
     },
+}
+
+/// `motorcade config`.
+#[derive(Debug, Args)]
+pub struct ConfigArguments {
+    /// Settings to start from.
+    #[arg(long, value_enum, default_value_t)]
+    pub preset: PresetName,
+    /// Configuration file over the preset.
+    #[arg(long)]
+    pub config: Option<PathBuf>,
+    /// One setting over both, stage.key=value; may be given several times.
+    #[arg(long)]
+    pub set: Vec<String>,
 }
 
 /// Which frames of which input.

@@ -42,6 +42,7 @@ fn main() -> ExitCode {
         Command::Evaluate(arguments) => evaluate::evaluate(&arguments),
         Command::Shape(command) => shape::shape(&command),
         Command::Graph(command) => graph::graph(&command),
+        Command::Config(arguments) => run::print_configuration(&arguments),
         Command::Completions { shell } => {
             clap_complete::generate(shell, &mut Cli::command(), "motorcade", &mut std::io::stdout());
             Ok(exit::FINE)

@@ -1,9 +1,11 @@
 //! `motorcade run`.
 
+use std::path::Path;
+
 use anyhow::Context;
 use motorcade::{Config, Motorcade, Preset, RunContext, RunResult, output, write_run};
 
-use crate::arguments::{PresetName, RunArguments};
+use crate::arguments::{ConfigArguments, PresetName, RunArguments};
 use crate::drive::Drive;
 use crate::exit;
 use crate::fingerprint::{already_done, fingerprint};
@@ -76,20 +78,20 @@ pub fn code(result: &RunResult, config: &Config) -> u8 {
 
 /// Preset, file and single settings, in that order.
 pub fn configuration(arguments: &RunArguments) -> anyhow::Result<Config> {
-    let preset = match arguments.preset {
-        PresetName::Default => Preset::Default,
-        PresetName::Paper => Preset::Paper,
-    };
-    overlaid(Config::preset(preset), arguments)
+    overlaid(Config::preset(preset(arguments.preset)), arguments)
+}
+
+/// `motorcade config`.
+pub fn print_configuration(arguments: &ConfigArguments) -> anyhow::Result<u8> {
+    let config = with_file(Config::preset(preset(arguments.preset)), arguments.config.as_deref())?;
+    let config = arguments.set.iter().try_fold(config, |config, assignment| config.set(assignment))?;
+    exit::print(config.to_commented_toml().trim_end());
+    Ok(exit::FINE)
 }
 
 /// A configuration with the file and the settings of the command line over it.
-pub fn overlaid(mut config: Config, arguments: &RunArguments) -> anyhow::Result<Config> {
-    if let Some(path) = &arguments.config {
-        let text =
-            std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
-        config = config.overlay(&text, &path.display().to_string())?;
-    }
+pub fn overlaid(config: Config, arguments: &RunArguments) -> anyhow::Result<Config> {
+    let mut config = with_file(config, arguments.config.as_deref())?;
     config.online.enabled |= arguments.online;
     if let Some(seed) = arguments.seed {
         config.run.seed = seed;
@@ -98,6 +100,19 @@ pub fn overlaid(mut config: Config, arguments: &RunArguments) -> anyhow::Result<
         config = config.set(assignment)?;
     }
     Ok(config)
+}
+
+fn preset(name: PresetName) -> Preset {
+    match name {
+        PresetName::Default => Preset::Default,
+        PresetName::Paper => Preset::Paper,
+    }
+}
+
+fn with_file(config: Config, path: Option<&Path>) -> anyhow::Result<Config> {
+    let Some(path) = path else { return Ok(config) };
+    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    Ok(config.overlay(&text, &path.display().to_string())?)
 }
 
 /// Asked for, or all cores.

@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::estimator::OnlineOptions;
 
 /// Ready-made configurations.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Preset {
     /// The best we know.
@@ -21,7 +21,7 @@ pub enum Preset {
 }
 
 /// What is masked for the camera's own motion.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum VehicleMask {
     /// Every box of a vehicle.
@@ -34,7 +34,7 @@ pub enum VehicleMask {
 }
 
 /// How a run is judged as failed.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RunOptions {
     /// Share of frames without a tracked pose above which the run counts as failed (exit code 4).
@@ -55,7 +55,7 @@ impl Default for RunOptions {
 }
 
 /// How the metric scale is found.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ScaleOptions {
     /// The paper's closed form instead of aligning the road.
@@ -75,7 +75,7 @@ impl Default for ScaleOptions {
 }
 
 /// Everything that can be set, by stage.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
     /// Preset the rest started from.
@@ -112,12 +112,19 @@ impl Config {
         }
     }
 
-    /// Overlays TOML text (a configuration file) on this configuration.
+    /// Overlays a configuration file on this configuration: TOML, or the JSON of a `run.json`, whose `configuration` counts.
     ///
     /// # Errors
-    /// TOML that does not parse, an unknown key (the nearest known one is named), a value of the wrong kind.
+    /// Text that does not parse, an unknown key (the nearest known one is named), a value of the wrong kind.
     pub fn overlay(self, text: &str, origin: &str) -> Result<Self> {
-        let table: Table = text.parse().map_err(|e| Error::Config(format!("{origin}: {e}")))?;
+        let problem = |e: &dyn std::fmt::Display| Error::Config(format!("{origin}: {e}"));
+        let table: Table = if text.trim_start().starts_with('{') {
+            let record: serde_json::Value = serde_json::from_str(text).map_err(|e| problem(&e))?;
+            let configuration = record.get("configuration").unwrap_or(&record);
+            Table::try_from(configuration).map_err(|e| problem(&e))?
+        } else {
+            text.parse().map_err(|e| problem(&e))?
+        };
         self.overlay_table(&table, origin)
     }
 
@@ -226,5 +233,7 @@ mod tests {
         let config = Config::preset(Preset::Paper);
         let text = toml::to_string(&config).unwrap();
         assert_eq!(Config::default().overlay(&text, "copy").unwrap(), config);
+        let record = serde_json::json!({ "configuration": config }).to_string();
+        assert_eq!(Config::default().overlay(&record, "run.json").unwrap(), config);
     }
 }

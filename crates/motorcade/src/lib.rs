@@ -23,6 +23,7 @@
 //! ```
 
 mod config;
+mod config_text;
 mod error;
 mod estimate;
 mod estimator;

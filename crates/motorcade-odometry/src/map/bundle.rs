@@ -81,7 +81,7 @@ impl Length {
 }
 
 /// Limits of the solver.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct BundleOptions {
     /// Iterations at most.

@@ -28,7 +28,7 @@ pub struct PoseEstimate {
 }
 
 /// Limits of the refinement.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PoseOnlyOptions {
     /// Iterations at most.

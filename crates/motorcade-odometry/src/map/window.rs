@@ -57,7 +57,7 @@ impl RoadScale {
 }
 
 /// Sizes of the local map.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct WindowOptions {
     /// Keyframes optimised together.

@@ -6,7 +6,9 @@ use crate::tracking::CornerOptions;
 use crate::tracking::KltOptions;
 
 /// All settings of the odometry.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
+)]
 #[serde(default, deny_unknown_fields)]
 pub struct OdometryOptions {
     /// Corner detection.
@@ -24,7 +26,7 @@ pub struct OdometryOptions {
 }
 
 /// When to begin, to take a keyframe, to give up.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PolicyOptions {
     /// Median image motion that lets a map begin \[rad, pixels over focal length\]: a degree, 12 px of a KITTI camera.

@@ -17,7 +17,7 @@ use super::pixels::RoadPixels;
 use crate::tracking::Pyramid;
 
 /// How the road is aligned. Lengths are in camera heights, so that nothing depends on the unknown unit.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RoadOptions {
     /// Far end of the stretch of road used \[camera heights\]; 15 heights are 25 m for a car.

@@ -11,7 +11,9 @@ use crate::tracking::{CornerOptions, detect};
 use crate::tracking::{KltOptions, Request, track_checked};
 
 /// How the scales of many matches become one.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
+)]
 #[serde(rename_all = "lowercase")]
 pub enum ScaleAverage {
     /// Eq. (5).

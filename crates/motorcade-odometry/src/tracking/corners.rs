@@ -5,7 +5,7 @@ use nalgebra::Point2;
 use super::pyramid::Plane;
 
 /// Where and how densely corners are sought.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct CornerOptions {
     /// Grid columns across the image; cells are square, at least 16 px.

@@ -14,7 +14,7 @@ const HALF: f32 = (SIDE as f32 - 1.0) / 2.0;
 const WIDE: usize = SIDE + 2;
 
 /// Limits of the tracker.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct KltOptions {
     /// Iterations on each level.

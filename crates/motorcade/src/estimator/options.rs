@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// Windows of an online run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct OnlineOptions {
     /// True estimates every frame as it comes; false estimates the drive as a whole after the last one.
