@@ -18,7 +18,7 @@ use suites::Variant;
 
 /// Errors of one variant.
 pub struct Row {
-    /// What it is.
+    /// Name of the variant.
     pub name: String,
     /// Camera.
     pub ego: EgoReport,

@@ -33,7 +33,7 @@ pub use self::simulate::{DemoArguments, SimulateArguments, Training};
 Exit codes: 0 fine, 1 usage, 2 a bug, 3 input unreadable, 4 tracking failed on too many frames (results written),
 5 resources, 130 interrupted (results written).")]
 pub struct Cli {
-    /// What to do.
+    /// The command.
     #[command(subcommand)]
     pub command: Command,
 }
@@ -43,7 +43,7 @@ pub struct Cli {
 pub enum Command {
     /// Trajectories of the camera and of every vehicle from driving video.
     Run(Box<RunArguments>),
-    /// What an input is recognised as: frames, size, calibration, gaps, duplicates.
+    /// Describes an input: frames, size, calibration, gaps, duplicates.
     Inspect(InspectArguments),
     /// Errors of a run against the ground truth of a KITTI tracking sequence.
     Evaluate(EvaluateArguments),
@@ -89,7 +89,7 @@ pub struct ConfigArguments {
     pub set: Vec<String>,
 }
 
-/// Which frames of which input.
+/// Input and selection of its frames.
 #[derive(Debug, Args)]
 pub struct InputArguments {
     /// KITTI tracking split, KITTI odometry or raw folder, folder of images, or video file.
@@ -185,7 +185,7 @@ pub struct RunArguments {
     /// Shape prior (JSON, see motorcade shape) in place of our own for keypoints of its number.
     #[arg(long, requires = "keypoints")]
     pub shape_prior: Option<PathBuf>,
-    /// Tell camera and vehicles of every frame as it comes, from that frame and those before it alone: one JSON object a
+    /// Estimates camera and vehicles of every frame as it comes, from that frame and those before it alone: one JSON object a
     /// frame on stdout. The results are then those estimates.
     #[arg(long)]
     pub online: bool,
@@ -204,7 +204,7 @@ pub struct RunArguments {
     /// Seed of all random choices.
     #[arg(long)]
     pub seed: Option<u64>,
-    /// How progress is told on stderr.
+    /// Form of the progress on stderr.
     #[arg(long, value_enum, default_value_t)]
     pub progress: ProgressKind,
     /// Replace an earlier run in --out.

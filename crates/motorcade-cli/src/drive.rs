@@ -55,7 +55,7 @@ impl Drive {
         Ok(Self { source: Source::Frames(Box::new(sequence)), height_m })
     }
 
-    /// What it was recognised as.
+    /// Description of the recognised input.
     pub fn summary(&self) -> Summary {
         match &self.source {
             Source::Frames(sequence) => sequence.summary(),

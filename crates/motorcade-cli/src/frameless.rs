@@ -17,7 +17,7 @@ pub struct Files {
     pub detections: Vec<Vec<Detection>>,
     /// Of the camera that is processed.
     pub camera_from_cam0: Pose<Camera, Cam0>,
-    /// What it is.
+    /// Description of the input.
     pub summary: Summary,
 }
 

@@ -34,7 +34,7 @@ impl VehicleClass {
             Self::Motorcycle => "Motorcycle",
         }
     }
-    /// Car, van, truck and bus are hard to tell apart: one vehicle can be found as several of them.
+    /// Car, van, truck and bus are easily confused: one vehicle can be found as several of them.
     pub fn is_four_wheeled(self) -> bool {
         self != Self::Motorcycle
     }
@@ -78,7 +78,7 @@ pub struct Detection {
     pub class: VehicleClass,
     /// Confidence, 0 to 1 from networks; files may have other ranges.
     pub score: f64,
-    /// Where it is.
+    /// Position in the image.
     pub bbox: BoundingBox,
     /// Convention of the box.
     #[serde(default)]

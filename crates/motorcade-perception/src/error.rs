@@ -1,4 +1,4 @@
-//! What can go wrong with networks and perception files.
+//! Errors of networks and perception files.
 
 use std::path::{Path, PathBuf};
 
@@ -14,16 +14,16 @@ pub enum Error {
     Model {
         /// The file.
         path: PathBuf,
-        /// What is wrong and what to do.
+        /// Problem and remedy.
         problem: String,
     },
     /// A detector of the caller failed.
     #[error(transparent)]
     Detector(Box<dyn std::error::Error + Send + Sync>),
-    /// What runs networks is not there.
+    /// The inference engine is missing.
     #[error("{problem}")]
     Engine {
-        /// What is missing and how to get it.
+        /// Missing part and how to get it.
         problem: String,
     },
 }

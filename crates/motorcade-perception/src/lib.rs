@@ -17,7 +17,7 @@
 //! and nothing is fetched while building: `pip install onnxruntime`, or a package of the system, brings the library, and
 //! `ORT_DYLIB_PATH` names the file (of the wheel: `onnxruntime/capi/libonnxruntime.so.*`) when the system does not find it
 //! as `libonnxruntime.so`. ONNX Runtime 1.17 or newer. Where it does not load, opening networks fails with
-//! [`Error::Engine`] and says so: no run changes its engine unnoticed. [`ModelOptions::engine`] asks for `rten` all the
+//! [`Error::Engine`]: no run changes its engine unnoticed. [`ModelOptions::engine`] asks for `rten` all the
 //! same. On one KITTI frame with the development networks, ONNX Runtime 1.31 and one thread of a busy two-core machine, box
 //! edges agreed with `rten` within 1e-4 px and scores within 1e-6, in 116 ms instead of 642 ms (best of five, both
 //! networks); `tests/engines.rs` measures it again.

@@ -30,19 +30,19 @@ pub struct ModelEntry {
     pub sha256: Option<String>,
     /// Licence of the weights.
     pub licence: String,
-    /// What goes in.
+    /// Input.
     pub input: InputSpec,
-    /// What comes out.
+    /// Output.
     pub output: OutputSpec,
 }
 
-/// How pixels become numbers: `(pixel · scale − mean) / std` a channel, in the order of `colour`, laid out N C H W.
+/// Normalisation of pixels: `(pixel · scale − mean) / std` a channel, in the order of `colour`, laid out N C H W.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InputSpec {
     /// Channel order.
     pub colour: ColourOrder,
-    /// How the image is brought to the size of the input.
+    /// Resizing of the image to the input.
     pub resize: Resize,
     /// Factor on pixel values 0..255.
     #[serde(default = "one")]
@@ -80,7 +80,7 @@ pub enum ColourOrder {
     Bgr,
 }
 
-/// How an image is brought to another size.
+/// Resizing of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Resize {
@@ -90,7 +90,7 @@ pub enum Resize {
     Stretch,
 }
 
-/// How the output is read.
+/// Decoding of the output.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
 pub enum OutputSpec {

@@ -14,14 +14,14 @@ use crate::network::{
     CropOptions, Engine, KeypointNetwork, Network, RoadNetwork, SceneNetwork, YoloxDetector,
 };
 
-/// How networks run.
+/// Options of inference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModelOptions {
     /// Threads of one network; at least 1. The result is the same for any number.
     pub threads: usize,
-    /// Vehicles less certain than this are not handed out, 0 to 1. Low, because tracking tells chance from vehicles.
+    /// Vehicles less certain than this are not handed out, 0 to 1. Low, because tracking rejects chance detections.
     pub min_score: f64,
-    /// What runs them.
+    /// Inference engine.
     pub engine: Engine,
 }
 
@@ -31,7 +31,7 @@ impl Default for ModelOptions {
     }
 }
 
-/// Where networks come from.
+/// Source of the networks.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum ModelSource {
     /// The networks inside the binary.
@@ -145,7 +145,7 @@ impl ModelSet {
     }
 }
 
-/// How badly an input suits an image; smaller is better, and of equals the smaller input.
+/// Misfit between an input and an image; of equals the smaller input is preferred.
 fn misfit(network: &Network, resize: Resize, (image_width, image_height): (u32, u32)) -> f64 {
     let (width, height) = network.input_size();
     let (x, y) = (f64::from(image_width) / width as f64, f64::from(image_height) / height as f64);

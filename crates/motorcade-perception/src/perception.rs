@@ -33,7 +33,7 @@ pub struct PerceptionOptions {
     pub detections: Option<PathBuf>,
     /// Folder of road masks.
     pub road_masks: Option<PathBuf>,
-    /// How networks run.
+    /// Options of inference.
     pub networks: ModelOptions,
 }
 

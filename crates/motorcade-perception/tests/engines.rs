@@ -37,7 +37,7 @@ fn frame(shared: &Path) -> Frame {
     drive.frames().nth(150).unwrap().unwrap()
 }
 
-/// What is seen, and the shortest time it took \[s\].
+/// Observations, and the shortest time they took \[s\].
 fn timed(perception: &mut Perception, frame: &Frame) -> (Observations, f64) {
     let percepts = perception.observe(frame).unwrap();
     let once = |_| {

@@ -13,14 +13,14 @@ use crate::estimator::OnlineOptions;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Preset {
-    /// The best we know.
+    /// The best known configuration.
     #[default]
     Default,
     /// The method of Nair et al. 2020: fixed road normal, mean of closed-form scales of road points nearer than 12 m.
     Paper,
 }
 
-/// What is masked for the camera's own motion.
+/// Regions masked for the camera's own motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum VehicleMask {
@@ -33,13 +33,13 @@ pub enum VehicleMask {
     None,
 }
 
-/// How a run is judged as failed.
+/// Options of the run as a whole.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RunOptions {
     /// Share of frames without a tracked pose above which the run counts as failed (exit code 4).
     pub most_untracked: f64,
-    /// What is masked for the camera's own motion.
+    /// Regions masked for the camera's own motion.
     pub vehicle_mask: VehicleMask,
     /// False ignores road masks: the road is then found from geometry.
     pub road_mask: bool,
@@ -54,7 +54,7 @@ impl Default for RunOptions {
     }
 }
 
-/// How the metric scale is found.
+/// Options of the metric scale.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ScaleOptions {
@@ -62,7 +62,7 @@ pub struct ScaleOptions {
     pub closed_form: bool,
     /// Farthest road point of the closed form \[m\] (the paper's T).
     pub farthest_m: f64,
-    /// How the closed form makes one scale of all matches.
+    /// Average over the scales of all matches of the closed form.
     pub average: ScaleAverage,
     /// False takes each frame's scale as it was measured, as the paper does.
     pub smoothed: bool,

@@ -64,3 +64,8 @@ pub use timing::{StageTime, Stopwatch};
 pub use motorcade_dataset as dataset;
 pub use motorcade_geometry as geometry;
 pub use motorcade_perception as perception;
+
+/// The README's snippet compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;

@@ -1,4 +1,4 @@
-//! Where the camera's motion comes from: our odometry, or a trajectory file.
+//! Source of the camera's motion: the odometry, or a trajectory file.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -43,7 +43,7 @@ impl ExternalTrajectory {
     }
 }
 
-/// One of the two.
+/// Source of the camera's motion.
 pub(crate) enum MotionSource {
     Own(Box<Odometry>),
     External(OdometryTrajectory),
@@ -80,7 +80,7 @@ impl MotionSource {
             Self::External(whole) => whole,
         }
     }
-    /// All frames' motion; of a given trajectory the first `frames`, as many as were read.
+    /// All frames' motion; of an external trajectory the first `frames`, as many as were read.
     pub(crate) fn finish(self, frames: usize) -> OdometryTrajectory {
         match self {
             Self::Own(odometry) => odometry.finish(),

@@ -139,7 +139,7 @@ impl Motorcade {
         self.finish_with(&NoProgress)
     }
 
-    /// As [`finish`](Self::finish), telling progress and warnings.
+    /// As [`finish`](Self::finish), reporting progress and warnings.
     pub fn finish_with(self, progress: &dyn Progress) -> RunResult {
         estimate_drive(self.front_end.finish(), &self.settings, progress)
     }

@@ -24,7 +24,7 @@ pub struct RunResult {
     pub vehicles: Vec<VehicleTrajectory>,
     /// The multi-object graph, solved.
     pub graph: Option<MultibodyGraph>,
-    /// How its solution went.
+    /// Report of its solution.
     pub graph_report: Option<motorcade_graph::Report>,
     /// Detections handed in by perception, frame by frame.
     pub detections: Vec<Vec<Detection>>,
@@ -51,7 +51,7 @@ pub(crate) struct Estimated {
 }
 
 impl RunResult {
-    /// Puts the output of the front end and of the estimator together; tells the warnings.
+    /// Puts the output of the front end and of the estimator together; reports the warnings.
     pub(crate) fn new(record: FrontEndRecord, estimated: Estimated, progress: &dyn Progress) -> Self {
         let Estimated { camera, ego, vehicles, graph, warnings, metric } = estimated;
         let (graph, graph_report) = graph.unzip();

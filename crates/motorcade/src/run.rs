@@ -23,7 +23,7 @@ type Observed = (FrameResult, Observations, f64);
 /// on it.
 ///
 /// # Errors
-/// A detector that fails. A frame that does not read is bridged and told as a warning.
+/// A detector that fails. A frame that does not read is bridged and reported as a warning.
 pub fn push_sequence(
     slam: &mut Motorcade,
     sequence: &Sequence,

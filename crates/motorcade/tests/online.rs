@@ -82,7 +82,7 @@ fn a_frame_costs_the_same_from_start_to_end() {
     for state in recorded.vehicles.iter().flat_map(|v| &v.states) {
         assert!(state.covariance.symmetric_eigenvalues().min() > 0.0);
     }
-    // What else the machine does shows least in the quicker frames.
+    // Other load on the machine shows least in the quicker frames.
     let quick = |times: &[f64]| {
         let mut sorted = times.to_vec();
         sorted.sort_by(f64::total_cmp);

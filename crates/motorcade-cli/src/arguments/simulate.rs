@@ -82,7 +82,7 @@ pub struct SimulateArguments {
     /// Also write 2D keypoints with confidences, of the 36 and of the 14 of the shape prior's layouts.
     #[arg(long)]
     pub keypoints: bool,
-    /// Keypoints where they truly are, with confidences that tell only how they show, instead of a network's errors.
+    /// Keypoints where they truly are, with confidences by visibility alone, instead of a network's errors.
     #[arg(long, requires = "keypoints")]
     pub exact: bool,
     /// Writes measurements as tables instead of pictures: landmarks, road matches, boxes, keypoints.
@@ -112,7 +112,7 @@ pub struct SimulateArguments {
     /// Replace what is in --out.
     #[arg(long)]
     pub force: bool,
-    /// How progress is told on stderr.
+    /// Form of the progress on stderr.
     #[arg(long, value_enum, default_value_t)]
     pub progress: ProgressKind,
 }
@@ -133,7 +133,7 @@ pub struct DemoArguments {
     /// Threads; the results do not depend on it. 0 takes all cores.
     #[arg(long, default_value_t = 0)]
     pub threads: usize,
-    /// How progress is told on stderr.
+    /// Form of the progress on stderr.
     #[arg(long, value_enum, default_value_t)]
     pub progress: ProgressKind,
 }

@@ -30,7 +30,7 @@ pub struct DetectionTable {
 }
 
 impl DetectionTable {
-    /// Reads a file; the layout is told by the separator and the number of columns of the first line.
+    /// Reads a file; the layout follows from the separator and the number of columns of the first line.
     ///
     /// # Errors
     /// A line with a wrong column, named with its number.

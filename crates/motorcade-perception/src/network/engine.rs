@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 use crate::manifest::{InputSpec, ModelEntry, OutputSpec};
 use crate::models::ModelOptions;
 
-/// What runs the networks. The results of two engines differ by rounding.
+/// Inference engine. The results of two engines differ by rounding.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Engine {
@@ -102,7 +102,7 @@ impl Network {
     pub fn name(&self) -> &str {
         &self.name
     }
-    /// What runs it, in words.
+    /// Name of its engine.
     pub fn engine(&self) -> &'static str {
         match &self.loaded {
             Loaded::Rten(_) => "rten",

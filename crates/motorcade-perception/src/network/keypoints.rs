@@ -18,10 +18,10 @@ const CELLS: usize = 16;
 /// Cells on each side of the peak that its position is the mean of.
 const REACH: usize = 2;
 
-/// Which boxes are looked at.
+/// Choice of the boxes that are cropped.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CropOptions {
-    /// Least height of a box \[px\]: below, keypoints scatter by more than the box tells.
+    /// Least height of a box \[px\]: below, keypoints are less certain than the box.
     pub min_height_px: f64,
     /// Least score of a box.
     pub min_score: f64,

@@ -61,7 +61,7 @@ fn open(environment: &Environment, bytes: &[u8], threads: usize) -> ort::Result<
         .with_intra_threads(threads)?
         // The same input gives the same bytes.
         .with_deterministic_compute(true)?
-        // What matters comes back as an error; stderr is the program's.
+        // Errors are returned; stderr is the program's.
         .with_log_level(LogLevel::Fatal)?
         .commit_from_memory(bytes)
 }

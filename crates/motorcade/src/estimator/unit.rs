@@ -10,17 +10,17 @@ use motorcade_geometry::{Camera, Pose, World};
 use motorcade_vehicles::VehicleTrajectory;
 use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector3, Vector4};
 
-/// Vehicles that must agree.
+/// Vehicles that must agree, at least.
 const LEAST_VEHICLES: usize = 3;
 /// Views of a vehicle that count, at least.
 const LEAST_VIEWS: usize = 8;
-/// Places of all views of a vehicle err by a common share of their distance (size, pitch of the road).
+/// Common relative error of the distances of one vehicle (size, pitch of the road).
 const COMMON: f64 = 0.07;
-/// All vehicles' places by a tenth: a level road is assumed (four KITTI drives from labelled boxes: 1 to 7 % too near).
+/// Common relative error of all vehicles: a level road is assumed (four KITTI drives from labelled boxes: 1 to 7 % too near).
 const COMMON_TO_ALL: f64 = 0.1;
-/// Places of neighbouring frames err alike.
+/// Errors of neighbouring frames are correlated: variances are multiplied by this.
 const CORRELATED_FRAMES: f64 = 4.0;
-/// What a vehicle tells with a larger relative deviation is left out.
+/// Estimates with a larger relative standard deviation are left out.
 const VAGUE: f64 = 0.2;
 
 /// Metres a unit of a trajectory.
@@ -129,8 +129,8 @@ fn of_vehicle(
     let inverse = h.try_inverse()?;
     let metres = (inverse * g)[0];
     let sigma = (inverse[(0, 0)].max(0.0).sqrt() / metres).hypot(COMMON);
-    let tells = views >= LEAST_VIEWS && metres > 0.0 && sigma < VAGUE;
-    tells.then(|| UnitEstimate { ln_metres: metres.ln(), sigma })
+    let certain = views >= LEAST_VIEWS && metres > 0.0 && sigma < VAGUE;
+    certain.then(|| UnitEstimate { ln_metres: metres.ln(), sigma })
 }
 
 #[cfg(test)]

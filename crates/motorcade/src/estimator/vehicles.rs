@@ -9,7 +9,7 @@ use motorcade_vehicles::{
 use crate::record::FrameInfo;
 use crate::settings::Settings;
 
-/// What vehicles are estimated from; one entry a frame of the window.
+/// Inputs of vehicle estimation; one entry a frame of the window.
 pub(crate) struct VehicleInput<'a> {
     pub(crate) frames: &'a [FrameInfo],
     pub(crate) detections: &'a [Vec<Detection>],

@@ -27,9 +27,9 @@ pub struct RunContext {
     pub config: Config,
     /// `camera_from_cam0` of KITTI input: results in KITTI format are in cam0, as its labels; identity otherwise.
     pub camera_from_cam0: Pose<Camera, Cam0>,
-    /// What the input was recognised as.
+    /// Description of the input.
     pub input: motorcade_dataset::Summary,
-    /// Where vehicles and road came from, in words.
+    /// Sources of vehicles and road in words.
     pub perception: (String, String),
     /// The command that was run.
     pub command: Vec<String>,

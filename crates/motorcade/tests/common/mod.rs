@@ -27,7 +27,7 @@ pub fn pose(k: usize) -> Pose<World, Camera> {
     Pose::from_parts(turn, centre - turn * centre)
 }
 
-/// How far the car ahead is in a frame \[m\].
+/// Distance of the car ahead in a frame \[m\].
 pub fn gap_m(k: usize) -> f64 {
     15.0 + 2.0 * (k as f64 / 40.0).sin()
 }
