@@ -14,13 +14,15 @@ pub(crate) struct JointSize {
 }
 
 impl JointSize {
-    /// Sum of each view's normal equations with its position eliminated (Schur complement), and the prior.
+    /// Sum of each view's normal equations with its position eliminated (Schur complement), and the prior. All views together have
+    /// the weight of `independent_views`.
     pub(crate) fn from_views(
         views: &[(usize, SingleView)],
         prior: &SizePrior,
+        independent_views: f64,
         options: &SizeOptions,
     ) -> Option<Self> {
-        let weight = (options.independent_views / views.len().max(1) as f64).min(1.0);
+        let weight = independent_views / views.len().max(1) as f64;
         let sigma = prior.sigma.to_vector();
         let mut h = Matrix3::from_diagonal(&sigma.map(|s| 1.0 / (s * s)));
         let mut rhs = h * prior.mean.to_vector();

@@ -34,6 +34,7 @@ mod observed_box;
 mod options;
 mod outline;
 mod size_prior;
+mod time;
 mod track;
 mod tracker;
 mod trajectory;

@@ -26,20 +26,36 @@ pub struct Track {
     pub boxes: Vec<TrackBox>,
 }
 
+impl Track {
+    /// Sets the class of the track and of its boxes.
+    pub(crate) fn set_class(&mut self, class: VehicleClass) {
+        self.class = class;
+        for b in &mut self.boxes {
+            b.observed.class = class;
+        }
+    }
+}
+
 /// Smallest weight of a box in the vote on the class.
 const LEAST_VOTE: f64 = 0.01;
 
-impl Track {
-    /// Sets the class of the track, and of its boxes, to the one with the largest sum of scores.
-    pub(crate) fn vote_class(&mut self) {
-        let votes = |class: &VehicleClass| -> f64 {
-            let same = self.boxes.iter().filter(|b| b.observed.class == *class);
-            same.map(|b| b.score.max(LEAST_VOTE)).sum()
-        };
-        let most = VehicleClass::ALL.into_iter().max_by(|a, b| votes(a).total_cmp(&votes(b)));
-        self.class = most.unwrap_or(VehicleClass::Car);
-        for b in &mut self.boxes {
-            b.observed.class = self.class;
+/// Sums of scores by class.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct ClassVotes([f64; VehicleClass::ALL.len()]);
+
+impl ClassVotes {
+    /// Adds the vote of a box.
+    pub(crate) fn add(&mut self, seen: &TrackBox) {
+        for (votes, class) in self.0.iter_mut().zip(VehicleClass::ALL) {
+            if class == seen.observed.class {
+                *votes += seen.score.max(LEAST_VOTE);
+            }
         }
+    }
+
+    /// The class with the largest sum.
+    pub(crate) fn class(&self) -> VehicleClass {
+        let most = VehicleClass::ALL.into_iter().zip(self.0).max_by(|a, b| a.1.total_cmp(&b.1));
+        most.map_or(VehicleClass::Car, |(class, _)| class)
     }
 }

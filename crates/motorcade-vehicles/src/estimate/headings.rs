@@ -6,25 +6,57 @@ use super::input::TrackInput;
 use crate::external::ExternalView;
 use crate::motion::KinematicState;
 use crate::options::TrafficSide;
+use crate::time::{frame_interval_s, times_s};
 use crate::track::TrackBox;
 
 /// Headings from external views, averaged over the nearest in time; `None` when there are none. Reversed views are turned to the
 /// medoid.
 pub(super) fn external_headings(input: &TrackInput<'_>, count: usize) -> Option<Vec<f64>> {
     let (grounds, views) = (input.grounds, &input.external.views);
-    let world = |g: &ExternalView| grounds[g.frame].world_from_camera.transform_vector(&g.forward_in_camera);
+    let options = &input.options.advanced.heading;
+    let times = times_s(grounds.get(input.start..input.start + count)?);
+    let interval_s = frame_interval_s(&times).unwrap_or(options.averaging_time_s);
+    let in_time = ((options.averaging_time_s / interval_s).round() as usize).max(1);
+    let every = in_time.div_ceil(options.averaged_views.max(1));
+    let world: Vec<Vector3<f64>> = views
+        .iter()
+        .map(|v| grounds[v.frame].world_from_camera.transform_vector(&v.forward_in_camera))
+        .collect();
     let heading = |k: usize| {
-        let mut near: Vec<&ExternalView> = views.iter().collect();
-        near.sort_by_key(|g| g.frame.abs_diff(input.start + k));
-        near.truncate(input.options.advanced.heading.averaged_views);
-        let directions: Vec<Vector3<f64>> = near.iter().map(|g| world(g)).collect();
+        let nearest = nearest_views(views, input.start + k, in_time);
+        let directions: Vec<&Vector3<f64>> = nearest.iter().step_by(every).map(|i| &world[*i]).collect();
         let agreement = |d: &Vector3<f64>| directions.iter().map(|o| o.dot(d)).sum::<f64>();
         let medoid = directions.iter().max_by(|a, b| agreement(a).total_cmp(&agreement(b)))?;
-        let sum: Vector3<f64> = directions.iter().map(|d| d * d.dot(medoid).signum()).sum();
+        let sum: Vector3<f64> = directions.iter().map(|d| *d * d.dot(medoid).signum()).sum();
         let ground = &grounds[input.start + k];
         Some(ground.heading_of(&ground.world_from_camera.inverse().transform_vector(&sum)))
     };
     (0..count).map(heading).collect()
+}
+
+/// Indices of the `count` views nearest to a frame, nearest first, the earlier of two equally near. Views are in order of frames.
+fn nearest_views(views: &[ExternalView], frame: usize, count: usize) -> Vec<usize> {
+    let mut after = views.partition_point(|v| v.frame < frame);
+    let mut before = after;
+    let mut out = Vec::with_capacity(count.min(views.len()));
+    while out.len() < count {
+        let distance = |v: &ExternalView| v.frame.abs_diff(frame);
+        let (earlier, later) = (before.checked_sub(1).and_then(|i| views.get(i)), views.get(after));
+        let take_earlier = match (earlier, later) {
+            (Some(e), Some(l)) => distance(e) <= distance(l),
+            (Some(_), None) => true,
+            (None, Some(_)) => false,
+            (None, None) => break,
+        };
+        if take_earlier {
+            before -= 1;
+            out.push(before);
+        } else {
+            out.push(after);
+            after += 1;
+        }
+    }
+    out
 }
 
 /// Headings from the direction of travel, held where the vehicle is slow; `fallback` when it is always slow.

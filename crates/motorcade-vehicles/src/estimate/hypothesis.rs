@@ -8,7 +8,7 @@ use super::views::Views;
 use crate::motion::{
     KinematicState, PositionMeasurement, probability_moving, smooth_motion, static_position,
 };
-use crate::options::MotionOptions;
+use crate::options::AdvancedVehicleOptions;
 
 /// Positions, motion and headings of a track.
 pub(super) struct TrackHypothesis {
@@ -37,11 +37,11 @@ impl TrackHypothesis {
         for _ in 0..advanced.hypothesis.rounds {
             let views = Views::new(input, &headings)?;
             let positions = views.positions(input.grounds);
-            let p_moving = probability_moving(&positions, views.inflation, &advanced.kinematic_state);
+            let p_moving = probability_moving(&positions, views.inflation, advanced);
             let states = if p_moving > 0.5 {
-                smooth_motion(&positions, times, &up, &advanced.motion)
+                smooth_motion(&positions, times, &up, advanced)
             } else {
-                static_states(&positions, times.len(), &advanced.motion)?
+                static_states(&positions, times.len(), advanced)?
             };
             let before = headings;
             headings = if p_moving > 0.5 {
@@ -64,12 +64,12 @@ impl TrackHypothesis {
 fn static_states(
     positions: &[PositionMeasurement],
     count: usize,
-    options: &MotionOptions,
+    options: &AdvancedVehicleOptions,
 ) -> Option<Vec<KinematicState>> {
     let (position, covariance) = static_position(positions, options)?;
     let mut full = Matrix6::zeros();
     full.fixed_view_mut::<3, 3>(0, 0).copy_from(&covariance);
-    let velocity = Matrix3::identity() * options.static_velocity_variance;
+    let velocity = Matrix3::identity() * options.motion.static_velocity_variance;
     full.fixed_view_mut::<3, 3>(3, 3).copy_from(&velocity);
     Some(vec![KinematicState { position, velocity: Vector3::zeros(), covariance: full }; count])
 }

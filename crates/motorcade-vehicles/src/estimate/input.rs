@@ -8,6 +8,7 @@ use crate::box_fit::{BoxFit, SingleView};
 use crate::external::ExternalTrack;
 use crate::ground::GroundFrame;
 use crate::options::VehicleOptions;
+use crate::time::independent_views;
 use crate::track::{Track, TrackBox};
 
 /// Everything known of one vehicle before its estimation.
@@ -27,6 +28,13 @@ impl<'a> TrackInput<'a> {
     /// The fit of boxes in a frame.
     pub(super) fn box_fit(&self, ground: &'a GroundFrame) -> BoxFit<'a> {
         BoxFit { camera: self.camera, ground, options: &self.options.advanced.box_fit }
+    }
+
+    /// Number of independent views among `count` in a range of frames, at most `limit`.
+    pub(super) fn independent_views(&self, count: usize, frames: (usize, usize), limit: f64) -> f64 {
+        let time_s = |frame: usize| self.grounds.get(frame).map_or(0.0, |g| g.time_s);
+        let duration_s = time_s(frames.1) - time_s(frames.0);
+        independent_views(count, duration_s, self.options.advanced.correlation_time_s, limit)
     }
 
     /// Fits every box for the headings (relative to each frame's camera) and a size of this mean and information (3×3).

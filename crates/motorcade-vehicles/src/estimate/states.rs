@@ -8,14 +8,16 @@ use nalgebra::{Matrix3, Matrix6, Point3};
 use super::input::TrackInput;
 use super::measurements::{fused, sightings};
 use super::views::Views;
+use crate::ground::GroundFrame;
 use crate::motion::KinematicState;
 use crate::options::HeadingOptions;
 use crate::outline::{image_box, upright_pose};
+use crate::time::interval_s;
 use crate::track::TrackBox;
 use crate::trajectory::{Sighting, Source, VehicleState};
 
-/// Interval of the first state, which has no predecessor \[s\].
-const FIRST_STEP_S: f64 = 0.1;
+/// Shortest time over which yaw rates are measured: single-view headings are noisy at high frame rates \[s\].
+const YAW_RATE_TIME_S: f64 = 0.1;
 
 /// States of all frames; headings are relative to each frame's camera.
 pub(super) fn assemble(
@@ -45,13 +47,13 @@ pub(super) fn assemble(
         let speed_mps = state.velocity.dot(&direction);
         let velocity_covariance: Matrix3<f64> = state.covariance.fixed_view::<3, 3>(3, 3).into_owned();
         let speed_sigma_mps = direction.dot(&(velocity_covariance * direction)).max(0.0).sqrt();
-        let (yaw_rate_radps, dt) = match out.last() {
+        let (yaw_rate_radps, dt) = match out.get(earlier(grounds, start, k)) {
             Some(before) => {
                 let turn = before.world_from_vehicle.rotation().inverse() * world_from_vehicle.rotation();
-                let dt = (ground.time_s - grounds[start + k - 1].time_s).max(1e-3);
+                let dt = (ground.time_s - grounds[before.frame].time_s).max(1e-3);
                 (turn.scaled_axis().z / dt, dt)
             }
-            None => (0.0, FIRST_STEP_S),
+            None => (0.0, YAW_RATE_TIME_S),
         };
         let options = &input.options.advanced.heading;
         out.push(VehicleState {
@@ -76,6 +78,12 @@ pub(super) fn assemble(
         });
     }
     out
+}
+
+/// Index (from `start`) of the latest state before `k` that is old enough for a yaw rate, else of the first; `k` for the first state.
+fn earlier(grounds: &[GroundFrame], start: usize, k: usize) -> usize {
+    let age_s = |i: &usize| interval_s(grounds[start + i].time_s, grounds[start + k].time_s);
+    (0..k).rev().find(|i| age_s(i) >= YAW_RATE_TIME_S).unwrap_or(0)
 }
 
 /// The first item of each of `count` frames from `start` on.

@@ -9,6 +9,7 @@ use crate::external::ExternalView;
 use crate::ground::GroundFrame;
 use crate::joint_size::JointSize;
 use crate::motion::PositionMeasurement;
+use crate::track::TrackBox;
 
 /// Position in one frame, all sources fused.
 #[derive(Clone, Copy)]
@@ -38,7 +39,9 @@ impl Views {
             let information = Matrix3::from_diagonal(&prior.sigma.to_vector().map(|s| 1.0 / (s * s)));
             input.fit_boxes(headings, &prior.mean, &information)
         };
-        let size = JointSize::from_views(&fit_all(&input.prior), &input.prior, sizes)?;
+        let first = fit_all(&input.prior);
+        let independent = input.independent_views(first.len(), span(&first), sizes.independent_views);
+        let size = JointSize::from_views(&first, &input.prior, independent, sizes)?;
         let boxes = fit_all(&size.as_prior(sizes));
         let (chi2, inflation) = goodness_of_fit(input, &boxes, &size);
         let views = fuse(&boxes, &input.external.views);
@@ -67,6 +70,12 @@ impl Views {
     }
 }
 
+/// First and last frame of fitted boxes.
+fn span(boxes: &[(usize, SingleView)]) -> (usize, usize) {
+    let frame = |b: Option<&(usize, SingleView)>| b.map_or(0, |(frame, _)| *frame);
+    (frame(boxes.first()), frame(boxes.last()))
+}
+
 /// χ² of the edges of all sufficient boxes, counted as a limited number of independent ones, and of the size against its prior;
 /// and the square root of the reduced χ², at least 1.
 fn goodness_of_fit(input: &TrackInput<'_>, boxes: &[(usize, SingleView)], size: &JointSize) -> (f64, f64) {
@@ -77,7 +86,10 @@ fn goodness_of_fit(input: &TrackInput<'_>, boxes: &[(usize, SingleView)], size: 
     let edges = boxes.iter().map(|(_, view)| view.chi2.min(saturation)).sum::<f64>() + unexplained;
     let difference = size.size.to_vector() - input.prior.mean.to_vector();
     let of_size = difference.component_div(&input.prior.sigma.to_vector()).norm_squared();
-    let independent = (count.max(1) as f64).min(hypothesis.independent_views);
+    let boxes_of_track = &input.track.boxes;
+    let frame = |b: Option<&TrackBox>| b.map_or(0, |b| b.frame);
+    let span = (frame(boxes_of_track.first()), frame(boxes_of_track.last()));
+    let independent = input.independent_views(count.max(1), span, hypothesis.independent_views);
     let chi2 = edges * independent / count.max(1) as f64 + of_size;
     (chi2, (chi2 / (hypothesis.expected_chi2 * independent)).max(1.0).sqrt())
 }

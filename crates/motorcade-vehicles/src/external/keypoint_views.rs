@@ -123,22 +123,22 @@ fn size(fit: &TrackFit, class: VehicleClass, options: &KeypointViewOptions) -> S
 fn view(frame: usize, fit: &ShapeFit, options: &KeypointViewOptions) -> ExternalView {
     let r = fit.camera_from_vehicle.rotation_matrix();
     let position: Matrix3<f64> = fit.covariance.fixed_view::<3, 3>(3, 3).into_owned();
-    let correlation = options.correlated_frames;
+    let factor = options.variance_factor;
     ExternalView {
         frame,
         position_in_camera: Point3::from(fit.camera_from_vehicle.translation()),
         forward_in_camera: r.column(0).into_owned(),
-        covariance: r * position * r.transpose() * correlation,
+        covariance: r * position * r.transpose() * factor,
         heading_sigma_rad: fit.covariance[(2, 2)].max(0.0).sqrt().max(options.least_heading_sigma_rad),
-        size_dependence: size_dependence(fit, correlation),
+        size_dependence: size_dependence(fit, factor),
         scale_sigma: 0.0,
         source: Source::Keypoints,
     }
 }
 
 /// Conditional mean and covariance of the position given the size, slope `Σ_ps Σ_ss⁻¹`; `None` for a prior of fixed size.
-/// `correlation` is a factor on the variance.
-fn size_dependence(fit: &ShapeFit, correlation: f64) -> Option<SizeDependence> {
+/// `variance_factor` multiplies the variance.
+fn size_dependence(fit: &ShapeFit, variance_factor: f64) -> Option<SizeDependence> {
     let r = fit.camera_from_vehicle.rotation_matrix();
     let cross = fit.pose_size_covariance.fixed_view::<3, 3>(3, 0).into_owned();
     let slope = cross * fit.size_covariance.try_inverse()?;
@@ -146,7 +146,7 @@ fn size_dependence(fit: &ShapeFit, correlation: f64) -> Option<SizeDependence> {
     Some(SizeDependence {
         size: fit.dimensions,
         slope: r * slope,
-        covariance: r * held * r.transpose() * correlation,
+        covariance: r * held * r.transpose() * variance_factor,
     })
 }
 

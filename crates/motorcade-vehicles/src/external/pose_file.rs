@@ -36,7 +36,7 @@ pub fn external_tracks(
         views.sort_by_key(|v| v.frame);
         let mut boxes = Vec::new();
         let span = views.first().map_or(0, |v| v.frame)..=views.last().map_or(0, |v| v.frame);
-        for (frame, found) in detections.iter().enumerate().filter(|(frame, _)| span.contains(frame)) {
+        for (frame, found) in span.filter_map(|frame| Some((frame, detections.get(frame)?))) {
             let all: Vec<_> = found.iter().map(|d| d.bbox).collect();
             for d in found.iter().filter(|d| d.external_id == Some(id)) {
                 let observed = ObservedBox::new(d, camera, &all, &advanced.box_fit);

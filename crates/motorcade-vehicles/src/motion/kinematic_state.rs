@@ -3,17 +3,19 @@
 use nalgebra::Vector3;
 
 use crate::motion::PositionMeasurement;
-use crate::options::KinematicStateOptions;
+use crate::options::AdvancedVehicleOptions;
+use crate::time::independent_views;
 
 /// Probability that a vehicle moves: the slope of a line through its positions over time, against the apparent speed that errors
 /// of depth cause. `inflation` is a factor on its standard deviation for boxes that fit worse than their covariances say.
 pub fn probability_moving(
     positions: &[PositionMeasurement],
     inflation: f64,
-    options: &KinematicStateOptions,
+    options: &AdvancedVehicleOptions,
 ) -> f64 {
     let (Some(first), Some(last)) = (positions.first(), positions.last()) else { return 0.5 };
     let duration = last.time_s - first.time_s;
+    let (options, correlation_time_s) = (&options.kinematic_state, options.correlation_time_s);
     if duration < options.shortest_s {
         return 0.5;
     }
@@ -31,10 +33,10 @@ pub fn probability_moving(
     // (pitch of the road), look like motion while the range changes.
     let common = slope(&|p| options.common_depth_share * p.range_m);
     let apparent_speed = common.hypot(slope(&|p| p.covariance.trace().sqrt()));
-    // Noise of the line, of positions whose errors are correlated in time.
-    let noise = (1.0 / w_sum * positions.len() as f64 / options.correlated_frames).sqrt()
-        * options.noise_factor
-        / duration;
+    // Noise of the line: all positions together have the weight of a few independent ones.
+    let count = positions.len();
+    let independent = independent_views(count, duration, correlation_time_s, options.independent_views);
+    let noise = (1.0 / w_sum * count as f64 / independent).sqrt() * options.noise_factor / duration;
     let sigma = options.speed_floor_mps.hypot(apparent_speed).hypot(noise) * inflation;
     let excess = velocity.norm() / sigma - options.even_odds_sigmas;
     1.0 / (1.0 + (-options.logistic_slope * excess).exp())
@@ -62,7 +64,7 @@ pub(super) mod tests {
     }
 
     fn moving(positions: &[PositionMeasurement]) -> f64 {
-        probability_moving(positions, 1.0, &KinematicStateOptions::default())
+        probability_moving(positions, 1.0, &AdvancedVehicleOptions::default())
     }
 
     #[test]

@@ -4,7 +4,8 @@ use motorcade_geometry::rts::{self, FilterStep, Smoothed};
 use nalgebra::Vector3;
 
 use crate::motion::{KinematicState, MotionFilter, PositionMeasurement};
-use crate::options::MotionOptions;
+use crate::options::AdvancedVehicleOptions;
+use crate::time::{correlation_factor, frame_interval_s};
 
 /// Slack when measurements are assigned to times \[s\].
 const ROUNDING_S: f64 = 1e-9;
@@ -15,10 +16,14 @@ pub fn smooth_motion(
     positions: &[PositionMeasurement],
     times: &[f64],
     up: &Vector3<f64>,
-    options: &MotionOptions,
+    options: &AdvancedVehicleOptions,
 ) -> Vec<KinematicState> {
     let Some(first) = positions.first() else { return Vec::new() };
-    let widened = first.covariance * options.initial_position_factor;
+    // Errors of consecutive views are correlated: their variances are inflated.
+    let interval_s = frame_interval_s(times).unwrap_or(options.correlation_time_s);
+    let correlation = correlation_factor(options.correlation_time_s, interval_s);
+    let options = &options.motion;
+    let widened = first.covariance * correlation * options.initial_position_factor;
     let mut filter = MotionFilter::new(&first.position, &widened, options);
     let (mut time, mut next) = (times.first().copied().unwrap_or(0.0), 0);
     let mut steps: Vec<FilterStep<6>> = Vec::with_capacity(times.len());
@@ -26,7 +31,7 @@ pub fn smooth_motion(
         let transition = filter.predict(t - time, up, options);
         let (predicted, predicted_covariance) = (filter.x, filter.p);
         while let Some(measured) = positions.get(next).filter(|m| m.time_s <= t + ROUNDING_S) {
-            filter.update(&measured.position, &measured.covariance, options);
+            filter.update(&measured.position, &(measured.covariance * correlation), options);
             next += 1;
         }
         let (filtered, filtered_covariance) = (filter.x, filter.p);
@@ -54,7 +59,7 @@ mod tests {
         let mut measured = positions(8.0);
         let times: Vec<f64> = measured.iter().map(|p| p.time_s).collect();
         measured.drain(10..18);
-        let states = smooth_motion(&measured, &times, &-Vector3::y(), &MotionOptions::default());
+        let states = smooth_motion(&measured, &times, &-Vector3::y(), &AdvancedVehicleOptions::default());
         assert_eq!(states.len(), 30);
         for (state, t) in states.iter().zip(&times) {
             assert!((state.position.z - 20.0 - 8.0 * t).abs() < 0.05);

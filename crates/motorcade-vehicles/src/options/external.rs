@@ -8,8 +8,9 @@ pub struct KeypointViewOptions {
     pub least_iou: f64,
     /// Standard deviation of a keypoint as a share of the longer side of the box: 2 px of a 64 px heat map.
     pub sigma_share: f64,
-    /// Factor on the variance of a view: a network misplaces a point as in the frame before.
-    pub correlated_frames: f64,
+    /// Factor on the variance of a view, besides `correlation_time_s`: a network misplaces a point as in the frame before, and
+    /// errors of several points of a vehicle are correlated.
+    pub variance_factor: f64,
     /// Frames, spread over the track, whose common shape is fitted: errors of one point on one car repeat, so more frames add
     /// confidence without information.
     pub shape_frames: usize,
@@ -31,7 +32,7 @@ impl Default for KeypointViewOptions {
         Self {
             least_iou: 0.4,
             sigma_share: 0.03,
-            correlated_frames: 2.0,
+            variance_factor: 2.0,
             shape_frames: 12,
             least_shape_frames: 3,
             shape_sigma_factor: 2.5,

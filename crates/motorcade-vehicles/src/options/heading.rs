@@ -6,7 +6,9 @@
 pub struct HeadingOptions {
     /// Speed below which the heading is held: the direction of travel is undefined at a stop \[m/s\].
     pub hold_speed_mps: f64,
-    /// External headings nearest in time that are averaged: single-view headings scatter by degrees and flip now and then.
+    /// Time over which external headings are averaged \[s\]: single-view headings scatter by degrees and flip now and then.
+    pub averaging_time_s: f64,
+    /// Most external headings that are averaged, spread over that time.
     pub averaged_views: usize,
     /// Orientations tried for a static vehicle, evenly over half a turn.
     pub orientations: usize,
@@ -36,6 +38,7 @@ impl Default for HeadingOptions {
     fn default() -> Self {
         Self {
             hold_speed_mps: 1.5,
+            averaging_time_s: 0.9,
             averaged_views: 9,
             orientations: 12,
             compared_boxes: 12,

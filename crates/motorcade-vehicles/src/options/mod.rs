@@ -41,11 +41,13 @@ pub struct VehicleOptions {
 }
 
 /// Noise models and gates of the vehicle stage, by step.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
-)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AdvancedVehicleOptions {
+    /// Time over which errors of a vehicle's views are correlated \[s\]: views closer together share their information, so that
+    /// it grows with time and not with the frame rate. At 10 frames/s views count as independent, beside the common errors of size
+    /// and plane; the limits on independent views were chosen there.
+    pub correlation_time_s: f64,
     /// Position and size from one box.
     pub box_fit: BoxFitOptions,
     /// Size shared by the frames of a track.
@@ -62,4 +64,20 @@ pub struct AdvancedVehicleOptions {
     pub keypoints: KeypointViewOptions,
     /// Views from vehicle poses of a file.
     pub external: ExternalViewOptions,
+}
+
+impl Default for AdvancedVehicleOptions {
+    fn default() -> Self {
+        Self {
+            correlation_time_s: 0.1,
+            box_fit: BoxFitOptions::default(),
+            size: SizeOptions::default(),
+            motion: MotionOptions::default(),
+            kinematic_state: KinematicStateOptions::default(),
+            heading: HeadingOptions::default(),
+            hypothesis: HypothesisOptions::default(),
+            keypoints: KeypointViewOptions::default(),
+            external: ExternalViewOptions::default(),
+        }
+    }
 }

@@ -48,8 +48,8 @@ pub struct KinematicStateOptions {
     pub common_depth_share: f64,
     /// Speed below which motion is not observable \[m/s\].
     pub speed_floor_mps: f64,
-    /// Neighbouring positions that count as one, because their errors are correlated.
-    pub correlated_frames: f64,
+    /// Positions count as at most this many independent ones in the noise of the mean velocity.
+    pub independent_views: f64,
     /// Factor on the noise of the mean velocity: the noise of single positions is not white.
     pub noise_factor: f64,
     /// Ratio of speed to its standard deviation at which P(moving) is 0.5.
@@ -64,7 +64,7 @@ impl Default for KinematicStateOptions {
             shortest_s: 0.25,
             common_depth_share: 0.05,
             speed_floor_mps: 0.3,
-            correlated_frames: 4.0,
+            independent_views: 4.0,
             noise_factor: 3.0,
             even_odds_sigmas: 3.0,
             logistic_slope: 2.0,

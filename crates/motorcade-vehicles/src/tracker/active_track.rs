@@ -7,10 +7,13 @@ use super::localizer::{Localizer, WorldPosition};
 use super::options::AdvancedTrackerOptions;
 use crate::ground::GroundFrame;
 use crate::motion::MotionFilter;
-use crate::track::{Track, TrackBox};
+use crate::time::{correlation_factor, interval_s};
+use crate::track::{ClassVotes, Track, TrackBox};
 
 /// Smallest prediction interval \[s\].
 const LEAST_STEP_S: f64 = 1e-3;
+/// Slack of the number of boxes, whose intervals are rounded.
+const COUNT_ROUNDING: f64 = 1e-6;
 
 /// A track that is being followed.
 pub(super) struct ActiveTrack {
@@ -24,6 +27,9 @@ pub(super) struct ActiveTrack {
     last_frame: usize,
     /// Camera and road of that frame.
     last_ground: GroundFrame,
+    /// Boxes, counted as at most one per correlation time.
+    independent_boxes: f64,
+    votes: ClassVotes,
 }
 
 impl ActiveTrack {
@@ -38,7 +44,24 @@ impl ActiveTrack {
         let motion = MotionFilter::new(&position, &covariance, &localizer.motion);
         let in_camera = ground.world_from_camera.inverse().transform_point(&Point3::from(position));
         let track = Track { id, class: first.observed.class, boxes: vec![first] };
-        Some(Self { track, in_camera, motion, last_frame: first.frame, last_ground: *ground })
+        let mut votes = ClassVotes::default();
+        votes.add(&first);
+        let (last_frame, last_ground, independent_boxes) = (first.frame, *ground, 1.0);
+        Some(Self { track, in_camera, motion, last_frame, last_ground, independent_boxes, votes })
+    }
+
+    /// True when the track has enough boxes, counted as at most one per correlation time.
+    pub(super) fn is_confirmed(&self, least_boxes: usize) -> bool {
+        self.independent_boxes + COUNT_ROUNDING >= least_boxes as f64
+    }
+
+    /// The track with its boxes from frame `first` on and the class of all its boxes.
+    pub(super) fn recent(&self, first: usize) -> Track {
+        let from = self.track.boxes.partition_point(|b| b.frame < first);
+        let boxes = self.track.boxes.get(from..).unwrap_or_default().to_vec();
+        let mut track = Track { id: self.track.id, class: self.track.class, boxes };
+        track.set_class(self.votes.class());
+        track
     }
 
     /// Updates camera and road of the last box to their present estimates.
@@ -103,8 +126,12 @@ impl ActiveTrack {
     pub(super) fn extend(&mut self, localizer: &Localizer, ground: &GroundFrame, next: TrackBox) {
         self.track.boxes.push(next);
         let mut motion = self.predict(localizer, ground);
+        let elapsed_s = interval_s(self.last_ground.time_s, ground.time_s);
+        self.independent_boxes += (elapsed_s / localizer.correlation_time_s).min(1.0);
+        self.votes.add(&next);
         if let Some((position, covariance)) = localizer.position(ground, &next.observed) {
-            motion.update(&position, &covariance, &localizer.motion);
+            let correlation = correlation_factor(localizer.correlation_time_s, elapsed_s);
+            motion.update(&position, &(covariance * correlation), &localizer.motion);
         }
         let speed = motion.x.fixed_rows::<3>(3).norm();
         let largest = localizer.motion.largest_speed_mps;

@@ -18,6 +18,8 @@ pub(super) struct Localizer {
     pub(super) camera: PinholeCamera,
     pub(super) box_fit: BoxFitOptions,
     pub(super) motion: MotionOptions,
+    /// Time over which errors of boxes are correlated \[s\].
+    pub(super) correlation_time_s: f64,
     /// χ² up to which a heading along the road explains a box.
     pub(super) explained_chi2: f64,
 }

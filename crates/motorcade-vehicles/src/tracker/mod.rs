@@ -56,6 +56,7 @@ impl Tracker {
             camera,
             box_fit: vehicles.advanced.box_fit,
             motion: vehicles.advanced.motion,
+            correlation_time_s: vehicles.advanced.correlation_time_s,
             explained_chi2: options.advanced.explained_chi2,
         };
         Self { localizer, options, active: Vec::new(), next_id: 1 }
@@ -143,16 +144,10 @@ impl Tracker {
         greedy(candidates)
     }
 
-    /// Active tracks with enough boxes; of each the boxes from frame `first` on.
+    /// Confirmed active tracks; of each the boxes from frame `first` on.
     pub fn present(&self, first: usize) -> Vec<Track> {
-        let enough = |t: &&ActiveTrack| t.track.boxes.len() >= self.options.least_boxes;
-        let recent = |t: &ActiveTrack| {
-            let mut track = t.track.clone();
-            track.vote_class();
-            track.boxes.retain(|b| b.frame >= first);
-            track
-        };
-        self.active.iter().filter(enough).map(recent).filter(|t| !t.boxes.is_empty()).collect()
+        let confirmed = self.active.iter().filter(|t| t.is_confirmed(self.options.least_boxes));
+        confirmed.map(|t| t.recent(first)).filter(|t| !t.boxes.is_empty()).collect()
     }
 
     /// Ends all tracks.
@@ -162,9 +157,7 @@ impl Tracker {
     }
 
     fn reported(&self, ended: Vec<ActiveTrack>) -> Vec<Track> {
-        let mut tracks: Vec<Track> = ended.into_iter().map(|t| t.track).collect();
-        tracks.retain(|t| t.boxes.len() >= self.options.least_boxes);
-        tracks.iter_mut().for_each(Track::vote_class);
-        tracks
+        let confirmed = ended.iter().filter(|t| t.is_confirmed(self.options.least_boxes));
+        confirmed.map(|t| t.recent(0)).collect()
     }
 }

@@ -12,7 +12,8 @@ pub struct TrackerOptions {
     pub least_iou: f64,
     /// Longest gap that is bridged \[s\].
     pub longest_gap_s: f64,
-    /// Boxes of a track below which it is not reported.
+    /// Boxes of a track below which it is not reported, counted as at most one per correlation time of the vehicle options: four
+    /// within 0.3 s at any frame rate.
     pub least_boxes: usize,
     /// Gates of the association.
     pub advanced: AdvancedTrackerOptions,
