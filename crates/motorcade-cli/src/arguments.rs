@@ -65,6 +65,9 @@ pub enum Command {
         after_help = "Examples:\n  motorcade config > settings.toml\n  motorcade config --set vehicles.traffic_side=left"
     )]
     Config(ConfigArguments),
+    /// Lists networks with kind, licence and hash.
+    #[command(after_help = "Examples:\n  motorcade models\n  motorcade models --models my-networks")]
+    Models(ModelsArguments),
     /// Shell completions on stdout.
     #[command(
         after_help = "Example:\n  motorcade completions bash > ~/.local/share/bash-completion/completions/motorcade"
@@ -73,6 +76,14 @@ pub enum Command {
         /// The shell.
         shell: clap_complete::Shell,
     },
+}
+
+/// `motorcade models`.
+#[derive(Debug, Args)]
+pub struct ModelsArguments {
+    /// Folder of ONNX networks instead of those inside the program.
+    #[arg(long, env = "MOTORCADE_MODELS")]
+    pub models: Option<PathBuf>,
 }
 
 /// `motorcade config`.
@@ -160,7 +171,7 @@ pub struct RunArguments {
     /// Height of the camera above the road in metres; KITTI input knows its own (1.65).
     #[arg(long)]
     pub height: Option<f64>,
-    /// Folder of ONNX networks.
+    /// Folder of ONNX networks, or `none`; the networks inside the program by default.
     #[arg(long, env = "MOTORCADE_MODELS")]
     pub models: Option<PathBuf>,
     /// Detections instead of a network: KITTI tracking labels, MOT Challenge, or frame,x1,y1,x2,y2,score.

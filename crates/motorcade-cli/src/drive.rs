@@ -5,14 +5,12 @@ use std::sync::Arc;
 use motorcade::{Config, External, FrameCallback, Motorcade, Progress, RunContext, push_sequence};
 use motorcade_dataset::{KITTI_HEIGHT_M, Sequence, Summary};
 use motorcade_geometry::PinholeCamera;
-use motorcade_perception::{
-    ModelOptions, ModelSource, Observations, Perception, PerceptionOptions, Recording,
-};
+use motorcade_perception::{ModelOptions, Observations, Perception, PerceptionOptions, Recording};
 
 use crate::arguments::RunArguments;
 use crate::frameless::{self, Files};
 use crate::progress::Reporter;
-use crate::{external, run::threads};
+use crate::{external, models, run::threads};
 
 /// Source of the drive.
 enum Source {
@@ -158,18 +156,9 @@ impl LoadedDrive {
 
 fn perception_options(arguments: &RunArguments) -> PerceptionOptions {
     PerceptionOptions {
-        models: models(arguments),
+        models: models::source(arguments.models.as_deref()),
         detections: arguments.detections.clone(),
         road_masks: arguments.road_masks.clone(),
         networks: ModelOptions::default(),
-    }
-}
-
-/// `--models`: a folder, `none`, or the networks inside the binary.
-fn models(arguments: &RunArguments) -> ModelSource {
-    match &arguments.models {
-        Some(path) if path.as_os_str() == "none" => ModelSource::None,
-        Some(path) => ModelSource::Folder(path.clone()),
-        None => ModelSource::Embedded,
     }
 }

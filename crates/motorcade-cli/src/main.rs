@@ -13,6 +13,7 @@ mod fingerprint;
 mod frameless;
 mod graph;
 mod inspect;
+mod models;
 mod progress;
 mod run;
 mod shape;
@@ -42,6 +43,7 @@ fn main() -> ExitCode {
         Command::Evaluate(arguments) => evaluate::evaluate(&arguments),
         Command::Shape(command) => shape::shape(&command),
         Command::Graph(command) => graph::graph(&command),
+        Command::Models(arguments) => models::models(&arguments),
         Command::Config(arguments) => run::print_configuration(&arguments),
         Command::Completions { shell } => {
             clap_complete::generate(shell, &mut Cli::command(), "motorcade", &mut std::io::stdout());

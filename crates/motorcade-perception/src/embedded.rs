@@ -1,7 +1,15 @@
 //! The networks inside the binary: those of the repository's folder `models/`.
 
+#[cfg(feature = "networks")]
+use std::path::Path;
+use std::path::PathBuf;
+
+#[cfg(feature = "networks")]
+use crate::error::Error;
 use crate::error::Result;
+use crate::manifest::{Manifest, ModelEntry};
 use crate::models::{ModelOptions, ModelSet};
+use crate::network::Network;
 
 #[cfg(feature = "networks")]
 mod files {
@@ -12,26 +20,32 @@ mod files {
     ];
 }
 
-/// The networks inside the binary, for images of this size (width, height) \[px\]; none where they were left out.
+/// Manifest entries and files of the networks inside the binary; none where they were left out.
 #[cfg(feature = "networks")]
-pub(crate) fn load(image_size: (u32, u32), options: &ModelOptions) -> Result<ModelSet> {
-    use std::path::{Path, PathBuf};
-
-    use crate::error::Error;
-    use crate::manifest::Manifest;
-    use crate::network::Network;
-
+pub(crate) fn entries() -> Result<Vec<(ModelEntry, &'static [u8])>> {
     let manifest = Manifest::parse(Path::new("embedded models.toml"), files::MANIFEST)?;
-    ModelSet::build(&manifest, image_size, options, |entry, threads| {
+    let file_of = |entry: ModelEntry| {
         let file = files::FILES.iter().find(|(name, _)| *name == entry.file);
-        let path = PathBuf::from(format!("embedded {}", entry.file));
-        let (_, bytes) = file.ok_or_else(|| Error::model(&path, "is not inside the binary"))?;
-        Network::from_bytes(path, bytes.to_vec(), entry, options, threads)
-    })
+        let missing = || Error::model(Path::new(&entry.file), "is not inside the binary");
+        let bytes = file.ok_or_else(missing)?.1;
+        Ok((entry, bytes))
+    };
+    manifest.models.into_iter().map(file_of).collect()
 }
 
 /// Without the feature `networks` there are none.
 #[cfg(not(feature = "networks"))]
-pub(crate) fn load(_image_size: (u32, u32), _options: &ModelOptions) -> Result<ModelSet> {
-    Ok(ModelSet::default())
+pub(crate) fn entries() -> Result<Vec<(ModelEntry, &'static [u8])>> {
+    Ok(Vec::new())
+}
+
+/// The networks inside the binary, for images of this size (width, height) \[px\].
+pub(crate) fn load(image_size: (u32, u32), options: &ModelOptions) -> Result<ModelSet> {
+    let entries = entries()?;
+    let manifest = Manifest { models: entries.iter().map(|(entry, _)| entry.clone()).collect() };
+    ModelSet::build(&manifest, image_size, options, |entry, threads| {
+        let path = PathBuf::from(format!("embedded {}", entry.file));
+        let bytes = entries.iter().find(|(e, _)| e.file == entry.file).map(|(_, bytes)| bytes.to_vec());
+        Network::from_bytes(path, bytes.unwrap_or_default(), entry, options, threads)
+    })
 }

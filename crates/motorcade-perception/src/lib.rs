@@ -54,6 +54,7 @@ mod detectors;
 mod embedded;
 mod error;
 mod files;
+mod inventory;
 mod keypoints;
 mod manifest;
 mod models;
@@ -66,6 +67,7 @@ pub use detection::{BoundingBox, BoxConvention, Detection, NoVehicle, VehicleCla
 pub use detectors::{KeypointDetector, RoadSegmenter, VehicleDetector};
 pub use error::{Error, Result};
 pub use files::{DetectionFormat, DetectionTable, KeypointTable, RoadMaskFolder};
+pub use inventory::{ModelInfo, list_models};
 pub use keypoints::VehicleKeypoints;
 pub use manifest::{ColourOrder, InputSpec, MANIFEST_NAME, Manifest, ModelEntry, OutputSpec, Resize};
 pub use models::{ModelOptions, ModelSet, ModelSource};

@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use rten::{Dimension, ThreadPool};
 use rten_tensor::{NdTensor, Tensor};
-use sha2::{Digest, Sha256};
 
 #[cfg(feature = "ort")]
 use super::onnx_runtime::Session;
 use super::rten_engine::Graph;
 use crate::error::{Error, Result};
+use crate::inventory::sha256;
 use crate::manifest::{InputSpec, ModelEntry, OutputSpec};
 use crate::models::ModelOptions;
 
@@ -77,7 +77,7 @@ impl Network {
         threads: &Arc<ThreadPool>,
     ) -> Result<Self> {
         if let Some(expected) = &entry.sha256 {
-            let found: String = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+            let found = sha256(&bytes);
             if !found.eq_ignore_ascii_case(expected) {
                 return Err(Error::model(&path, format!("SHA-256 is {found}, the manifest says {expected}")));
             }
