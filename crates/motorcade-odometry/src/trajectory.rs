@@ -1,16 +1,16 @@
-//! What the odometry says of every frame, up to scale.
+//! Camera poses of all frames, up to scale.
 
 use std::collections::BTreeMap;
 
 use motorcade_geometry::{Camera, Pose, World};
-use nalgebra::Matrix6;
+use nalgebra::{Matrix6, Vector6};
 
-use crate::map::PoseEstimate;
+use crate::time::calibrated;
 
 type CameraFromWorld = Pose<Camera, World>;
 type CameraFromCamera = Pose<Camera, Camera>;
 
-/// What is known of a frame's pose.
+/// How the pose of a frame was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameStatus {
     /// No map yet; the pose is filled in when one begins.
@@ -26,6 +26,8 @@ pub enum FrameStatus {
 /// A frame's pose, relative to a keyframe so that later adjustments move it along.
 #[derive(Clone, Debug)]
 pub struct FrameRecord {
+    /// Time of the frame \[ns\].
+    pub timestamp_ns: i64,
     /// How it was found.
     pub status: FrameStatus,
     /// Segment it belongs to.
@@ -34,15 +36,17 @@ pub struct FrameRecord {
     pub keyframe: usize,
     /// Pose relative to that keyframe.
     pub camera_from_keyframe: CameraFromCamera,
-    /// Landmarks that agreed.
+    /// Landmarks that agree with the pose.
     pub inliers: usize,
     /// Reprojection error of the inliers \[px\].
     pub rms_px: f64,
-    /// Covariance of the pose against the map (6×6 `[ω, ν]`, translation in the segment's unit).
+    /// Covariance of the motion from the frame before (6×6 `[ω, ν]`, translation in the segment's unit). Errors of consecutive
+    /// poses against the same map are anti-correlated; what accumulates is a random walk over time, so this is the covariance
+    /// of the pose against the map times the interval over 0.1 s.
     pub covariance: Matrix6<f64>,
 }
 
-/// Frame poses of one segment, in the segment's own unit of length.
+/// Frame poses, each segment in its own unit of length.
 #[derive(Clone, Debug)]
 pub struct OdometryTrajectory {
     /// One record a frame, in order.
@@ -52,31 +56,36 @@ pub struct OdometryTrajectory {
 }
 
 impl OdometryTrajectory {
-    /// A trajectory from elsewhere, as one segment in its own unit. `world_from_camera` of every frame.
-    pub fn from_poses(poses: &[Pose<World, Camera>]) -> Self {
-        let keyframes: Vec<CameraFromWorld> = poses.iter().map(Pose::inverse).collect();
-        let frame = |keyframe: usize| {
-            // What a good odometry errs from frame to frame: 0.02° and 1 % of the step.
-            let step = keyframe
-                .checked_sub(1)
-                .map_or(0.0, |b| (poses[keyframe].translation() - poses[b].translation()).norm());
-            let (turn, shift) = (0.02_f64.to_radians().powi(2), (0.01 * step).powi(2) + 1e-8);
-            FrameRecord {
-                status: FrameStatus::Tracked,
-                segment: 0,
-                keyframe,
-                camera_from_keyframe: CameraFromCamera::identity(),
-                inliers: 0,
-                rms_px: 0.0,
-                covariance: Matrix6::from_diagonal(&nalgebra::Vector6::new(
-                    turn, turn, turn, shift, shift, shift,
-                )),
-            }
-        };
-        Self { frames: (0..poses.len()).map(frame).collect(), keyframes: vec![keyframes] }
+    /// An external trajectory as one segment in its own unit: `world_from_camera` and time \[ns\] of every frame. The shorter
+    /// list counts.
+    pub fn from_poses(poses: &[Pose<World, Camera>], timestamps_ns: &[i64]) -> Self {
+        let mut out = Self { frames: Vec::new(), keyframes: vec![Vec::new()] };
+        timestamps_ns.iter().for_each(|timestamp_ns| out.push_next_pose(poses, *timestamp_ns));
+        out
     }
 
-    /// The frames `range` alone, numbered from 0; of the keyframes those they need.
+    /// Adds the next frame of an external trajectory, `poses[k]` for frame k; without one left nothing is added. Every frame is
+    /// a keyframe.
+    pub fn push_next_pose(&mut self, poses: &[Pose<World, Camera>], timestamp_ns: i64) {
+        let keyframe = self.frames.len();
+        let (Some(pose), Some(keyframes)) = (poses.get(keyframe), self.keyframes.last_mut()) else { return };
+        let before = keyframe.checked_sub(1);
+        let step = before.map_or(0.0, |b| (pose.translation() - poses[b].translation()).norm());
+        let interval = before.map_or(1.0, |b| calibrated(timestamp_ns - self.frames[b].timestamp_ns));
+        keyframes.push(pose.inverse());
+        self.frames.push(FrameRecord {
+            timestamp_ns,
+            status: FrameStatus::Tracked,
+            segment: 0,
+            keyframe,
+            camera_from_keyframe: CameraFromCamera::identity(),
+            inliers: 0,
+            rms_px: 0.0,
+            covariance: external_covariance(step, interval),
+        });
+    }
+
+    /// The frames `range`, numbered from 0, and the keyframes they need.
     pub fn window(&self, range: std::ops::Range<usize>) -> Self {
         let mut frames = self.frames[range].to_vec();
         let mut spans: BTreeMap<usize, (usize, usize)> = BTreeMap::new();
@@ -105,20 +114,19 @@ impl OdometryTrajectory {
     }
 }
 
-pub(crate) fn fill(record: &mut FrameRecord, estimate: &PoseEstimate) {
-    record.status = FrameStatus::Tracked;
-    record.inliers = estimate.inlier_count;
-    record.rms_px = estimate.inlier_rms_px;
-    // A floor on the pixel noise: three points can fit perfectly.
-    let sigma = estimate.inlier_rms_px.max(0.1);
-    record.covariance = estimate.information.try_inverse().unwrap_or_else(Matrix6::zeros) * (sigma * sigma);
+/// Covariance of a step of an external trajectory over an interval \[0.1 s\]: 0.02° and 1 % of the step at 10 frames/s, as a
+/// good odometry, and the same random walk at other rates.
+fn external_covariance(step: f64, interval: f64) -> Matrix6<f64> {
+    let interval = if interval > 0.0 { interval } else { 1.0 };
+    let turn = 0.02_f64.to_radians().powi(2) * interval;
+    let shift = (0.01 * step).powi(2) / interval + 1e-8 * interval;
+    Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, shift, shift, shift))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use motorcade_geometry::lie::se3;
-    use nalgebra::Vector6;
 
     #[test]
     fn a_window_keeps_the_poses_of_its_frames() {
@@ -126,6 +134,7 @@ mod tests {
             Pose::new(se3::exp(&(Vector6::new(0.01, 0.02, 0.0, 0.1, 0.0, 1.0) * k as f64)))
         };
         let record = |segment: usize, keyframe: usize, k: usize| FrameRecord {
+            timestamp_ns: k as i64 * 100_000_000,
             status: FrameStatus::Tracked,
             segment,
             keyframe,
@@ -158,5 +167,23 @@ mod tests {
             }
         }
         assert!(whole.window(2..4).keyframes[0].len() == 3);
+    }
+
+    #[test]
+    fn errors_of_an_external_trajectory_accumulate_with_time_not_with_frames() {
+        // Ten seconds at 10 m/s.
+        let summed = |rate: usize| {
+            let count = 10 * rate;
+            let position = |k: usize| Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 10.0 * k as f64 / rate as f64);
+            let poses: Vec<Pose<World, Camera>> = (0..count).map(|k| Pose::exp(&position(k))).collect();
+            let timestamps_ns: Vec<i64> = (0..count).map(|k| (k * 1_000_000_000 / rate) as i64).collect();
+            let trajectory = OdometryTrajectory::from_poses(&poses, &timestamps_ns);
+            trajectory.frames.iter().skip(1).map(|f| f.covariance).sum::<Matrix6<f64>>()
+        };
+        let reference = summed(10);
+        for rate in [5, 25, 50] {
+            let ratio = summed(rate).component_div(&reference).diagonal();
+            assert!(ratio.iter().all(|r| (r - 1.0).abs() < 0.03), "{rate}: {ratio}");
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! The configuration of a run: works with none, refuses what it does not know.
 
 use motorcade_multibody::{CameraCoupling, GraphOptions};
-use motorcade_odometry::{OdometryOptions, RoadOptions, ScaleAverage};
+use motorcade_odometry::{MetricOptions, OdometryOptions, RoadOptions, ScaleAverage};
 use motorcade_vehicles::{TrackerOptions, VehicleOptions};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
@@ -66,11 +66,19 @@ pub struct ScaleOptions {
     pub average: ScaleAverage,
     /// False takes each frame's scale as it was measured, as the paper does.
     pub smoothed: bool,
+    /// Settings that rarely need a change.
+    pub advanced: MetricOptions,
 }
 
 impl Default for ScaleOptions {
     fn default() -> Self {
-        Self { closed_form: false, farthest_m: 12.0, average: ScaleAverage::Mean, smoothed: true }
+        Self {
+            closed_form: false,
+            farthest_m: 12.0,
+            average: ScaleAverage::Mean,
+            smoothed: true,
+            advanced: MetricOptions::default(),
+        }
     }
 }
 
@@ -172,7 +180,7 @@ impl Config {
             "road.unmasked_half_width_heights must be more than 0.3",
         )?;
         check(self.road.baseline_heights > 0.05, "road.baseline_heights must be more than 0.05")?;
-        check(self.road.oldest_frames >= 1, "road.oldest_frames must be at least 1")?;
+        check(self.road.oldest_s > 0.0, "road.oldest_s must be more than 0")?;
         check(
             self.scale.farthest_m > 5.0,
             "scale.farthest_m must be more than 5 (the road nearer is hidden)",

@@ -1,7 +1,7 @@
 //! The front end: the camera's motion up to scale and the road, frame by frame.
 
 use motorcade_dataset::Frame;
-use motorcade_odometry::{Odometry, OdometryOptions, RoadInput, StaticMask};
+use motorcade_odometry::{Odometry, OdometryOptions, RoadFeedback, RoadInput, StaticMask};
 use motorcade_perception::{BoundingBox, Observations};
 
 use crate::config::VehicleMask;
@@ -24,7 +24,7 @@ impl FrontEnd {
     pub(crate) fn new(settings: &Settings) -> Self {
         let options = OdometryOptions { seed: settings.config.run.seed, ..settings.config.odometry };
         let motion = match &settings.external.trajectory {
-            Some(trajectory) => MotionSource::External(trajectory.as_odometry()),
+            Some(trajectory) => MotionSource::external(trajectory),
             None => MotionSource::Own(Box::new(Odometry::new(settings.camera, options))),
         };
         Self {
@@ -43,37 +43,51 @@ impl FrontEnd {
         let boxes: Vec<BoundingBox> = confident.map(|d| d.bbox).collect();
         let masked: &[BoundingBox] = if run.vehicle_mask == VehicleMask::None { &[] } else { &boxes };
         let boxes_may_stand = run.vehicle_mask == VehicleMask::Moving;
-        let mask = StaticMask { boxes: masked, boxes_may_stand, ignore: frame.ignore.as_ref() };
+        let mask = StaticMask {
+            boxes: masked,
+            boxes_may_stand,
+            ignore: frame.ignore.as_ref(),
+            ..StaticMask::default()
+        };
         let gray = frame.gray();
-        let pyramid = record.stopwatch.time("odometry", || motion.process(&gray, &mask));
+        let pyramid = record.stopwatch.time("odometry", || motion.process(frame.timestamp_ns, &gray, &mask));
 
         // Vehicles hide the road whether they move or not.
-        let hidden = StaticMask { boxes: &boxes, boxes_may_stand: false, ignore: frame.ignore.as_ref() };
+        let hidden = StaticMask {
+            boxes: &boxes,
+            boxes_may_stand: false,
+            ignore: frame.ignore.as_ref(),
+            ..StaticMask::default()
+        };
         let road = observations.road.as_ref().filter(|_| run.road_mask);
         let usable = |p: &nalgebra::Point2<f64>| hidden.allows(p) && road.is_none_or(|r| r.is_road(p.x, p.y));
         let trajectory = motion.trajectory();
         let segment = trajectory.frames[row].segment;
-        let input = RoadInput { pyramid: &pyramid, vehicles: &boxes, masked: road.is_some() };
-        record.stopwatch.time("road", || scale.process(row, segment, &input, trajectory, usable));
+        let input = RoadInput {
+            frame: row,
+            timestamp_ns: frame.timestamp_ns,
+            segment,
+            pyramid: &pyramid,
+            vehicles: &boxes,
+            masked: road.is_some(),
+        };
+        let measured = record.stopwatch.time("road", || scale.process(&input, trajectory, usable));
 
-        if let Some(measured) = scale.measurements().last().filter(|m| m.frame == row) {
-            motion.constrain_scale(measured);
-        }
-        if let Some(plane) = scale.plane().filter(|_| boxes_may_stand) {
-            motion.classify_static_vehicles(&boxes, &plane);
-        }
+        let plane = scale.plane().filter(|_| boxes_may_stand);
+        motion.apply_road(&RoadFeedback { measurement: measured.as_ref(), plane, vehicles: &boxes });
         record.push(FrameInfo::of(frame), observations);
     }
 
     /// Takes a frame that is missing or unreadable: its pose is bridged.
     pub(crate) fn skip(&mut self, number: u64, timestamp_ns: i64, problem: String) {
-        self.motion.skip();
+        self.motion.skip(timestamp_ns);
         let info = FrameInfo { number, timestamp_ns, problem: Some(problem) };
         self.record.push(info, Observations::default());
     }
 
     /// Takes a frame without an image, of which an external trajectory has the pose.
     pub(crate) fn process_without_image(&mut self, info: FrameInfo, observations: Observations) {
+        self.motion.skip(info.timestamp_ns);
         self.record.push(info, observations);
     }
 
@@ -103,9 +117,8 @@ impl FrontEnd {
 
     /// Ends the drive.
     pub(crate) fn finish(self) -> FrontEndRecord {
-        let rows = self.record.frames.len();
         FrontEndRecord {
-            motion: self.motion.finish(rows),
+            motion: self.motion.finish(),
             road_measurements: self.scale.measurements().to_vec(),
             ..self.record
         }

@@ -68,6 +68,11 @@ impl FrontEndRecord {
         self.keypoints.push(observations.keypoints);
     }
 
+    /// Times of all frames \[ns\].
+    pub fn timestamps_ns(&self) -> Vec<i64> {
+        self.frames.iter().map(|f| f.timestamp_ns).collect()
+    }
+
     /// Everything known after the first `rows` frames, by the final motion.
     pub fn view(&self, rows: usize) -> FrontEndView<'_> {
         let known = self.road_measurements.partition_point(|m| m.frame < rows);
@@ -90,7 +95,7 @@ pub struct FrontEndView<'a> {
     pub detections: &'a [Vec<Detection>],
     /// Keypoints of each frame.
     pub keypoints: &'a [Vec<VehicleKeypoints>],
-    /// The camera's motion up to scale; an external trajectory may hold later frames too.
+    /// The camera's motion up to scale; may hold later frames too.
     pub motion: &'a OdometryTrajectory,
     /// Measurements of the road, in order of frames.
     pub road_measurements: &'a [RoadMeasurement],

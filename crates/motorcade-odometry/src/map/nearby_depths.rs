@@ -1,4 +1,4 @@
-//! The depth to expect at a pixel, from landmarks around it.
+//! Expected depth at a pixel, from the landmarks around it.
 
 use motorcade_geometry::{Camera, Pose, World, robust::median};
 use nalgebra::Point2;
@@ -6,7 +6,7 @@ use nalgebra::Point2;
 use super::landmark::Landmark;
 use crate::buffer::make_room;
 
-/// Depths of landmarks by their place in the image: the guess for those that have none yet.
+/// Depths of landmarks by their pixel: the initial guess for corners without a position.
 #[derive(Default)]
 pub(crate) struct NearbyDepths {
     /// Pixel and inverse depth.
@@ -14,7 +14,7 @@ pub(crate) struct NearbyDepths {
 }
 
 impl NearbyDepths {
-    /// Forgets what was and takes the landmarks as a camera at this pose sees them.
+    /// Replaces the depths by those of the landmarks in a camera at this pose.
     pub(crate) fn refill(&mut self, landmarks: &[Landmark], camera_from_world: &Pose<Camera, World>) {
         let one = |l: &Landmark| {
             let z = camera_from_world.transform_point(&l.point_in_world?).z;
@@ -26,7 +26,8 @@ impl NearbyDepths {
     pub(crate) fn make_room(&mut self, landmarks: usize) {
         make_room(&mut self.known, landmarks);
     }
-    /// Median depth of the five nearest; rows count four times columns, since on a road depth changes from row to row.
+    /// Median depth of the five nearest landmarks. Vertical distances count fourfold, because on a road depth changes from row
+    /// to row; both numbers affect only the start of tracking.
     pub(crate) fn around(&self, pixel: &Point2<f64>) -> Option<f64> {
         const NEIGHBOURS: usize = 5;
         let mut nearest = [(f64::MAX, 0.0); NEIGHBOURS];

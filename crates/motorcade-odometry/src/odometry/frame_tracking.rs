@@ -1,116 +1,140 @@
-//! Advancing a map: landmarks are followed, the camera located, keyframes taken.
-
-use std::sync::Arc;
+//! Tracking of a frame against the map.
 
 use motorcade_geometry::robust::median;
 use nalgebra::{Matrix2, Point2, Point3};
 
-use super::{CameraFromCamera, CameraFromWorld, Odometry, Scratch};
-use crate::map::Keyframe;
-use crate::map::Landmark;
-use crate::map::{Observation, PoseEstimate};
-use crate::tracking::Pyramid;
-use crate::tracking::detect;
-use crate::tracking::{Place, StaticMask};
-use crate::tracking::{Request, track_checked};
+use super::scratch::Scratch;
+use super::velocity::Velocity;
+use super::{CameraFromWorld, Frame, LastFrame, Odometry};
+use crate::map::{Landmark, Observation, PoseEstimate};
+use crate::time::nanoseconds;
+use crate::tracking::{PixelClass, Pyramid, Request, StaticMask, track_checked};
 use crate::trajectory::FrameStatus;
 
 impl Odometry {
-    pub(super) fn advance(&mut self, pyramid: &Arc<Pyramid>, mask: &StaticMask<'_>) {
+    pub(super) fn track_frame(&mut self, frame: &Frame<'_>) {
         let mut scratch = std::mem::take(&mut self.scratch);
-        self.advance_with(&mut scratch, pyramid, mask);
+        self.track_with(&mut scratch, frame);
         self.scratch = scratch;
     }
 
-    fn advance_with(&mut self, scratch: &mut Scratch, pyramid: &Arc<Pyramid>, mask: &StaticMask<'_>) {
-        let Some((last_frame, last_pyramid, last_pose)) = self.last.take() else { return };
-        let frame = self.out.frames.len();
-        let predicted = (last_frame..frame).fold(last_pose, |pose, _| self.velocity.cast() * pose);
-        self.follow_landmarks([&last_pyramid, pyramid], [&last_pose, &predicted], mask, scratch);
-        let still = self.is_standstill(scratch);
-        let estimate = self.locate(&predicted, &last_pose, scratch);
-        let Some(estimate) = estimate else {
-            self.last = Some((last_frame, last_pyramid, last_pose));
-            self.failures += 1;
-            self.bridge();
-            if self.failures >= self.options.policy.give_up_after {
-                self.start_over(frame, pyramid, mask);
-            }
+    fn track_with(&mut self, scratch: &mut Scratch, frame: &Frame<'_>) {
+        let Some(last) = self.last.take() else { return };
+        let last_pose = last.camera_from_world;
+        let since_last_ns = frame.timestamp_ns - last.timestamp_ns;
+        let predicted = self.velocity.over(since_last_ns.max(0)) * last_pose;
+        self.track_landmarks(&last, frame, &predicted, scratch);
+        let standstill = self.test_standstill(frame.timestamp_ns, scratch);
+        let Some(estimate) = self.locate(&predicted, &last_pose, scratch) else {
+            self.last = Some(last);
+            self.fail(frame);
             return;
         };
-        self.failures = 0;
-        self.commit_pixels(&scratch.pixels, scratch.refiner.inliers());
+        let pose = if standstill.stands { last_pose } else { estimate.camera_from_world };
+        let motion = pose * last_pose.inverse();
+        let status = if standstill.stands { FrameStatus::Standstill } else { FrameStatus::Tracked };
+        let interval_ns = self.since_last_record_ns(frame.timestamp_ns);
+
+        self.failing_ns = 0;
+        self.commit_pixels(&scratch.pixels, scratch.refiner.inliers(), interval_ns);
         self.window.triangulate_tracked(&self.camera, &estimate.camera_from_world);
-        let pose = if still { last_pose } else { estimate.camera_from_world };
-        let step: CameraFromCamera = (pose * last_pose.inverse()).cast();
-        self.velocity = CameraFromCamera::exp(&(step.log() / (frame - last_frame) as f64));
-        self.record(&estimate, pose, if still { FrameStatus::Standstill } else { FrameStatus::Tracked });
-        self.last = Some((frame, pyramid.clone(), pose));
-        if !still && self.wants_keyframe(&mut scratch.values) {
-            self.add_keyframe(frame, pose, pyramid, mask);
-            self.last = Some((frame, pyramid.clone(), self.newest_pose(pose)));
+        self.velocity = Velocity::new(&motion.log(), since_last_ns, frame.number - last.frame);
+        self.record_tracked(frame.timestamp_ns, &estimate, pose, status);
+        let keyframe = !standstill.stands && self.needs_keyframe(&mut scratch.values);
+        if keyframe {
+            self.add_keyframe(frame, pose);
+        }
+        self.last = Some(LastFrame {
+            frame: frame.number,
+            timestamp_ns: frame.timestamp_ns,
+            pyramid: frame.pyramid.clone(),
+            camera_from_world: if keyframe { self.newest_pose(pose) } else { pose },
+        });
+        self.commit_standstill(standstill, frame.timestamp_ns);
+    }
+
+    /// Bridges a frame that could not be located; too many of them end the segment.
+    fn fail(&mut self, frame: &Frame<'_>) {
+        self.failing_ns += self.since_last_record_ns(frame.timestamp_ns).max(0);
+        self.bridge(frame.timestamp_ns);
+        if self.failing_ns >= nanoseconds(self.options.policy.give_up_s) {
+            self.start_segment(frame);
         }
     }
 
     /// Puts the new pixel of every landmark into the scratch.
-    fn follow_landmarks(
+    fn track_landmarks(
         &self,
-        [from, to]: [&Pyramid; 2],
-        [last_pose, predicted]: [&CameraFromWorld; 2],
-        mask: &StaticMask<'_>,
+        last: &LastFrame,
+        frame: &Frame<'_>,
+        predicted: &CameraFromWorld,
         scratch: &mut Scratch,
     ) {
-        /// A depth without parallax, in the segment's unit.
-        const FAR: f64 = 1e4;
-        let motion: CameraFromCamera = (*predicted * last_pose.inverse()).cast();
         let Scratch { pixels, depths, .. } = scratch;
-        depths.refill(&self.window.landmarks, last_pose);
-        let one = |landmark: &Landmark| {
-            let from_pixel = landmark.pixel?;
-            let known = landmark.point_in_world.and_then(|p| {
-                let (a, b) = (last_pose.transform_point(&p), predicted.transform_point(&p));
-                let expected = self.camera.project(&b)?;
-                // Where the map says it was may differ from where it was tracked: only the motion is predicted.
-                let motion = expected - self.camera.project(&a)?;
-                (motion.norm() < 0.25 * f64::from(self.camera.width))
-                    .then_some((from_pixel + motion, (b.z / a.z).clamp(0.5, 2.0)))
-            });
-            let request = match known {
-                Some((expected, ratio)) => Request {
-                    from: from_pixel,
-                    expected,
-                    from_offset: Matrix2::identity() * ratio,
-                    top_level: 2,
-                },
-                None => {
-                    let depth = depths.around(&from_pixel).unwrap_or(FAR);
-                    let seen = Point3::from(self.camera.ray(&from_pixel) * depth);
-                    let moved = motion.transform_point(&seen);
-                    let expected = self.camera.project(&moved).unwrap_or(from_pixel);
-                    let ratio = (moved.z / seen.z).clamp(0.5, 2.0);
-                    Request {
-                        from: from_pixel,
-                        expected,
-                        from_offset: Matrix2::identity() * ratio,
-                        top_level: 3,
-                    }
-                }
-            };
-            track_checked(from, to, &request, &self.options.klt).filter(|p| stays(landmark, mask.place(p)))
+        depths.refill(&self.window.landmarks, &last.camera_from_world);
+        let track = |landmark: &Landmark| {
+            let from = landmark.pixel?;
+            let request = self
+                .request_with_position(landmark, from, &last.camera_from_world, predicted)
+                .unwrap_or_else(|| {
+                    let depth = depths.around(&from).unwrap_or(self.options.policy.advanced.far_depth);
+                    self.request_at_depth(from, depth, &last.camera_from_world, predicted)
+                });
+            let to: &Pyramid = frame.pyramid;
+            track_checked(&last.pyramid, to, &request, &self.options.klt)
+                .filter(|p| stays_visible(landmark, frame.mask, p))
         };
         pixels.clear();
-        pixels.extend(self.window.landmarks.iter().map(one));
+        pixels.extend(self.window.landmarks.iter().map(track));
     }
 
-    fn is_standstill(&self, scratch: &mut Scratch) -> bool {
-        let Scratch { pixels, values: moves, .. } = scratch;
-        let seen = self.window.landmarks.iter().zip(pixels).filter(|(l, _)| l.is_static());
-        moves.clear();
-        moves.extend(seen.filter_map(|(l, p)| Some(((*p)? - l.pixel?).norm())));
-        let enough = moves.len() >= self.options.policy.least_inliers;
-        enough && median(moves).is_some_and(|m| m < self.options.policy.standstill_px)
+    /// Prediction of a landmark by its position; `None` without one, or when it is implausible.
+    fn request_with_position(
+        &self,
+        landmark: &Landmark,
+        from: Point2<f64>,
+        last_pose: &CameraFromWorld,
+        predicted: &CameraFromWorld,
+    ) -> Option<Request> {
+        let advanced = &self.options.klt.advanced;
+        let point = landmark.point_in_world?;
+        let (a, b) = (last_pose.transform_point(&point), predicted.transform_point(&point));
+        // Only the motion is predicted: the landmark may project beside its tracked pixel.
+        let motion = self.camera.project(&b)? - self.camera.project(&a)?;
+        let plausible = motion.norm() < advanced.longest_motion * f64::from(self.camera.width);
+        plausible.then(|| Request {
+            from,
+            expected: from + motion,
+            from_offset: Matrix2::identity() * self.growth(b.z / a.z),
+            top_level: advanced.landmark_level,
+        })
     }
 
+    /// Prediction of a corner without a position, at a depth.
+    fn request_at_depth(
+        &self,
+        from: Point2<f64>,
+        depth: f64,
+        last_pose: &CameraFromWorld,
+        predicted: &CameraFromWorld,
+    ) -> Request {
+        let motion = *predicted * last_pose.inverse();
+        let point = Point3::from(self.camera.ray(&from) * depth);
+        let moved = motion.transform_point(&point);
+        Request {
+            from,
+            expected: self.camera.project(&moved).unwrap_or(from),
+            from_offset: Matrix2::identity() * self.growth(moved.z / point.z),
+            top_level: self.options.klt.advanced.corner_level,
+        }
+    }
+
+    fn growth(&self, depth_ratio: f64) -> f64 {
+        let [least, most] = self.options.klt.advanced.growth;
+        depth_ratio.clamp(least, most)
+    }
+
+    /// Pose against the map.
     fn locate(
         &self,
         predicted: &CameraFromWorld,
@@ -124,93 +148,80 @@ impl Odometry {
         };
         observations.clear();
         observations.extend(self.window.landmarks.iter().zip(&*pixels).filter_map(observation));
-        let good = |e: &PoseEstimate| {
-            e.inlier_count >= self.options.policy.least_inliers
-                && 10 * e.inlier_count >= 4 * observations.len()
-        };
-        let mut from =
+        let policy = &self.options.policy;
+        let least_share = policy.advanced.least_inlier_share * observations.len() as f64;
+        let good =
+            |e: &PoseEstimate| e.inlier_count >= policy.least_inliers && e.inlier_count as f64 >= least_share;
+        let mut refine =
             |pose| refiner.refine(&self.camera, pose, observations, &self.options.pose).filter(good);
-        // A sudden turn or stop: begin from the pose before.
-        from(predicted).or_else(|| from(last_pose))
+        // After a sudden turn or stop the pose before is the better start.
+        refine(predicted).or_else(|| refine(last_pose))
     }
 
-    /// `inliers` of the landmarks that took part in the pose.
-    fn commit_pixels(&mut self, pixels: &[Option<Point2<f64>>], inliers: &[bool]) {
-        const STRIKES: u8 = 3;
-        let mut verdicts = inliers.iter();
+    /// Commits the tracked pixels. `inliers` has a flag for each landmark that took part in the pose.
+    fn commit_pixels(&mut self, pixels: &[Option<Point2<f64>>], inliers: &[bool], interval_ns: i64) {
+        let most_ns = nanoseconds(self.options.policy.advanced.outlier_s);
+        let mut flags = inliers.iter();
         for (landmark, pixel) in self.window.landmarks.iter_mut().zip(pixels) {
             if landmark.is_static() && landmark.point_in_world.is_some() && pixel.is_some() {
-                let inlier = verdicts.next().copied().unwrap_or(true);
-                landmark.strikes = if inlier { 0 } else { landmark.strikes + 1 };
+                let inlier = flags.next().copied().unwrap_or(true);
+                landmark.outlier_ns = if inlier { 0 } else { landmark.outlier_ns + interval_ns };
             }
             landmark.pixel = *pixel;
-            if landmark.strikes >= STRIKES {
+            if landmark.outlier_ns >= most_ns {
                 landmark.pixel = None;
                 landmark.point_in_world = None;
             }
         }
         self.window.landmarks.retain(|l| l.pixel.is_some() || l.point_in_world.is_some());
     }
+}
 
-    /// `flow` is scratch.
-    fn wants_keyframe(&self, flow: &mut Vec<f64>) -> bool {
-        let Some(newest) = self.window.newest() else { return false };
-        let seen_then = self.window.landmarks.iter().filter(|l| l.is_static()).filter_map(|l| {
-            l.sightings.last().filter(|(n, _)| *n == newest.number).map(|(_, then)| (l.pixel, then))
-        });
-        let mut total = 0;
-        flow.clear();
-        for (now, then) in seen_then {
-            total += 1;
-            flow.extend(now.map(|p| (p - then).norm()));
-        }
-        let kept = flow.len() as f64 / f64::from(total.max(1));
-        kept < self.options.policy.keyframe_kept
-            || median(flow).is_none_or(|m| m > self.options.policy.keyframe_flow_rad * self.camera.focal_px())
-    }
-
-    pub(super) fn add_keyframe(
-        &mut self,
-        frame: usize,
-        pose: CameraFromWorld,
-        pyramid: &Pyramid,
-        mask: &StaticMask<'_>,
-    ) {
-        let segment = self.out.keyframes.len() - 1;
-        let number = self.out.keyframes[segment].len();
-        self.out.keyframes[segment].push(pose);
-        self.window.push(Keyframe::new(number, pose));
-        self.window.triangulate(&self.camera);
-        self.window.adjust(&self.camera);
-        for keyframe in self.window.keyframes() {
-            self.out.keyframes[segment][keyframe.number] = keyframe.camera_from_world;
-        }
-        let record = &mut self.out.frames[frame];
-        record.segment = segment;
-        record.keyframe = number;
-        record.camera_from_keyframe = CameraFromCamera::identity();
-        record.status = FrameStatus::Tracked;
-        let occupied: Vec<Point2<f64>> = self.window.landmarks.iter().filter_map(|l| l.pixel).collect();
-        let allowed = |x: usize, y: usize| {
-            matches!(mask.place(&Point2::new(x as f64, y as f64)), Place::Scene | Place::Vehicle)
-        };
-        let fresh = detect(pyramid.level(0), &occupied, allowed, &self.options.corners);
-        self.window.landmarks.extend(fresh.into_iter().map(|p| {
-            let on_vehicle = (mask.place(&p) == Place::Vehicle).then_some(0);
-            Landmark { on_vehicle, ..Landmark::new(p, number) }
-        }));
-    }
-
-    pub(super) fn newest_pose(&self, fallback: CameraFromWorld) -> CameraFromWorld {
-        self.window.newest().map_or(fallback, |k| k.camera_from_world)
+/// False where a vehicle occludes a scene point. A point on a vehicle may leave a box that is drawn tight.
+fn stays_visible(landmark: &Landmark, mask: &StaticMask<'_>, pixel: &Point2<f64>) -> bool {
+    match mask.class(pixel) {
+        PixelClass::Scene => true,
+        PixelClass::Vehicle | PixelClass::BoxRim => landmark.is_on_vehicle(),
+        PixelClass::Excluded => false,
     }
 }
 
-/// A scene point that comes to lie in a vehicle's box is hidden by it; one on a vehicle may leave a box that is drawn tight.
-fn stays(landmark: &Landmark, place: Place) -> bool {
-    match place {
-        Place::Scene => true,
-        Place::Vehicle | Place::Rim => landmark.on_vehicle.is_some(),
-        Place::Forbidden => false,
+/// Outcome of the standstill test.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct StandstillTest {
+    pub stands: bool,
+    /// True when the reference pixels are old enough to be replaced.
+    renew: bool,
+}
+
+impl Odometry {
+    /// Tests the median image motion of the landmarks over at least `standstill_s`, which at high frame rates is several
+    /// frames; in between the last result holds until the motion exceeds the limit.
+    fn test_standstill(&self, timestamp_ns: i64, scratch: &mut Scratch) -> StandstillTest {
+        let policy = &self.options.policy;
+        let Scratch { pixels, values: motions, .. } = scratch;
+        let tracked = self.window.landmarks.iter().zip(pixels).filter(|(l, _)| l.is_static());
+        motions.clear();
+        motions.extend(tracked.filter_map(|(l, p)| Some(((*p)? - l.standstill_pixel?).norm())));
+        let enough = motions.len() >= policy.least_inliers;
+        let still = enough && median(motions).is_some_and(|m| m < policy.standstill_px);
+        let age_ns = timestamp_ns - self.standstill.reference_ns;
+        let renew = age_ns >= nanoseconds(policy.advanced.standstill_s) || age_ns < 0;
+        StandstillTest { stands: still && (renew || self.standstill.stands), renew }
+    }
+
+    fn commit_standstill(&mut self, test: StandstillTest, timestamp_ns: i64) {
+        self.standstill.stands = test.stands;
+        if test.renew {
+            self.renew_standstill_reference(timestamp_ns);
+        }
+    }
+
+    /// Takes the present pixels as the reference of the next standstill test.
+    pub(super) fn renew_standstill_reference(&mut self, timestamp_ns: i64) {
+        self.standstill.reference_ns = timestamp_ns;
+        for landmark in &mut self.window.landmarks {
+            landmark.standstill_pixel = landmark.pixel;
+        }
     }
 }

@@ -1,225 +1,208 @@
-//! Beginning a map: corners followed from a first frame until two views tell depth.
-
-use std::sync::Arc;
+//! Initialisation of a map: corners tracked from a first frame until two views determine depth.
 
 use motorcade_geometry::{
-    Camera, Pose, RelativePoseOptions, World, relative_pose, robust::median, triangulate_midpoint,
+    Camera, Pose, RelativePose, RelativePoseOptions, World, relative_pose, robust::median,
+    triangulate_midpoint,
 };
-use nalgebra::{Matrix2, Matrix6, Point2, Vector6};
+use nalgebra::{Matrix2, Point2, Vector3};
 
-use super::{CameraFromCamera, CameraFromWorld, Odometry};
-use crate::map::Landmark;
-use crate::map::{Keyframe, Window};
-use crate::map::{Observation, PoseRefiner};
-use crate::tracking::Pyramid;
-use crate::tracking::StaticMask;
-use crate::tracking::detect;
-use crate::tracking::{Request, track_checked};
-use crate::trajectory::{FrameStatus, fill};
+use super::velocity::Velocity;
+use super::{CameraFromWorld, Frame, LastFrame, Odometry};
+use crate::map::{Keyframe, Landmark, Window};
+use crate::time::ratio;
+use crate::tracking::{Pyramid, Request, detect, track_checked};
+use crate::trajectory::FrameStatus;
 
-/// Corners followed from the frame where the map may begin.
-pub(super) struct Beginning {
-    first_frame: usize,
-    first_pixels: Vec<Point2<f64>>,
-    /// Pixels per frame since, `None` where lost.
-    tracks: Vec<Vec<Option<Point2<f64>>>>,
+/// Corners tracked from the first frame of the map.
+pub(super) struct Initialisation {
+    pub first_frame: usize,
+    pub first_ns: i64,
+    pub first_pixels: Vec<Point2<f64>>,
+    /// Pixels in the frames since.
+    pub tracks: Vec<Tracks>,
+}
+
+/// Pixels of the first corners in a later frame.
+pub(super) struct Tracks {
+    pub timestamp_ns: i64,
+    /// `None` where lost.
+    pub pixels: Vec<Option<Point2<f64>>>,
+}
+
+/// Unit ray in each of the two views.
+type RayPair = (Vector3<f64>, Vector3<f64>);
+/// Index of a corner, and its pixel in the first and the present frame.
+type PixelPair = (usize, Point2<f64>, Point2<f64>);
+
+impl Initialisation {
+    /// Median image motion since the first frame \[px\].
+    fn flow_px(&self) -> f64 {
+        let Some(tracks) = self.tracks.last() else { return 0.0 };
+        let pairs = self.first_pixels.iter().zip(&tracks.pixels);
+        let mut flow: Vec<f64> = pairs.filter_map(|(a, b)| Some(((*b)? - a).norm())).collect();
+        median(&mut flow).unwrap_or(0.0)
+    }
+
+    /// Pixel of a corner in the newest frame, and where constant image motion leads it at `timestamp_ns`.
+    fn predict(&self, corner: usize, timestamp_ns: i64) -> Option<(Point2<f64>, Point2<f64>)> {
+        let first = self.first_pixels[corner];
+        let Some(newest) = self.tracks.last() else { return Some((first, first)) };
+        let from = newest.pixels[corner]?;
+        let (before, before_ns) = match self.tracks.len() {
+            1 => (Some(first), self.first_ns),
+            n => (self.tracks[n - 2].pixels[corner], self.tracks[n - 2].timestamp_ns),
+        };
+        let ahead = ratio(timestamp_ns - newest.timestamp_ns, newest.timestamp_ns - before_ns);
+        Some((from, before.map_or(from, |p| from + (from - p) * ahead)))
+    }
 }
 
 impl Odometry {
-    pub(super) fn begin(&mut self, pyramid: &Arc<Pyramid>, mask: &StaticMask<'_>) {
-        let frame = self.out.frames.len();
-        self.record_initialising();
-        let Some(mut beginning) = self.beginning.take() else {
-            self.restart_beginning(frame, pyramid, mask);
+    pub(super) fn initialise(&mut self, frame: &Frame<'_>) {
+        self.record_initialising(frame.timestamp_ns);
+        let Some(mut initialisation) = self.initialisation.take() else {
+            self.restart_initialisation(frame);
             return;
         };
-        let Some((_, previous, _)) = self.last.take() else { return };
-        let pixels = self.follow_freely(&previous, pyramid, &beginning, mask);
-        beginning.tracks.push(pixels);
-        let alive = beginning.tracks.last().map_or(0, |t| t.iter().flatten().count());
-        // A small or plain image has few corners: half of those it had are enough, if they are not too few for two views.
-        const LEAST_TRACKS: usize = 20;
-        let enough = (beginning.first_pixels.len() / 2)
-            .clamp(LEAST_TRACKS, self.options.policy.begin_tracks.max(LEAST_TRACKS));
-        if alive < enough {
-            self.restart_beginning(frame, pyramid, mask);
+        let Some(last) = self.last.take() else { return };
+        let pixels = self.track_corners(&last.pyramid, frame, &initialisation);
+        let alive = pixels.iter().flatten().count();
+        initialisation.tracks.push(Tracks { timestamp_ns: frame.timestamp_ns, pixels });
+        if alive < self.tracks_needed(initialisation.first_pixels.len()) {
+            self.restart_initialisation(frame);
             return;
         }
-        let flow = median_flow(&beginning.first_pixels, beginning.tracks.last());
-        // Never below a few pixels, where the noise of tracking would pass for parallax.
-        const LEAST_FLOW_PX: f64 = 4.0;
-        let ready = flow >= (self.options.policy.begin_flow_rad * self.camera.focal_px()).max(LEAST_FLOW_PX);
-        self.last = Some((frame, pyramid.clone(), CameraFromWorld::identity()));
-        if flow < self.options.policy.standstill_px {
-            self.out.frames[frame].status = FrameStatus::Standstill;
-            // Still standing: keep only the first and the present frame, the ones between say the same.
-            beginning.tracks.truncate(beginning.tracks.len().saturating_sub(1).max(1));
+        let policy = &self.options.policy;
+        let flow_px = initialisation.flow_px();
+        let needed_px = (policy.begin_flow_rad * self.camera.focal_px()).max(policy.advanced.begin_flow_px);
+        self.last = Some(first_view(frame));
+        if flow_px < policy.standstill_px {
+            self.trajectory.frames[frame.number].status = FrameStatus::Standstill;
+            // While standing, only the first and the present frame are kept.
+            initialisation.tracks.truncate(initialisation.tracks.len().saturating_sub(1).max(1));
+            if let Some(tracks) = initialisation.tracks.last_mut() {
+                tracks.timestamp_ns = frame.timestamp_ns;
+            }
         }
-        if ready && self.try_to_begin(frame, &beginning, pyramid, mask) {
+        if flow_px >= needed_px && self.try_to_initialise(frame, &initialisation) {
             return;
         }
-        self.beginning = Some(beginning);
+        self.initialisation = Some(initialisation);
     }
 
-    pub(super) fn restart_beginning(&mut self, frame: usize, pyramid: &Arc<Pyramid>, mask: &StaticMask<'_>) {
-        let allowed = |x: usize, y: usize| mask.allows(&Point2::new(x as f64, y as f64));
-        let first_pixels = detect(pyramid.level(0), &[], allowed, &self.options.corners);
-        self.beginning = Some(Beginning { first_frame: frame, first_pixels, tracks: Vec::new() });
-        self.last = Some((frame, pyramid.clone(), CameraFromWorld::identity()));
+    pub(super) fn restart_initialisation(&mut self, frame: &Frame<'_>) {
+        let allowed = |x: usize, y: usize| frame.mask.allows(&Point2::new(x as f64, y as f64));
+        let first_pixels = detect(frame.pyramid.level(0), &[], allowed, &self.options.corners);
+        self.initialisation = Some(Initialisation {
+            first_frame: frame.number,
+            first_ns: frame.timestamp_ns,
+            first_pixels,
+            tracks: Vec::new(),
+        });
+        self.last = Some(first_view(frame));
     }
 
-    fn follow_freely(
+    /// Tracks that must be left of the first corners.
+    fn tracks_needed(&self, corners: usize) -> usize {
+        let policy = &self.options.policy;
+        let (least, most) = (policy.advanced.least_tracks, policy.begin_tracks);
+        ((policy.advanced.begin_kept * corners as f64) as usize).clamp(least, most.max(least))
+    }
+
+    fn track_corners(
         &self,
         previous: &Pyramid,
-        pyramid: &Pyramid,
-        beginning: &Beginning,
-        mask: &StaticMask<'_>,
+        frame: &Frame<'_>,
+        initialisation: &Initialisation,
     ) -> Vec<Option<Point2<f64>>> {
-        let before = beginning.tracks.last();
-        let one = |i: usize| {
-            let from = match before {
-                Some(tracks) => tracks[i]?,
-                None => beginning.first_pixels[i],
-            };
-            // The motion of the frame before, if any, is the best guess.
-            let guess = match beginning.tracks.len() {
-                0 => from,
-                1 => from + (from - beginning.first_pixels[i]),
-                n => beginning.tracks[n - 2][i].map_or(from, |p| from + (from - p)),
-            };
-            let request = Request { from, expected: guess, from_offset: Matrix2::identity(), top_level: 3 };
-            track_checked(previous, pyramid, &request, &self.options.klt).filter(|p| mask.allows(p))
+        let top_level = self.options.klt.advanced.corner_level;
+        let to: &Pyramid = frame.pyramid;
+        let track = |corner: usize| {
+            let (from, expected) = initialisation.predict(corner, frame.timestamp_ns)?;
+            let request = Request { from, expected, from_offset: Matrix2::identity(), top_level };
+            track_checked(previous, to, &request, &self.options.klt).filter(|p| frame.mask.allows(p))
         };
-        (0..beginning.first_pixels.len()).map(one).collect()
+        (0..initialisation.first_pixels.len()).map(track).collect()
     }
 
-    /// Two-view geometry between the first and the present frame; on success the map exists and earlier frames get poses.
-    fn try_to_begin(
-        &mut self,
-        frame: usize,
-        beginning: &Beginning,
-        pyramid: &Arc<Pyramid>,
-        mask: &StaticMask<'_>,
-    ) -> bool {
-        let Some(now) = beginning.tracks.last() else { return false };
-        let pairs: Vec<(usize, Point2<f64>, Point2<f64>)> =
-            (0..now.len()).filter_map(|i| Some((i, beginning.first_pixels[i], now[i]?))).collect();
-        let rays: Vec<_> = pairs.iter().map(|(_, a, b)| (self.camera.ray(a), self.camera.ray(b))).collect();
+    /// Two-view geometry between the first and the present frame; on success the map exists and earlier frames have poses.
+    fn try_to_initialise(&mut self, frame: &Frame<'_>, initialisation: &Initialisation) -> bool {
+        let Some(tracks) = initialisation.tracks.last() else { return false };
+        let first = &initialisation.first_pixels;
+        let pairs: Vec<PixelPair> =
+            (0..first.len()).filter_map(|i| Some((i, first[i], tracks.pixels[i]?))).collect();
+        let rays: Vec<RayPair> =
+            pairs.iter().map(|(_, a, b)| (self.camera.ray(a), self.camera.ray(b))).collect();
+        let advanced = &self.options.policy.advanced;
         let options = RelativePoseOptions {
             seed: self.options.seed,
-            ..RelativePoseOptions::for_pixel_noise(1.0, self.camera.focal_px())
+            ..RelativePoseOptions::for_pixel_noise(advanced.two_view_noise_px, self.camera.focal_px())
         };
         let Some(found) = relative_pose::<Camera, World>(&rays, &options) else { return false };
-        if 2 * found.inlier_count < pairs.len() {
+        if (found.inlier_count as f64) < advanced.two_view_inlier_share * pairs.len() as f64 {
             return false;
         }
-        let last_pose = found.b_from_a;
-        let cosine_limit = self.options.window.least_parallax_rad.cos();
-        let mut landmarks = Vec::new();
-        for ((i, a, b), (ray, inlier)) in pairs.iter().zip(rays.iter().zip(&found.inliers)) {
-            let mut landmark = Landmark::new(*a, 0);
-            landmark.pixel = Some(*b);
-            let triangulated = inlier.then(|| triangulate_midpoint(&ray.0, &ray.1, &last_pose)).flatten();
-            landmark.point_in_world = triangulated.filter(|(_, c)| *c < cosine_limit).map(|(p, _)| p);
-            landmarks.push((*i, landmark));
-        }
+        let mut landmarks = self.triangulate_pairs(&pairs, &rays, &found);
         let positioned = landmarks.iter().filter(|(_, l)| l.point_in_world.is_some()).count();
         if positioned < self.options.policy.least_inliers {
             return false;
         }
-        // Unit of length: the median depth becomes 15, a street's typical one in metres; the road gives the true scale later.
+        // Unit of length: the road gives the true scale later.
         let mut depths: Vec<f64> =
             landmarks.iter().filter_map(|(_, l)| l.point_in_world.map(|p| p.z)).collect();
-        let unit = 15.0 / median(&mut depths).unwrap_or(15.0).max(1e-9);
-        let last_pose = last_pose.scaled(unit);
+        let median_depth = advanced.median_depth;
+        let unit = median_depth / median(&mut depths).unwrap_or(median_depth).max(1e-9);
+        let last_pose = found.b_from_a.scaled(unit);
         for (_, landmark) in &mut landmarks {
             landmark.point_in_world = landmark.point_in_world.map(|p| p * unit);
         }
-        let segment = self.out.keyframes.len();
-        self.out.keyframes.push(vec![CameraFromWorld::identity()]);
-        self.fill_in_beginning(beginning, &landmarks, segment, frame, &last_pose);
-        self.window = Window::new(self.options.window);
-        self.held_height = None;
-        self.window.push(Keyframe::new(0, CameraFromWorld::identity()));
-        self.window.landmarks = landmarks.into_iter().map(|(_, l)| l).collect();
-        let steps = (frame - beginning.first_frame).max(1) as f64;
-        self.velocity = CameraFromCamera::exp(&(last_pose.log() / steps));
-        self.add_keyframe(frame, last_pose, pyramid, mask);
-        self.last = Some((frame, pyramid.clone(), self.newest_pose(last_pose)));
-        self.failures = 0;
-        let doubt = two_view_covariance(&last_pose) / steps;
-        self.out.frames[beginning.first_frame + 1..=frame].iter_mut().for_each(|r| r.covariance += doubt);
+        let frames = frame.number - initialisation.first_frame;
+        let elapsed_ns = frame.timestamp_ns - initialisation.first_ns;
+        self.velocity = Velocity::new(&last_pose.log(), elapsed_ns, frames);
+        self.trajectory.keyframes.push(vec![CameraFromWorld::identity()]);
+        self.fill_initial_poses(initialisation, &landmarks, frame, &last_pose);
+        self.start_map(frame, landmarks.into_iter().map(|(_, l)| l).collect(), last_pose);
+        self.add_two_view_covariance(initialisation.first_frame, frame.number, &last_pose);
         true
     }
 
-    /// Poses of the frames between the first and the present one, against the new map.
-    fn fill_in_beginning(
-        &mut self,
-        beginning: &Beginning,
-        landmarks: &[(usize, Landmark)],
-        segment: usize,
-        frame: usize,
-        last_pose: &CameraFromWorld,
-    ) {
-        let steps = (frame - beginning.first_frame).max(1) as f64;
-        let skipped = (frame - beginning.first_frame).saturating_sub(beginning.tracks.len());
-        let (mut before, mut refiner) = (CameraFromWorld::identity(), PoseRefiner::default());
-        for k in beginning.first_frame..frame {
-            // Frames skipped while standing share the first pose.
-            let along = (k - beginning.first_frame).saturating_sub(skipped);
-            let guess = CameraFromWorld::exp(&(last_pose.log() * (along as f64 / steps)));
-            let pixels = along.checked_sub(1).and_then(|t| beginning.tracks.get(t));
-            let refined = pixels.and_then(|pixels| {
-                let seen = |(i, l): &(usize, Landmark)| {
-                    Some(Observation { point_in_world: l.point_in_world?, pixel: pixels[*i]? })
-                };
-                let observations: Vec<_> = landmarks.iter().filter_map(seen).collect();
-                refiner.refine(&self.camera, &guess, &observations, &self.options.pose)
-            });
-            let record = &mut self.out.frames[k];
-            record.segment = segment;
-            record.keyframe = 0;
-            match refined.filter(|r| r.inlier_count >= self.options.policy.least_inliers) {
-                Some(estimate) => {
-                    before = estimate.camera_from_world;
-                    fill(record, &estimate);
-                }
-                // The first frame is the map's own origin.
-                None if k == beginning.first_frame => record.status = FrameStatus::Tracked,
-                None if along == 0 => record.status = FrameStatus::Standstill,
-                None => before = guess,
-            }
-            record.camera_from_keyframe = before.cast();
-        }
-        // Frames before the first one of this beginning (too dark, tracks lost) are taken to have gone at the speed of the
-        // map's first frames, for a second at most: before that nobody knows.
-        const BACKWARDS: i32 = 10;
-        let back = Pose::<Camera, Camera>::exp(&(last_pose.log() * (-1.0 / steps)));
-        let mut pose = CameraFromCamera::identity();
-        for (age, record) in (1..).zip(self.out.frames[..beginning.first_frame].iter_mut().rev()) {
-            if record.segment != usize::MAX {
-                break;
-            }
-            if age <= BACKWARDS {
-                pose = back * pose;
-            }
-            record.segment = segment;
-            record.keyframe = 0;
-            record.camera_from_keyframe = pose;
-        }
+    /// Landmarks of the tracked corners, with positions where the two views agree and have parallax.
+    fn triangulate_pairs(
+        &self,
+        pairs: &[PixelPair],
+        rays: &[RayPair],
+        found: &RelativePose<Camera, World>,
+    ) -> Vec<(usize, Landmark)> {
+        let cosine_limit = self.options.window.least_parallax_rad.cos();
+        let landmark = |(((i, a, b), ray), inlier): ((&PixelPair, &RayPair), &bool)| {
+            let triangulated =
+                inlier.then(|| triangulate_midpoint(&ray.0, &ray.1, &found.b_from_a)).flatten();
+            let point_in_world = triangulated.filter(|(_, c)| *c < cosine_limit).map(|(p, _)| p);
+            (*i, Landmark { pixel: Some(*b), point_in_world, ..Landmark::new(*a, 0) })
+        };
+        pairs.iter().zip(rays).zip(&found.inliers).map(landmark).collect()
+    }
+
+    /// A map of two keyframes, the first frame and the present one.
+    fn start_map(&mut self, frame: &Frame<'_>, landmarks: Vec<Landmark>, last_pose: CameraFromWorld) {
+        self.window = Window::new(self.options.window);
+        self.held_log_height = None;
+        self.window.push(Keyframe::new(0, CameraFromWorld::identity()));
+        self.window.landmarks = landmarks;
+        self.add_keyframe(frame, last_pose);
+        self.last = Some(LastFrame { camera_from_world: self.newest_pose(last_pose), ..first_view(frame) });
+        self.failing_ns = 0;
+        self.standstill.stands = false;
+        self.renew_standstill_reference(frame.timestamp_ns);
     }
 }
 
-/// What two views alone leave open (6×6 `[ω, ν]`): tracking against their map does not tell, its points err with them. Median
-/// errors on driving pairs (0.9 m ahead, 0.4 px of noise) are 0.015° of rotation and 0.33° of direction.
-fn two_view_covariance(pose: &CameraFromWorld) -> Matrix6<f64> {
-    let (turn, aside) = (0.02_f64.to_radians(), 0.4_f64.to_radians() * pose.translation().norm());
-    let sigmas = Vector6::new(turn, turn, turn, aside, aside, aside);
-    Matrix6::from_diagonal(&sigmas.component_mul(&sigmas))
-}
-
-fn median_flow(first: &[Point2<f64>], now: Option<&Vec<Option<Point2<f64>>>>) -> f64 {
-    let Some(now) = now else { return 0.0 };
-    let mut flow: Vec<f64> = first.iter().zip(now).filter_map(|(a, b)| Some(((*b)? - a).norm())).collect();
-    median(&mut flow).unwrap_or(0.0)
+/// A frame at the origin of its map.
+fn first_view(frame: &Frame<'_>) -> LastFrame {
+    LastFrame {
+        frame: frame.number,
+        timestamp_ns: frame.timestamp_ns,
+        pyramid: frame.pyramid.clone(),
+        camera_from_world: Pose::identity(),
+    }
 }

@@ -1,90 +1,132 @@
-//! Which vehicles stand, told by the landmarks on them.
+//! Classification of static vehicles by the landmarks on them.
 //!
 //! Points on a vehicle that moves along with the traffic still fit a static point, only at another depth: the one at which
-//! their image motion would be the camera's doing. The road under the vehicle tells the true depth; where both agree the
-//! vehicle stands, and its corners are landmarks as good as those of a house.
+//! the camera alone would cause their image motion. The road under the vehicle determines the true depth; where both agree
+//! the vehicle is static, and its corners are landmarks.
 
 use motorcade_geometry::BoundingBox;
 use motorcade_geometry::robust::quantile;
 use nalgebra::{Point2, Vector3};
 
-use super::{Odometry, Scratch};
-use crate::map::Landmark;
+use super::scratch::Scratch;
+use super::{FeedbackOptions, Odometry};
+use crate::map::{Carrier, Landmark};
+use crate::time::nanoseconds;
 
-/// Beyond this many camera heights (33 m for a car) a box's bottom edge does not tell depth well enough.
-const FARTHEST_HEIGHTS: f64 = 20.0;
-/// Depth of the near part of a vehicle over that of the road at its bottom edge: a quarter less for boxes that end above the
-/// tyres, a fifth more for bodies that recede. An oncoming vehicle shows 0.5 or less, one ahead in traffic 2 or more; within
-/// this range lie only those slower than about a fifth of the camera's speed.
-const DEPTH_RATIO: std::ops::RangeInclusive<f64> = 0.75..=1.2;
-/// Landmarks with a position that must speak.
-const LEAST_WITNESSES: usize = 4;
-/// A box that ends this near to the bottom of the image is cut off: its contact with the road is not seen \[px\].
-const CUT_OFF_PX: f64 = 3.0;
-
-enum Verdict {
-    Stands,
-    Moves,
+/// Classification of a vehicle in one frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum MotionClass {
+    Static,
+    Moving,
     Unknown,
 }
 
 impl Odometry {
-    /// Judges the vehicles of the last processed frame by the landmarks on them. `boxes` are its detections, `plane` the
-    /// road in the camera frame (m with `mᵀX = 1`, in the odometry's unit).
+    /// Classifies the vehicles of the last processed frame. `boxes` are its detections, `plane` the road in the camera frame
+    /// (m with `mᵀX = 1`, in the odometry's unit).
     pub fn classify_static_vehicles(&mut self, boxes: &[BoundingBox], plane: &Vector3<f64>) {
-        // The nearest vehicle, lowest in the image, hides those behind it.
+        // The nearest vehicle, lowest in the image, occludes those behind it.
         let owner = |p: &Point2<f64>| {
             let around = (0..boxes.len()).filter(|b| boxes[*b].contains(p.x, p.y));
             around.max_by(|a, b| boxes[*a].y2.total_cmp(&boxes[*b].y2))
         };
+        let interval_ns = self.newest_interval_ns();
         let mut scratch = std::mem::take(&mut self.scratch);
         let Scratch { owners, values: depths, .. } = &mut scratch;
-        let landmarks = self.window.landmarks.iter();
+        let on_vehicle = |l: &Landmark| l.pixel.filter(|_| l.is_on_vehicle());
         owners.clear();
-        owners.extend(landmarks.map(|l| l.on_vehicle.and(l.pixel).and_then(|p| owner(&p))));
-        for (index, rectangle) in boxes.iter().enumerate() {
+        owners.extend(self.window.landmarks.iter().map(|l| on_vehicle(l).and_then(|p| owner(&p))));
+        for (index, bbox) in boxes.iter().enumerate() {
             let own = || owners.iter().enumerate().filter(move |(_, o)| **o == Some(index)).map(|(i, _)| i);
-            let on_it = || own().map(|i| &self.window.landmarks[i]);
-            let verdict = self.verdict(rectangle, on_it, plane, depths);
+            let landmarks = || own().map(|i| &self.window.landmarks[i]);
+            let class = self.motion_class(bbox, landmarks, plane, depths);
             for landmark in own() {
-                let judged = self.window.landmarks[landmark].on_vehicle.unwrap_or(0);
-                self.window.landmarks[landmark].on_vehicle = Some(match verdict {
-                    Verdict::Stands => judged.saturating_add(1),
-                    Verdict::Moves => 0,
-                    Verdict::Unknown => judged,
-                });
+                let carrier = &mut self.window.landmarks[landmark].carrier;
+                *carrier = updated(*carrier, class, interval_ns, &self.options.feedback);
             }
         }
         self.scratch = scratch;
     }
 
+    /// Time between the last two frames \[ns\].
+    fn newest_interval_ns(&self) -> i64 {
+        match self.trajectory.frames.as_slice() {
+            [.., before, newest] => (newest.timestamp_ns - before.timestamp_ns).max(0),
+            _ => 0,
+        }
+    }
+
     /// `depths` is scratch.
-    fn verdict<'a, I: Iterator<Item = &'a Landmark>>(
+    fn motion_class<'a, I: Iterator<Item = &'a Landmark>>(
         &self,
-        rectangle: &BoundingBox,
-        on_it: impl Fn() -> I,
+        bbox: &BoundingBox,
+        landmarks: impl Fn() -> I,
         plane: &Vector3<f64>,
         depths: &mut Vec<f64>,
-    ) -> Verdict {
-        let Some((_, _, camera_from_world)) = &self.last else { return Verdict::Unknown };
-        let bottom = Point2::new(0.5 * (rectangle.x1 + rectangle.x2), rectangle.y2);
+    ) -> MotionClass {
+        let options = &self.options.feedback;
+        let Some(last) = &self.last else { return MotionClass::Unknown };
+        let bottom = Point2::new(0.5 * (bbox.x1 + bbox.x2), bbox.y2);
+        // Eq. (1): 1/z = mᵀ K⁻¹x.
         let inverse_depth = plane.dot(&self.camera.ray(&bottom));
-        let cut_off = rectangle.y2 > f64::from(self.camera.height) - CUT_OFF_PX;
-        if cut_off || inverse_depth * FARTHEST_HEIGHTS < plane.norm() {
-            return Verdict::Unknown;
+        let truncated = bbox.y2 > f64::from(self.camera.height) - options.truncated_px;
+        if truncated || inverse_depth * options.farthest_vehicle_heights < plane.norm() {
+            return MotionClass::Unknown;
         }
-        // A corner detected in the newest keyframe has had no time to show its depth.
-        let depth = |l: &Landmark| Some(camera_from_world.transform_point(&l.point_in_world?).z);
+        let depth = |l: &Landmark| Some(last.camera_from_world.transform_point(&l.point_in_world?).z);
         depths.clear();
-        depths.extend(on_it().filter_map(depth));
-        if depths.len() < LEAST_WITNESSES {
-            // Corners that two keyframes saw and that fit no static point: what they are on moves.
-            let unfitting = on_it().filter(|l| l.sightings.len() >= 2 && l.point_in_world.is_none());
-            return if unfitting.count() >= LEAST_WITNESSES { Verdict::Moves } else { Verdict::Unknown };
+        depths.extend(landmarks().filter_map(depth));
+        if depths.len() < options.least_landmarks {
+            // Corners that two keyframes observed and that fit no static point belong to a moving object.
+            let unfitting = landmarks().filter(|l| l.observations.len() >= 2 && l.point_in_world.is_none());
+            let moving = unfitting.count() >= options.least_landmarks;
+            return if moving { MotionClass::Moving } else { MotionClass::Unknown };
         }
-        match quantile(depths, 0.25) {
-            Some(near) if DEPTH_RATIO.contains(&(near * inverse_depth)) => Verdict::Stands,
-            _ => Verdict::Moves,
+        let [least, most] = options.static_depth_ratio;
+        match quantile(depths, options.near_share) {
+            Some(near) if (least..=most).contains(&(near * inverse_depth)) => MotionClass::Static,
+            _ => MotionClass::Moving,
+        }
+    }
+}
+
+/// The carrier after one more classification, `interval_ns` after the frame before.
+fn updated(carrier: Carrier, class: MotionClass, interval_ns: i64, options: &FeedbackOptions) -> Carrier {
+    match (class, carrier) {
+        (MotionClass::Moving, _) => Carrier::MovingVehicle { static_ns: 0 },
+        (MotionClass::Static, Carrier::MovingVehicle { static_ns }) => {
+            let static_ns = static_ns + interval_ns;
+            if static_ns >= nanoseconds(options.static_s) {
+                Carrier::StaticVehicle
+            } else {
+                Carrier::MovingVehicle { static_ns }
+            }
+        }
+        _ => carrier,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The same time is needed at every frame rate.
+    #[test]
+    fn a_vehicle_is_static_after_a_time_not_after_a_number_of_frames() {
+        let options = FeedbackOptions::default();
+        for rate in [5, 10, 25, 50] {
+            let interval_ns = 1_000_000_000 / rate;
+            let mut carrier = Carrier::MovingVehicle { static_ns: 0 };
+            let mut frames = 0;
+            while carrier != Carrier::StaticVehicle {
+                carrier = updated(carrier, MotionClass::Static, interval_ns, &options);
+                frames += 1;
+            }
+            let needed_s = frames as f64 / rate as f64;
+            assert!((0.25..0.25 + 1.0 / rate as f64).contains(&(needed_s + 1e-9)), "{rate}: {needed_s} s");
+            assert_eq!(updated(carrier, MotionClass::Unknown, interval_ns, &options), carrier);
+            let moving = updated(carrier, MotionClass::Moving, interval_ns, &options);
+            assert_eq!(moving, Carrier::MovingVehicle { static_ns: 0 });
         }
     }
 }

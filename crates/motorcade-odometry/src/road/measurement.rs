@@ -1,26 +1,27 @@
-//! What one frame says about road and scale, and how it reads once the whole way is known.
+//! Scale and tilt of the road by one frame, and their correction by the final trajectory.
 
-use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
+use nalgebra::{Matrix3, Vector3};
 
-use super::alignment::RoadPlane;
+use super::options::ProfileOptions;
+use super::plane::{RoadPlane, coordinates};
 use super::profile::{Curvature, driven_curvature};
+use super::state::RoadState;
 use crate::trajectory::OdometryTrajectory;
 
-/// What one frame says about road and scale.
+/// Scale and tilt of the road by one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoadMeasurement {
     /// Frame (row of the run).
     pub frame: usize,
     /// Earlier frame it was compared with.
     pub reference: usize,
-    /// `[log(|m|·height unit), pitch, roll]`: log of 1 / camera height in the odometry's unit, pitch and roll of the road
-    /// relative to the camera \[rad\].
-    pub value: Vector3<f64>,
-    /// Distance between the two cameras in the odometry's unit, as the poses stood then.
+    /// Height of the camera and tilt of the road.
+    pub state: RoadState,
+    /// Distance between the two cameras in the odometry's unit, by the poses at that time.
     pub baseline: f64,
-    /// Covariance of the value (3×3) as the pixels tell it.
+    /// Covariance of the state (3×3) from the pixels.
     pub covariance: Matrix3<f64>,
-    /// The road's vertical curvature, where it was looked for.
+    /// The road's vertical curvature, where it was estimated.
     pub curvature: Option<RoadCurvature>,
     /// Share of the road pixels that agree.
     pub agreement: f64,
@@ -28,24 +29,24 @@ pub struct RoadMeasurement {
     pub pixels: usize,
 }
 
-/// What the pixels say of the road's vertical curvature, and what they could not keep apart from it.
+/// The road's vertical curvature by the pixels, and its correlation with the measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoadCurvature {
     /// Curvature times the camera's height, positive at the foot of a hill.
     pub value: f64,
     /// Its variance.
     pub variance: f64,
-    /// Its covariance with the value of the measurement (3).
-    pub shared: Vector3<f64>,
-    /// Standard deviation, about zero, that was assumed when it was found.
-    pub assumed_sigma: f64,
+    /// Its covariance with the state of the measurement (3×1).
+    pub cross_covariance: Vector3<f64>,
+    /// Standard deviation of its prior about zero.
+    pub prior_sigma: f64,
 }
 
-/// A measurement as the final poses read it.
+/// A measurement corrected by the poses of a trajectory.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reading {
-    /// As [`RoadMeasurement::value`].
-    pub value: Vector3<f64>,
+pub struct RoadEstimate {
+    /// Height of the camera and tilt of the road.
+    pub state: RoadState,
     /// Covariance (3×3).
     pub covariance: Matrix3<f64>,
 }
@@ -57,13 +58,13 @@ impl RoadMeasurement {
         let curvature = RoadCurvature {
             value: value.w,
             variance: covariance[(3, 3)],
-            shared: covariance.fixed_view::<3, 1>(0, 3).into_owned(),
-            assumed_sigma: plane.assumed_curvature_sigma,
+            cross_covariance: covariance.fixed_view::<3, 1>(0, 3).into_owned(),
+            prior_sigma: plane.prior_curvature_sigma,
         };
         Self {
             frame,
             reference,
-            value: value.xyz(),
+            state: RoadState::from_vector(&value.xyz()),
             baseline,
             covariance: covariance.fixed_view::<3, 3>(0, 0).into_owned(),
             curvature: Some(curvature),
@@ -72,62 +73,38 @@ impl RoadMeasurement {
         }
     }
 
-    /// The measurement by the poses as they stand now. The images told the baseline in camera heights: a later adjustment
-    /// that stretches the baseline stretches the height with it. And the way the camera took tells how the road is curved,
-    /// better than the pixels could.
-    pub fn read_by(&self, odometry: &OdometryTrajectory) -> Reading {
-        let pose = |k: usize| odometry.camera_from_world(k);
+    /// The measurement by the present poses of the trajectory: the images measured the baseline in camera heights, so a later
+    /// adjustment of the baseline scales the height with it; and the driven trajectory measures the road's curvature better
+    /// than the pixels.
+    pub fn corrected(&self, trajectory: &OdometryTrajectory, options: &ProfileOptions) -> RoadEstimate {
+        let pose = |k: usize| trajectory.camera_from_world(k);
         let now = pose(self.reference).zip(pose(self.frame));
         let now = now.map(|(a, b)| (a * b.inverse()).translation().norm()).filter(|l| *l > 1e-9);
         let stretched = now.map_or(0.0, |length| (self.baseline / length).ln());
-        let value = self.value + Vector3::new(stretched, 0.0, 0.0);
-        let flat = Reading { value, covariance: self.covariance };
-        let known = self.curvature.zip(driven_curvature(odometry, self.frame, &value));
-        known.map_or(flat, |(curvature, driven)| curvature.correct(&flat, &driven))
+        let log_inverse_height = self.state.log_inverse_height + stretched;
+        let state = RoadState { log_inverse_height, ..self.state };
+        let estimate = RoadEstimate { state, covariance: self.covariance };
+        let known = self.curvature.zip(driven_curvature(trajectory, self.frame, &state, options));
+        known.map_or(estimate, |(curvature, driven)| curvature.correct(&estimate, &driven))
     }
 }
 
 impl RoadCurvature {
-    /// The reading with the curvature that was driven in place of the one assumed.
-    fn correct(&self, reading: &Reading, driven: &Curvature) -> Reading {
-        // What the way adds to what was assumed already, as a measurement of its own.
-        let information = driven.sigma.powi(-2) - self.assumed_sigma.powi(-2);
+    /// The estimate with the driven curvature in place of the prior.
+    fn correct(&self, estimate: &RoadEstimate, driven: &Curvature) -> RoadEstimate {
+        // Information of the trajectory beyond the prior, as an independent measurement.
+        let information = driven.sigma.powi(-2) - self.prior_sigma.powi(-2);
         if information <= 0.0 {
-            return *reading;
+            return *estimate;
         }
         let (variance, mean) = (1.0 / information, driven.value * driven.sigma.powi(-2) / information);
-        let gain = self.shared / (self.variance + variance);
-        Reading {
-            value: reading.value + gain * (mean - self.value),
-            covariance: reading.covariance - gain * self.shared.transpose(),
+        let gain = self.cross_covariance / (self.variance + variance);
+        let state = estimate.state.to_vector() + gain * (mean - self.value);
+        RoadEstimate {
+            state: RoadState::from_vector(&state),
+            covariance: estimate.covariance - gain * self.cross_covariance.transpose(),
         }
     }
-}
-
-/// Unit normal of the road towards the camera, in the camera frame, from pitch and roll.
-///
-/// Pitch turns the far road up (a camera looking down has positive pitch), roll tips it sideways:
-/// `n ∝ −(tan roll, 1, tan pitch)`.
-pub fn road_normal(pitch_rad: f64, roll_rad: f64) -> Vector3<f64> {
-    -Vector3::new(roll_rad.tan(), 1.0, pitch_rad.tan()).normalize()
-}
-
-/// `[log|m|, pitch, roll, curvature · height]` of a plane m with curvature c and the derivative by both (4×4).
-fn coordinates(m: &Vector3<f64>, curvature: f64) -> (Vector4<f64>, Matrix4<f64>) {
-    let norm2 = m.norm_squared();
-    // c = κ/(2d) and the camera's height d = 1/|m|.
-    let curved = 2.0 * curvature / norm2;
-    let value = Vector4::new(0.5 * norm2.ln(), (m.z / m.y).atan(), (m.x / m.y).atan(), curved);
-    let (yz, yx) = (m.y * m.y + m.z * m.z, m.y * m.y + m.x * m.x);
-    let by_norm = -2.0 * curved / norm2;
-    #[rustfmt::skip]
-    let jacobian = Matrix4::new(
-        m.x / norm2,   m.y / norm2,   m.z / norm2,   0.0,
-        0.0,           -m.z / yz,     m.y / yz,      0.0,
-        m.y / yx,      -m.x / yx,     0.0,           0.0,
-        by_norm * m.x, by_norm * m.y, by_norm * m.z, 2.0 / norm2,
-    );
-    (value, jacobian)
 }
 
 #[cfg(test)]
@@ -135,24 +112,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn coordinates_match_their_derivative_and_the_normal() {
-        let (m, curvature) = (Vector3::new(0.01, 0.55, 0.02), 4e-4);
-        let (value, jacobian) = coordinates(&m, curvature);
-        for k in 0..4 {
-            let (mut moved, mut bent) = (m, curvature);
-            if k < 3 {
-                moved[k] += 1e-7
-            } else {
-                bent += 1e-7
-            }
-            assert!(((coordinates(&moved, bent).0 - value) / 1e-7 - jacobian.column(k)).norm() < 1e-5);
-        }
-        assert!((road_normal(value.y, value.z) + m.normalize()).norm() < 1e-12);
-    }
-
-    #[test]
-    fn a_known_curvature_takes_the_place_of_the_one_assumed() {
-        // One number x and the curvature b, seen together as x + 2 b = 0.01 with a deviation of 0.001, b assumed 0 ± 0.001.
+    fn a_driven_curvature_replaces_the_prior() {
+        // One number x and the curvature b, measured as x + 2 b = 0.01 with a deviation of 0.001; prior of b: 0 ± 0.001.
         let information = |sigma_b: f64| {
             let row = nalgebra::Vector2::new(1.0, 2.0) / 1e-3;
             row * row.transpose() + nalgebra::Matrix2::new(1e-6, 0.0, 0.0, sigma_b.powi(-2))
@@ -166,18 +127,18 @@ mod tests {
         let curvature = RoadCurvature {
             value: first.y,
             variance: before[(1, 1)],
-            shared: Vector3::new(before[(0, 1)], 0.0, 0.0),
-            assumed_sigma: 1e-3,
+            cross_covariance: Vector3::new(before[(0, 1)], 0.0, 0.0),
+            prior_sigma: 1e-3,
         };
-        let reading = Reading {
-            value: Vector3::new(first.x, 0.0, 0.0),
+        let estimate = RoadEstimate {
+            state: RoadState { log_inverse_height: first.x, pitch_rad: 0.0, roll_rad: 0.0 },
             covariance: Matrix3::from_diagonal(&Vector3::new(before[(0, 0)], 1.0, 1.0)),
         };
-        let corrected = curvature.correct(&reading, &Curvature { value: 4e-3, sigma: 2e-4 });
+        let corrected = curvature.correct(&estimate, &Curvature { value: 4e-3, sigma: 2e-4 });
         let (second, after) = solve(4e-3, 2e-4);
-        assert!((corrected.value.x - second.x).abs() < 1e-9);
+        assert!((corrected.state.log_inverse_height - second.x).abs() < 1e-9);
         assert!((corrected.covariance[(0, 0)] - after[(0, 0)]).abs() < 1e-12);
-        // A way that tells less than was assumed changes nothing.
-        assert_eq!(curvature.correct(&reading, &Curvature { value: 4e-3, sigma: 2e-3 }), reading);
+        // A trajectory less informative than the prior changes nothing.
+        assert_eq!(curvature.correct(&estimate, &Curvature { value: 4e-3, sigma: 2e-3 }), estimate);
     }
 }

@@ -1,12 +1,12 @@
-//! Which pixels of a frame showed road, coarsely: remembered until the frame is the earlier one of an alignment.
+//! Road pixels of a frame on a coarse grid, kept while the frame serves as the earlier one of an alignment.
 
 use motorcade_geometry::PinholeCamera;
 use nalgebra::Point2;
 
-/// Side of a cell \[px\].
+/// Side of a cell \[px\]: the resolution against memory and time.
 const CELL_PX: usize = 4;
 
-/// A bit a cell, told by the pixel in its middle; road everywhere before it is filled.
+/// One flag per cell, evaluated at its central pixel; road everywhere before it is filled.
 #[derive(Clone, Debug, Default)]
 pub struct RoadPixels {
     columns: usize,
@@ -14,13 +14,13 @@ pub struct RoadPixels {
 }
 
 impl RoadPixels {
-    /// Road wherever one asks.
+    /// Road everywhere.
     pub fn everywhere() -> &'static Self {
         static EVERYWHERE: RoadPixels = RoadPixels { columns: 0, cells: Vec::new() };
         &EVERYWHERE
     }
 
-    /// Asks `usable` anew, cell by cell.
+    /// Evaluates `usable` for every cell.
     pub fn fill(&mut self, camera: &PinholeCamera, usable: impl Fn(&Point2<f64>) -> bool) {
         let count = |side: u32| (side as usize).div_ceil(CELL_PX);
         let middle = |i: usize| (i * CELL_PX) as f64 + 0.5 * (CELL_PX - 1) as f64;
@@ -33,8 +33,8 @@ impl RoadPixels {
         );
     }
 
-    /// Whether a pixel may be road; true outside the image, where there is nothing to compare with anyway.
-    pub fn holds(&self, p: &Point2<f64>) -> bool {
+    /// True when a pixel may be road, and outside the image, where nothing is compared.
+    pub fn contains(&self, p: &Point2<f64>) -> bool {
         let cell = |x: f64| (x + 0.5).max(0.0) as usize / CELL_PX;
         let column = cell(p.x);
         if column >= self.columns {
@@ -49,12 +49,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn cells_answer_for_their_middle() {
+    fn cells_are_evaluated_at_their_central_pixel() {
         let camera = PinholeCamera { fx: 100.0, fy: 100.0, cx: 10.0, cy: 10.0, width: 22, height: 17 };
         let mut pixels = RoadPixels::default();
         pixels.fill(&camera, |p| p.x > 8.0 && p.y > 4.0);
-        let holds = |x: f64, y: f64| pixels.holds(&Point2::new(x, y));
-        assert!(holds(9.0, 6.0) && holds(21.4, 16.4) && !holds(7.0, 6.0) && !holds(9.0, 3.0));
-        assert!(holds(40.0, 3.0) && holds(3.0, 40.0));
+        let contains = |x: f64, y: f64| pixels.contains(&Point2::new(x, y));
+        assert!(contains(9.0, 6.0) && contains(21.4, 16.4) && !contains(7.0, 6.0) && !contains(9.0, 3.0));
+        assert!(contains(40.0, 3.0) && contains(3.0, 40.0));
     }
 }

@@ -1,312 +1,260 @@
-//! The road plane from frame to frame: finds it, follows it, finds it again.
+//! The road plane from frame to frame: search, tracking, and search after a loss.
 
-use std::collections::VecDeque;
 use std::sync::Arc;
 
-use motorcade_geometry::{BoundingBox, Camera, PinholeCamera, Pose, World, robust::median};
+use motorcade_geometry::{BoundingBox, Camera, PinholeCamera, Pose, World};
 use nalgebra::{Point2, Vector3};
 
-use super::alignment::{RoadOptions, RoadPlane, RoadScratch, RoadView, align_road, search_scale};
+use super::alignment::align_road;
+use super::history::{EarlierFrame, RoadHistory};
 use super::measurement::RoadMeasurement;
+use super::options::{PlaneTrackingOptions, RoadOptions};
 use super::pixels::RoadPixels;
+use super::plane::RoadPlane;
+use super::plane_search::{PlaneSearch, near_anchor};
+use super::view::{RoadScratch, RoadView};
+use crate::time::{nanoseconds, seconds};
 use crate::tracking::Pyramid;
 
-/// What a frame offers for the road.
+/// A frame, for the road.
 #[derive(Clone, Copy)]
 pub struct RoadInput<'a> {
+    /// Number of the frame (row of the run).
+    pub frame: usize,
+    /// Time of the frame \[ns\].
+    pub timestamp_ns: i64,
+    /// Segment of the odometry.
+    pub segment: usize,
     /// The image.
     pub pyramid: &'a Arc<Pyramid>,
-    /// Boxes of all vehicles, moving or not: they hide the road here, and later where this frame is the earlier one.
+    /// Boxes of all vehicles, moving or not: they hide the road in this frame, and when it serves as the earlier one.
     pub vehicles: &'a [BoundingBox],
-    /// Whether a road mask stands behind the pixels that may be road.
+    /// True with a road mask.
     pub masked: bool,
 }
 
-/// A frame that later ones are compared with.
-struct Earlier {
-    frame: usize,
-    pyramid: Arc<Pyramid>,
-    road: RoadPixels,
-}
-
-/// How far below its box a vehicle's shadow on the road reaches, of the height of the box.
-const SHADOW: f64 = 0.15;
-/// The rim of a box is half vehicle, half road \[px\].
-const RIM_PX: f64 = 4.0;
-
-/// A box with the road that the vehicle darkens: shadows go along with vehicles.
-fn with_shadow(vehicle: &BoundingBox) -> BoundingBox {
-    BoundingBox { y2: vehicle.y2 + SHADOW * (vehicle.y2 - vehicle.y1), ..*vehicle }.grown(RIM_PX)
-}
-
-/// Follows the road plane through a drive.
+/// Tracks the road plane through a drive.
 pub struct RoadTracker {
     camera: PinholeCamera,
     options: RoadOptions,
-    ring: VecDeque<Earlier>,
-    spare: RoadPixels,
-    /// Present plane m in the odometry's unit, and the segment it belongs to.
+    history: RoadHistory,
+    /// Present plane m in the odometry's unit.
     plane: Option<Vector3<f64>>,
-    /// Logarithm of |m| over the last ten seconds: the odometry's unit is held, and a plane that creeps away from it is false.
+    /// Slow average of log |m|: the odometry's unit is held, so a plane that drifts away from it is false.
     anchor: Option<f64>,
     /// Normal of the last known plane: a new segment has another unit but the same camera.
     normal: Vector3<f64>,
-    /// Planes found while none is believed: in the middle of the lane, in the whole of it.
-    candidates: [Vec<Vector3<f64>>; 2],
-    /// Frames since none is believed.
-    sought: usize,
+    search: PlaneSearch,
     segment: usize,
-    failures: usize,
+    /// Time of failed alignments in a row \[ns\].
+    failing_ns: i64,
     /// Half width of the stretch without a road mask \[camera heights\].
     unmasked_half_width: f64,
     measurements: Vec<RoadMeasurement>,
     scratch: RoadScratch,
 }
 
-/// Frames that must agree on a plane before it is believed.
-const AGREEING: usize = 3;
-/// Frames in which only the middle of the lane is looked at for a new plane: a second.
-const MIDDLE_FIRST: usize = 10;
-/// A camera looks along the road within 11°, or what was found is no road \[rad\].
-const STEEPEST_RAD: f64 = 0.2;
-/// Change of the logarithm of the camera's height from one measurement to the next that is no measurement any more. Good ones
-/// scatter by 0.03.
-const FARTHEST_JUMP: f64 = 0.15;
-/// Change of it over many seconds that is none: the road inside the adjustment holds the odometry's unit to a few percent.
-const FARTHEST_DRIFT: f64 = 0.3;
-/// How fast the anchor follows \[per measurement\], and after how many frames of seeking in vain it is given up: ten seconds and
-/// three.
-const ANCHOR_RATE: f64 = 0.01;
-const DISTRUST_ANCHOR: usize = 30;
-/// Failed alignments in a row after which the plane is sought anew.
-const GIVE_UP: usize = 8;
-
 impl RoadTracker {
-    /// Knows nothing yet.
+    /// A tracker without a plane.
     pub fn new(camera: PinholeCamera, options: RoadOptions) -> Self {
         Self {
             camera,
             options,
-            ring: VecDeque::new(),
-            spare: RoadPixels::default(),
+            history: RoadHistory::default(),
             plane: None,
             anchor: None,
             normal: Vector3::y(),
-            candidates: [Vec::new(), Vec::new()],
-            sought: 0,
+            search: PlaneSearch::default(),
             segment: 0,
-            failures: 0,
+            failing_ns: 0,
             unmasked_half_width: options.unmasked_half_width_heights,
             measurements: Vec::new(),
             scratch: RoadScratch::default(),
         }
     }
 
-    /// All measurements so far.
+    /// All measurements so far, in order of frames.
     pub fn measurements(&self) -> &[RoadMeasurement] {
         &self.measurements
     }
 
-    /// The plane as last followed, in the odometry's unit; m with `mᵀX = 1`.
+    /// The tracked plane in the odometry's unit; m with `mᵀX = 1`.
     pub fn plane(&self) -> Option<Vector3<f64>> {
         self.plane
     }
 
-    /// Looks at frame `frame` of segment `segment`; `pose_of` gives `camera_from_world` of it and of earlier frames of the
-    /// segment, `usable` the pixels that may be road.
+    /// Processes a frame and returns its measurement, if the road could be aligned; frames less than
+    /// [`RoadOptions::interval_s`] after the last one are not aligned. `pose_of` gives `camera_from_world` of it and of earlier
+    /// frames of the segment, `usable` the pixels that may be road.
     pub fn process(
         &mut self,
-        frame: usize,
-        segment: usize,
-        sight: &RoadInput<'_>,
+        input: &RoadInput<'_>,
         pose_of: impl Fn(usize) -> Option<Pose<Camera, World>>,
         usable: impl Fn(&Point2<f64>) -> bool,
-    ) {
-        let half_width_heights =
-            if sight.masked { self.options.half_width_heights } else { self.unmasked_half_width };
-        let options = RoadOptions { half_width_heights, ..self.options };
-        if segment != self.segment {
-            (self.segment, self.plane, self.anchor, self.failures) = (segment, None, None, 0);
-            self.seek_anew();
-            self.ring.clear();
+    ) -> Option<RoadMeasurement> {
+        if input.segment != self.segment {
+            self.start_segment(input.segment);
         }
-        let road = self.road_pixels(sight, usable);
-        let usable = |p: &Point2<f64>| road.holds(p);
-        if let Some(current) = pose_of(frame) {
-            let measured = match self.plane {
-                Some(plane) => {
-                    self.follow(frame, sight.pyramid, plane, &current, &pose_of, &usable, &options)
+        let elapsed_ns = self.history.newest_ns().map_or(0, |before| input.timestamp_ns - before);
+        let is_first = self.history.newest_ns().is_none();
+        if !is_first && (0..nanoseconds(self.options.interval_s)).contains(&elapsed_ns) {
+            return None;
+        }
+        self.history.remove_before(input.timestamp_ns - nanoseconds(self.options.oldest_s));
+        let road = self.road_pixels(input, usable);
+        let measured = pose_of(input.frame).and_then(|camera_from_world| {
+            let current = Current { input, camera_from_world, elapsed_ns: elapsed_ns.max(0), road: &road };
+            match self.plane {
+                Some(plane) => self.track(&current, plane, &pose_of),
+                None => {
+                    self.search(&current, &pose_of);
+                    None
                 }
-                None => self.seek(sight.pyramid, &current, &pose_of, &usable, &options),
-            };
-            self.measurements.extend(measured);
-        }
-        self.ring.push_back(Earlier { frame, pyramid: sight.pyramid.clone(), road });
-        if self.ring.len() > self.options.oldest_frames {
-            self.spare = self.ring.pop_front().map(|e| e.road).unwrap_or_default();
-        }
+            }
+        });
+        let (frame, timestamp_ns, pyramid) = (input.frame, input.timestamp_ns, input.pyramid.clone());
+        self.history.push(EarlierFrame { frame, timestamp_ns, pyramid, road });
+        self.measurements.extend(measured);
+        measured
     }
 
-    /// Where this frame shows road, in the memory of a frame that nobody asks any more.
-    fn road_pixels(&mut self, sight: &RoadInput<'_>, usable: impl Fn(&Point2<f64>) -> bool) -> RoadPixels {
-        let mut road = std::mem::take(&mut self.spare);
-        // Beyond twice the stretch nobody will ask; nor above the horizon.
+    /// Forgets what belongs to the unit of the segment before.
+    fn start_segment(&mut self, segment: usize) {
+        (self.segment, self.plane, self.anchor, self.failing_ns) = (segment, None, None, 0);
+        self.search.reset();
+        self.history.clear();
+    }
+
+    /// Road pixels of this frame, for itself and for later ones.
+    fn road_pixels(&mut self, input: &RoadInput<'_>, usable: impl Fn(&Point2<f64>) -> bool) -> RoadPixels {
+        let mut road = self.history.take_spare();
+        let tracking = &self.options.advanced.tracking;
+        // Pixels beyond twice the stretch and above the horizon are never used.
         let reach = 2.0 * self.options.far_heights;
         let near = |p: &Point2<f64>| self.normal.dot(&self.camera.ray(p)) * reach > 1.0;
-        let hidden = |p: &Point2<f64>| sight.vehicles.iter().any(|v| with_shadow(v).contains(p.x, p.y));
+        let hidden =
+            |p: &Point2<f64>| input.vehicles.iter().any(|v| with_shadow(v, tracking).contains(p.x, p.y));
         road.fill(&self.camera, |p| near(p) && usable(p) && !hidden(p));
         road
     }
 
-    #[expect(clippy::too_many_arguments, reason = "the parts of one measurement")]
-    fn follow(
+    /// Options with the half width of this frame's stretch.
+    fn frame_options(&self, masked: bool) -> RoadOptions {
+        let half_width_heights =
+            if masked { self.options.half_width_heights } else { self.unmasked_half_width };
+        RoadOptions { half_width_heights, ..self.options }
+    }
+
+    /// Aligns a known plane.
+    fn track(
         &mut self,
-        frame: usize,
-        pyramid: &Arc<Pyramid>,
+        current: &Current<'_>,
         plane: Vector3<f64>,
-        current: &Pose<Camera, World>,
         pose_of: &impl Fn(usize) -> Option<Pose<Camera, World>>,
-        usable: &impl Fn(&Point2<f64>) -> bool,
-        options: &RoadOptions,
     ) -> Option<RoadMeasurement> {
-        // Below this no image motion tells the plane: standing, or a single step of walking pace.
-        let least = self.options.baseline_heights / plane.norm();
-        let (earlier, motion) = self.ring.iter().rev().find_map(|earlier| {
-            let motion: Pose<Camera, Camera> = (pose_of(earlier.frame)? * current.inverse()).cast();
-            (motion.translation().norm() >= least).then_some((earlier, motion))
-        })?;
+        // A shorter baseline, at standstill or walking pace, has too little parallax.
+        let least_baseline = self.options.baseline_heights / plane.norm();
+        let (earlier, motion) =
+            self.history.reference(&current.camera_from_world, pose_of, least_baseline)?;
+        let mut scratch = std::mem::take(&mut self.scratch);
         let reference = earlier.frame;
-        let view = RoadView {
-            camera: &self.camera,
-            current: pyramid,
-            reference: &earlier.pyramid,
-            road_in_reference: if self.options.both_pictures {
-                &earlier.road
-            } else {
-                RoadPixels::everywhere()
-            },
-            reference_from_current: motion,
-            guess: plane,
-        };
-        // Smooth asphalt has false minima, and they fit as well as the true one; but no camera rises by a seventh at once.
+        let view = self.view(current, earlier, motion, plane);
+        let options = self.frame_options(current.input.masked);
+        let tracking = &options.advanced.tracking;
+        // Smooth asphalt has false minima with residuals as small as the true one, but the camera's height does not jump.
         let anchor = self.anchor;
-        let near = |found: &RoadPlane| {
-            (found.m.norm() / plane.norm()).ln().abs() < FARTHEST_JUMP && anchored(anchor, &found.m)
+        let plausible = |found: &RoadPlane| {
+            (found.m.norm() / plane.norm()).ln().abs() < tracking.most_jump
+                && near_anchor(anchor, &found.m, tracking)
         };
-        let found = align_road(&view, usable, options, &mut self.scratch).filter(near);
+        let usable = |p: &Point2<f64>| current.road.contains(p);
+        let found = align_road(&view, usable, &options, &mut scratch).filter(plausible);
+        self.scratch = scratch;
         self.adapt_width(found.as_ref());
         let Some(found) = found else {
-            self.failures += 1;
-            if self.failures >= GIVE_UP {
-                (self.plane, self.failures) = (None, 0);
-                self.seek_anew();
+            self.failing_ns += current.elapsed_ns;
+            if self.failing_ns >= nanoseconds(tracking.give_up_s) {
+                (self.plane, self.failing_ns) = (None, 0);
+                self.search.reset();
             }
             return None;
         };
-        self.failures = 0;
-        // The guess follows slowly: one frame's noise must not carry the next one's start away.
-        const FOLLOW: f64 = 0.3;
-        let updated = plane + (found.m - plane) * FOLLOW;
+        self.failing_ns = 0;
+        let updated = plane + (found.m - plane) * tracking.gain;
         self.plane = Some(updated);
         self.normal = updated.normalize();
-        self.anchor = self.anchor.map(|a| a + ANCHOR_RATE * (found.m.norm().ln() - a));
-        Some(RoadMeasurement::new(frame, reference, motion.translation().norm(), &found))
+        let rate = (seconds(current.elapsed_ns) / tracking.anchor_s).min(1.0);
+        self.anchor = self.anchor.map(|a| a + rate * (found.m.norm().ln() - a));
+        Some(RoadMeasurement::new(current.input.frame, reference, motion.translation().norm(), &found))
     }
 
-    /// Looks at a wider stretch where the present one does not align or has too little texture, at a narrower one where it has
-    /// plenty.
+    /// Searches an unknown plane.
+    fn search(&mut self, current: &Current<'_>, pose_of: &impl Fn(usize) -> Option<Pose<Camera, World>>) {
+        let options = self.frame_options(current.input.masked);
+        let search = &options.advanced.search;
+        let least_baseline = search.baseline_heights * search.guess_units;
+        let Some((earlier, motion)) =
+            self.history.reference(&current.camera_from_world, pose_of, least_baseline)
+        else {
+            return;
+        };
+        let mut candidates = std::mem::take(&mut self.search);
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let view = self.view(current, earlier, motion, self.normal / search.guess_units);
+        let usable = |p: &Point2<f64>| current.road.contains(p);
+        let found = candidates.add(view, &usable, &options, self.anchor, current.elapsed_ns, &mut scratch);
+        (self.search, self.scratch) = (candidates, scratch);
+        if let Some((plane, anchor)) = found {
+            self.plane = Some(plane);
+            self.normal = plane.normalize();
+            self.anchor = anchor.or(Some(plane.norm().ln()));
+        }
+    }
+
+    fn view<'a>(
+        &'a self,
+        current: &Current<'a>,
+        earlier: &'a EarlierFrame,
+        reference_from_current: Pose<Camera, Camera>,
+        guess: Vector3<f64>,
+    ) -> RoadView<'a> {
+        let both = self.options.both_pictures;
+        RoadView {
+            camera: &self.camera,
+            current: current.input.pyramid,
+            reference: &earlier.pyramid,
+            road_in_reference: if both { &earlier.road } else { RoadPixels::everywhere() },
+            reference_from_current,
+            guess,
+        }
+    }
+
+    /// Widens the unmasked stretch when it does not align or has too little texture, narrows it when it has plenty.
     fn adapt_width(&mut self, found: Option<&RoadPlane>) {
-        const STEP: f64 = 1.1;
-        let wanted = self.options.unmasked_pixels;
+        let tracking = &self.options.advanced.tracking;
+        let wanted = tracking.unmasked_pixels;
         let factor = match found.map_or(0, |f| f.pixels) {
-            n if n < wanted => STEP,
-            n if n > 2 * wanted => 1.0 / STEP,
+            n if n < wanted => tracking.width_step,
+            n if n > 2 * wanted => 1.0 / tracking.width_step,
             _ => 1.0,
         };
         let narrow = self.options.unmasked_half_width_heights;
-        let wide = self.options.unmasked_widest_heights.max(narrow);
+        let wide = tracking.unmasked_widest_heights.max(narrow);
         self.unmasked_half_width = (self.unmasked_half_width * factor).clamp(narrow, wide);
     }
-
-    fn seek_anew(&mut self) {
-        self.candidates.iter_mut().for_each(Vec::clear);
-        self.sought = 0;
-    }
-
-    /// Searches the plane's distance over a wide range until a few frames agree.
-    fn seek(
-        &mut self,
-        pyramid: &Arc<Pyramid>,
-        current: &Pose<Camera, World>,
-        pose_of: &impl Fn(usize) -> Option<Pose<Camera, World>>,
-        usable: &impl Fn(&Point2<f64>) -> bool,
-        options: &RoadOptions,
-    ) -> Option<RoadMeasurement> {
-        // The odometry's unit makes a street's median depth 15: a car's camera is then 1 to 4 units high.
-        const GUESS_UNITS: f64 = 2.0;
-        let guess = self.normal / GUESS_UNITS;
-        let (earlier, motion) = self.ring.iter().rev().find_map(|earlier| {
-            let motion: Pose<Camera, Camera> = (pose_of(earlier.frame)? * current.inverse()).cast();
-            (motion.translation().norm() >= 0.3 * GUESS_UNITS).then_some((earlier, motion))
-        })?;
-        let view = RoadView {
-            camera: &self.camera,
-            current: pyramid,
-            reference: &earlier.pyramid,
-            road_in_reference: if self.options.both_pictures {
-                &earlier.road
-            } else {
-                RoadPixels::everywhere()
-            },
-            reference_from_current: motion,
-            guess,
-        };
-        // The middle of the lane first: where it is wet, the lane as a whole mirrors more of the sky than it shows of itself.
-        // Where the middle is too smooth to tell, the whole lane may.
-        let middle = options.half_width_heights.min(self.options.unmasked_widest_heights);
-        self.sought += 1;
-        let widths = [middle, options.half_width_heights];
-        let both = self.sought > MIDDLE_FIRST && widths[1] > widths[0];
-        let tried = if both { &widths[..] } else { &widths[..1] };
-        for (half_width_heights, candidates) in tried.iter().zip(&mut self.candidates) {
-            let options = RoadOptions { half_width_heights: *half_width_heights, ..*options };
-            let found = candidate(view, usable, &options, &mut self.scratch);
-            let anchor = self.anchor.filter(|_| self.sought <= DISTRUST_ANCHOR);
-            candidates.extend(found.filter(|m| anchored(anchor, m)));
-            if let Some(plane) = agreed(candidates) {
-                self.plane = Some(plane);
-                self.normal = plane.normalize();
-                self.anchor = anchor.or(Some(plane.norm().ln()));
-                break;
-            }
-        }
-        None
-    }
 }
 
-/// Whether a plane is as far away as the segment has had it so far.
-fn anchored(anchor: Option<f64>, m: &Vector3<f64>) -> bool {
-    anchor.is_none_or(|a| (m.norm().ln() - a).abs() < FARTHEST_DRIFT)
+/// The frame in work.
+struct Current<'a> {
+    input: &'a RoadInput<'a>,
+    camera_from_world: Pose<Camera, World>,
+    /// Time since the frame before \[ns\].
+    elapsed_ns: i64,
+    road: &'a RoadPixels,
 }
 
-/// The plane that one frame finds when nothing is known of its distance.
-fn candidate(
-    mut view: RoadView<'_>,
-    usable: &impl Fn(&Point2<f64>) -> bool,
-    options: &RoadOptions,
-    scratch: &mut RoadScratch,
-) -> Option<Vector3<f64>> {
-    view.guess = search_scale(&view, usable, options, scratch)?;
-    let found = align_road(&view, usable, options, scratch)?;
-    (found.m.angle(&Vector3::y()) < STEEPEST_RAD).then_some(found.m)
-}
-
-/// The mean of the candidates that agree, when they are enough, and more than half of all.
-fn agreed(candidates: &[Vector3<f64>]) -> Option<Vector3<f64>> {
-    let mut norms: Vec<f64> = candidates.iter().map(|m| m.norm()).collect();
-    let centre = median(&mut norms)?;
-    let near = |m: &&Vector3<f64>| (m.norm() / centre).ln().abs() < 0.1;
-    let agreeing: Vec<&Vector3<f64>> = candidates.iter().filter(near).collect();
-    let enough = agreeing.len() >= AGREEING && 2 * agreeing.len() > candidates.len();
-    enough.then(|| agreeing.iter().copied().sum::<Vector3<f64>>() / agreeing.len() as f64)
+/// A box with the vehicle's shadow, which moves with the vehicle.
+fn with_shadow(vehicle: &BoundingBox, options: &PlaneTrackingOptions) -> BoundingBox {
+    let y2 = vehicle.y2 + options.shadow * (vehicle.y2 - vehicle.y1);
+    BoundingBox { y2, ..*vehicle }.grown(options.rim_px)
 }

@@ -1,121 +1,27 @@
-//! Shi–Tomasi corners, spread over the image by a grid.
+//! Shi–Tomasi corners, distributed over the image by a grid.
 
 use nalgebra::Point2;
 
-use super::pyramid::Plane;
-
-/// Where and how densely corners are sought.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct CornerOptions {
-    /// Grid columns across the image; cells are square, at least 16 px.
-    pub columns: usize,
-    /// Corners a cell should hold, those already tracked included.
-    pub per_cell: usize,
-    /// Least distance between corners \[px\].
-    pub distance_px: f64,
-    /// Least smaller eigenvalue of the structure tensor, mean over the window \[(grey levels/px)²\]: above sensor noise.
-    pub least_eigenvalue: f32,
-    /// Corners nearer to the border are not used \[px\].
-    pub border_px: usize,
-}
-
-impl Default for CornerOptions {
-    fn default() -> Self {
-        Self { columns: 31, per_cell: 2, distance_px: 10.0, least_eigenvalue: 8.0, border_px: 12 }
-    }
-}
-
-/// Smaller eigenvalue of the 7×7 structure tensor at every pixel of a band of rows.
-struct EigenvalueMap {
-    width: usize,
-    values: Vec<f32>,
-}
-
-const HALF_WINDOW: usize = 3;
-
-impl EigenvalueMap {
-    fn new(plane: &Plane) -> Self {
-        let (w, h) = (plane.width(), plane.height());
-        let mut values = vec![0.0_f32; w * h];
-        let rows = 2 * HALF_WINDOW + 1;
-        let mut ring: Vec<[Vec<f32>; 3]> = (0..rows).map(|_| [0; 3].map(|_| vec![0.0; w])).collect();
-        let mut sums: [Vec<f32>; 3] = [0; 3].map(|_| vec![0.0; w]);
-        let inner = w - 2 * HALF_WINDOW;
-        let mut totals: [Vec<f32>; 3] = [0; 3].map(|_| vec![0.0; inner]);
-        for y in 0..h {
-            gradient_products(plane, y, &mut ring[y % rows]);
-            if y + 1 < rows {
-                continue;
-            }
-            // Summed anew each row: a running sum in f32 would drift.
-            for (k, sum) in sums.iter_mut().enumerate() {
-                sum.copy_from_slice(&ring[0][k]);
-                for row in &ring[1..] {
-                    sum.iter_mut().zip(&row[k]).for_each(|(s, v)| *s += v);
-                }
-            }
-            let out = &mut values[(y - HALF_WINDOW) * w..(y - HALF_WINDOW + 1) * w];
-            for (sum, total) in sums.iter().zip(&mut totals) {
-                // Column by column of the window, so that neighbouring pixels are summed side by side.
-                total.copy_from_slice(&sum[..inner]);
-                for k in 1..rows {
-                    total.iter_mut().zip(&sum[k..]).for_each(|(t, v)| *t += v);
-                }
-            }
-            for (x, out) in out[HALF_WINDOW..HALF_WINDOW + inner].iter_mut().enumerate() {
-                let (xx, xy, yy) = (totals[0][x], totals[1][x], totals[2][x]);
-                let (half_trace, half_diff) = (0.5 * (xx + yy), 0.5 * (xx - yy));
-                *out = (half_trace - (half_diff * half_diff + xy * xy).sqrt()) / (rows * rows) as f32;
-            }
-        }
-        Self { width: w, values }
-    }
-    fn at(&self, x: usize, y: usize) -> f32 {
-        self.values[y * self.width + x]
-    }
-    fn is_peak(&self, x: usize, y: usize) -> bool {
-        let v = self.at(x, y);
-        // Strict on one side, so that of a plateau of equal pixels exactly one survives.
-        (y - 1..=y + 1).all(|yy| {
-            (x - 1..=x + 1).all(|xx| {
-                let other = self.at(xx, yy);
-                if (yy, xx) < (y, x) { other < v } else { other <= v }
-            })
-        })
-    }
-}
-
-/// Products xx, xy, yy of the gradient along a row; zero on the image's rim.
-fn gradient_products(plane: &Plane, y: usize, out: &mut [Vec<f32>; 3]) {
-    let (w, h) = (plane.width(), plane.height());
-    if y == 0 || y + 1 >= h {
-        out.iter_mut().for_each(|row| row.fill(0.0));
-        return;
-    }
-    let (up, mid, down) = (plane.row(y - 1), plane.row(y), plane.row(y + 1));
-    let [xx, xy, yy] = out;
-    for x in 1..w - 1 {
-        let (gx, gy) = (0.5 * (mid[x + 1] - mid[x - 1]), 0.5 * (down[x] - up[x]));
-        (xx[x], xy[x], yy[x]) = (gx * gx, gx * gy, gy * gy);
-    }
-}
+use super::eigenvalues::{EigenvalueMap, HALF_WINDOW};
+use super::level::PyramidLevel;
+use super::options::CornerOptions;
 
 /// Finds new corners where `occupied` leaves room and `usable(x, y)` allows it. Order: cell by cell, strongest first.
 pub fn detect(
-    plane: &Plane,
+    image: &PyramidLevel,
     occupied: &[Point2<f64>],
     usable: impl Fn(usize, usize) -> bool,
     options: &CornerOptions,
 ) -> Vec<Point2<f64>> {
+    // Smaller cells would hold less than two corners at the default distance.
     const LEAST_CELL_PX: usize = 16;
-    let (w, h) = (plane.width(), plane.height());
+    let (w, h) = (image.width(), image.height());
     let cell = (w / options.columns.max(1)).max(LEAST_CELL_PX);
     let border = options.border_px.max(HALF_WINDOW + 2);
     if w <= 2 * border || h <= 2 * border {
         return Vec::new();
     }
-    let map = EigenvalueMap::new(plane);
+    let map = EigenvalueMap::new(image);
     let (columns, rows) = (w.div_ceil(cell), h.div_ceil(cell));
     let mut taken: Vec<Vec<Point2<f64>>> = vec![Vec::new(); columns * rows];
     let cell_of = |p: &Point2<f64>| {
@@ -169,11 +75,11 @@ mod tests {
     use image::{GrayImage, Luma};
 
     #[test]
-    fn finds_the_corners_of_a_square_and_respects_what_is_there() {
+    fn finds_the_corners_of_a_square_and_none_beside_existing_ones() {
         let image = GrayImage::from_fn(160, 120, |x, y| {
             Luma([if (50..90).contains(&x) && (40..80).contains(&y) { 200 } else { 40 }])
         });
-        let plane = Plane::from_gray(&image);
+        let plane = PyramidLevel::from_gray(&image);
         let options = CornerOptions::default();
         let found = detect(&plane, &[], |_, _| true, &options);
         for corner in [(50.0, 40.0), (89.0, 40.0), (50.0, 79.0), (89.0, 79.0)] {

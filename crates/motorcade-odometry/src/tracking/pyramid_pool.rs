@@ -1,4 +1,4 @@
-//! Pyramids that are filled again once nobody looks at them any more.
+//! Reuse of pyramids that are no longer referenced.
 
 use std::sync::Arc;
 
@@ -6,17 +6,17 @@ use image::GrayImage;
 
 use super::pyramid::Pyramid;
 
-/// The pyramids handed out, as many as are looked at together.
+/// Pyramids in use and free ones.
 #[derive(Default)]
 pub(crate) struct PyramidPool {
     handed_out: Vec<Arc<Pyramid>>,
 }
 
-/// Kept at most; twice what the road looks back on. Whoever holds more pays for new ones.
+/// Pyramids kept at most: twice what the road tracker references. It bounds memory and changes no result.
 const MOST: usize = 32;
 
 impl PyramidPool {
-    /// [`Pyramid::new`], in the memory of one that nobody else holds.
+    /// [`Pyramid::new`], in the memory of one without other references.
     pub(crate) fn pyramid(&mut self, image: &GrayImage, levels: usize) -> Arc<Pyramid> {
         for kept in &mut self.handed_out {
             if let Some(free) = Arc::get_mut(kept) {
@@ -38,7 +38,7 @@ mod tests {
     use image::Luma;
 
     #[test]
-    fn only_what_nobody_holds_is_filled_again() {
+    fn only_unreferenced_pyramids_are_reused() {
         let image = |grey: u8| GrayImage::from_pixel(40, 40, Luma([grey]));
         let mut pool = PyramidPool::default();
         let held = pool.pyramid(&image(10), 1);

@@ -73,8 +73,14 @@ fn estimate_unit(
     // Twice: with the unit known boxes are linked better.
     for _ in 0..2 {
         let Some(unit) = unit::of(vehicles, &trajectory.world_from_camera) else { break };
-        let motion = trajectory.in_metres(unit.metres, 0..record.frames.len());
-        *ego = EgoTrajectory::metric_within(&motion, &[], settings.height_m, unit.sigma);
+        let motion = trajectory.in_metres(unit.metres, 0..record.frames.len(), &record.timestamps_ns());
+        *ego = EgoTrajectory::metric(
+            &motion,
+            &[],
+            settings.height_m,
+            unit.sigma,
+            &settings.config.scale.advanced,
+        );
         *vehicles = vehicles_of_drive(record, ego, settings);
         found = Some(unit);
     }

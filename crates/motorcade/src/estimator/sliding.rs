@@ -10,9 +10,8 @@ use std::time::Instant;
 
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_multibody::{MultibodyGraph, WindowFrames};
-use motorcade_odometry::{EgoFrame, EgoTrajectory, RoadMeasurement, Uncertainty};
+use motorcade_odometry::{EgoFrame, EgoTrajectory, RoadMeasurement, RoadState, Uncertainty};
 use motorcade_vehicles::{GroundFrame, Tracker, VehicleTrajectory};
-use nalgebra::Vector3;
 
 use super::unit::{Unit, UnitEstimator};
 use super::vehicles::{VehicleInput, estimate_vehicles, ground_frames, times_s};
@@ -191,9 +190,11 @@ impl SlidingEstimator {
         settings: &Settings,
     ) -> Option<EgoTrajectory> {
         let (trajectory, unit) = (settings.external.trajectory.as_ref()?, self.unit?);
-        let motion = trajectory.in_metres(unit.metres, rows);
+        let timestamps_ns: Vec<i64> = view.frames[rows.clone()].iter().map(|f| f.timestamp_ns).collect();
+        let motion = trajectory.in_metres(unit.metres, rows, &timestamps_ns);
         let unseen = view.road_measurements.is_empty();
-        unseen.then(|| EgoTrajectory::metric_within(&motion, &[], settings.height_m, unit.sigma))
+        let advanced = &settings.config.scale.advanced;
+        unseen.then(|| EgoTrajectory::metric(&motion, &[], settings.height_m, unit.sigma, advanced))
     }
 
     /// Puts into each frame what is known of its pose in the world: what was known where the window begins, row `first`, and
@@ -218,7 +219,11 @@ impl SlidingEstimator {
     fn remember(&mut self, segment: usize, newest: Option<&EgoFrame>, height_m: f64) {
         let Some(frame) = newest.filter(|f| f.scale_measured) else { return };
         let up = frame.road_normal;
-        let value = Vector3::new((frame.scale / height_m).ln(), (up.z / up.y).atan(), (up.x / up.y).atan());
+        let state = RoadState {
+            log_inverse_height: (frame.scale / height_m).ln(),
+            pitch_rad: (up.z / up.y).atan(),
+            roll_rad: (up.x / up.y).atan(),
+        };
         let mut covariance = frame.road_tilt_covariance;
         // Pitch and roll stand in the upper left there.
         covariance = nalgebra::Matrix3::new(
@@ -235,7 +240,7 @@ impl SlidingEstimator {
         let measurement = RoadMeasurement {
             frame: 0,
             reference: 0,
-            value,
+            state,
             baseline: 1.0,
             covariance,
             curvature: None,

@@ -4,7 +4,7 @@
 
 use motorcade::{Config, FrameInfo, FrontEndRecord, Settings, Stopwatch};
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
-use motorcade_odometry::{OdometryTrajectory, RoadMeasurement};
+use motorcade_odometry::{OdometryTrajectory, RoadMeasurement, RoadState};
 use motorcade_perception::{BoundingBox, BoxConvention, Detection, VehicleClass};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -53,10 +53,15 @@ pub fn drive(frames: usize) -> FrontEndRecord {
         all.extend((parked > 8.0).then(|| boxed(parked, -4.0)));
         all
     };
+    let timestamps_ns: Vec<i64> = (0..poses.len() as i64).map(|k| k * 100_000_000).collect();
     let measured = |k: usize| RoadMeasurement {
         frame: k,
         reference: k - 2,
-        value: Vector3::new(-HEIGHT_M.ln() + 0.01 * (k as f64 * 0.7).sin(), 0.003 * (k as f64).sin(), 0.0),
+        state: RoadState {
+            log_inverse_height: -HEIGHT_M.ln() + 0.01 * (k as f64 * 0.7).sin(),
+            pitch_rad: 0.003 * (k as f64).sin(),
+            roll_rad: 0.0,
+        },
         baseline: (poses[k].translation() - poses[k - 2].translation()).norm(),
         covariance: Matrix3::from_diagonal(&Vector3::new(1e-5, 1e-6, 1e-6)),
         curvature: None,
@@ -71,7 +76,7 @@ pub fn drive(frames: usize) -> FrontEndRecord {
         keypoints: vec![Vec::new(); frames],
         detects_vehicles: true,
         road_measurements: (2..frames).map(measured).collect(),
-        motion: OdometryTrajectory::from_poses(&poses),
+        motion: OdometryTrajectory::from_poses(&poses, &timestamps_ns),
         stopwatch: Stopwatch::default(),
         warnings: Vec::new(),
         interrupted: false,

@@ -1,4 +1,4 @@
-//! A map begins within a second of driving, straight on or in a turn, and not before the car drives.
+//! A map is initialised within a second of driving, straight on or in a turn, and not before the car drives.
 
 mod common;
 
@@ -20,14 +20,14 @@ const STRAIGHT: (f64, f64) = (1.0, 0.0);
 const TURN: (f64, f64) = (0.6, 0.021);
 const STANDING: (f64, f64) = (0.0, 0.0);
 
-/// Where the camera is after each `(way [m], turn [rad])` per frame, first at the beginning.
+/// Positions of the camera after each step `(distance [m], turn [rad])`, starting with the first.
 fn places(steps: &[(f64, f64)]) -> Vec<Place> {
     let mut place = Place::default();
     let mut places = vec![place];
-    for (way_m, turn_rad) in steps {
+    for (distance_m, turn_rad) in steps {
         place.heading_rad += turn_rad;
-        place.across_m += way_m * place.heading_rad.sin();
-        place.along_m += way_m * place.heading_rad.cos();
+        place.across_m += distance_m * place.heading_rad.sin();
+        place.along_m += distance_m * place.heading_rad.cos();
         places.push(place);
     }
     places
@@ -47,14 +47,14 @@ fn noisy(place: &Place, rng: &mut ChaCha8Rng) -> GrayImage {
     image
 }
 
-/// Frames seen until a map began, and the odometry.
+/// Frame at which the map was initialised, and the odometry.
 fn drive(steps: &[(f64, f64)], options: OdometryOptions) -> (Option<usize>, OdometryTrajectory) {
     let mut rng = ChaCha8Rng::seed_from_u64(4);
     let mut odometry = Odometry::new(CAMERA, options);
     let mut began = None;
     for (frame, place) in places(steps).iter().enumerate() {
-        odometry.process(&noisy(place, &mut rng), &StaticMask::default());
-        if began.is_none() && !odometry.so_far().keyframes.is_empty() {
+        odometry.process(frame as i64 * 100_000_000, &noisy(place, &mut rng), &StaticMask::default());
+        if began.is_none() && !odometry.trajectory().keyframes.is_empty() {
             began = Some(frame);
         }
     }
@@ -65,8 +65,8 @@ fn poses(odometry: &OdometryTrajectory) -> Vec<Pose<World, Camera>> {
     (0..odometry.frames.len()).filter_map(|k| Some(odometry.camera_from_world(k)?.inverse())).collect()
 }
 
-/// Fails where the way from the first frame errs by a fiftieth of it, in the unit that fits the last, or the heading by what
-/// two pixels see.
+/// Fails where the distance from the first frame is off by a fiftieth, in the unit that fits the last frame, or the heading by
+/// two pixels.
 fn follows(found: &[Pose<World, Camera>], steps: &[(f64, f64)]) {
     let truth: Vec<_> = places(steps).iter().map(world_from_camera).collect();
     assert_eq!(found.len(), truth.len(), "every frame has a pose");
@@ -82,7 +82,7 @@ fn follows(found: &[Pose<World, Camera>], steps: &[(f64, f64)]) {
 }
 
 #[test]
-fn begins_within_a_second_of_driving() {
+fn initialises_within_a_second_of_driving() {
     for pace in [STRAIGHT, TURN] {
         let steps = [pace; 2 * SECOND];
         let (began, odometry) = drive(&steps, OdometryOptions::default());
@@ -92,9 +92,9 @@ fn begins_within_a_second_of_driving() {
     }
 }
 
-/// What the test above rests on: more parallax asked for than a second shows, and it would fail.
+/// The test above can fail: with ten times the parallax required a second is too short.
 #[test]
-fn waits_for_the_parallax_that_is_asked_for() {
+fn waits_for_the_required_parallax() {
     let policy = PolicyOptions::default();
     let policy = PolicyOptions { begin_flow_rad: 10.0 * policy.begin_flow_rad, ..policy };
     let options = OdometryOptions { policy, ..OdometryOptions::default() };
@@ -103,7 +103,7 @@ fn waits_for_the_parallax_that_is_asked_for() {
 }
 
 #[test]
-fn waits_while_the_car_stands_and_begins_within_a_second_of_its_start() {
+fn waits_at_standstill_and_initialises_within_a_second_of_driving() {
     let standing = 2 * SECOND;
     let steps = [[STANDING; SECOND], [STANDING; SECOND], [STRAIGHT; SECOND]].concat();
     let (began, odometry) = drive(&steps, OdometryOptions::default());
@@ -118,7 +118,7 @@ fn waits_while_the_car_stands_and_begins_within_a_second_of_its_start() {
 }
 
 #[test]
-fn a_pose_is_kept_while_the_car_stands() {
+fn the_pose_is_kept_at_standstill() {
     let (stop, start) = (2 * SECOND, 3 * SECOND);
     let steps = [[STRAIGHT; SECOND], [STRAIGHT; SECOND], [STANDING; SECOND], [STRAIGHT; SECOND]].concat();
     let (_, odometry) = drive(&steps, OdometryOptions::default());
