@@ -1,14 +1,20 @@
 //! `motorcade graph`.
 
+mod compare;
+mod info;
+mod optimise;
+#[cfg(test)]
+mod tests;
+
 use motorcade_graph::Options;
-use motorcade_graph::command::{
-    CompareReport, Differences, InfoReport, OptimiseReport, OptimiseRequest, compare, info, optimise,
-};
 use motorcade_graph::solver::{Control, Termination};
 
 use crate::arguments::{CompareArguments, GraphCommand, InfoArguments, OptimiseArguments};
 use crate::progress::interruption;
 use crate::{exit, files};
+use compare::{CompareReport, Differences, compare};
+use info::{InfoReport, info};
+use optimise::{OptimiseReport, OptimiseRequest, optimise};
 
 /// Works on g2o files.
 pub fn graph(command: &GraphCommand) -> anyhow::Result<u8> {
@@ -35,7 +41,7 @@ fn optimised(arguments: &OptimiseArguments) -> anyhow::Result<u8> {
             ..Options::default()
         },
         cost: arguments.cost,
-        robust: arguments.robust.clone(),
+        robust: arguments.robust,
         init: arguments.init,
         control: Control { cancel, progress: None },
     })?;
@@ -78,7 +84,7 @@ fn why(termination: Termination) -> &'static str {
     }
 }
 
-/// What reading a file met that its owner should know.
+/// Findings while reading a file, for its owner.
 fn met(clamped: usize, unknown: &std::collections::BTreeMap<String, usize>) -> Vec<String> {
     let mut lines = Vec::new();
     if clamped > 0 {

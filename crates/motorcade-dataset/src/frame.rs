@@ -60,6 +60,14 @@ impl Pixels {
 }
 
 impl Frame {
+    /// A grey image in memory, taken at a time \[ns\]. Row and number are 0: a caller that numbers frames sets `number`.
+    pub fn from_gray(image: GrayImage, timestamp_ns: i64) -> Self {
+        Self { index: 0, number: 0, timestamp_ns, pixels: Pixels::Gray(image), ignore: None }
+    }
+    /// A colour image in memory, otherwise as [`from_gray`](Self::from_gray).
+    pub fn from_rgb(image: RgbImage, timestamp_ns: i64) -> Self {
+        Self { index: 0, number: 0, timestamp_ns, pixels: Pixels::Rgb(image), ignore: None }
+    }
     /// Width and height \[px\].
     pub fn size(&self) -> (u32, u32) {
         self.pixels.size()

@@ -1,8 +1,8 @@
-//! What can go wrong.
+//! Errors.
 
 use std::path::PathBuf;
 
-use crate::VariableId;
+use crate::ids::{FactorId, VariableId};
 
 /// Errors of building, solving, reading and writing graphs.
 #[derive(Debug, thiserror::Error)]
@@ -11,12 +11,15 @@ pub enum GraphError {
     /// A factor or query names a variable the graph does not have (any more).
     #[error("variable {0} is not in the graph")]
     UnknownVariable(VariableId),
+    /// A factor, or its group, that the graph does not have (any more).
+    #[error("factor {0} or its group is not in the graph")]
+    UnknownFactor(FactorId),
     /// A factor asked for another type than the variable has.
     #[error("variable {variable} is not a {expected}")]
     WrongType {
         /// The variable.
         variable: VariableId,
-        /// What was asked for.
+        /// The type asked for.
         expected: &'static str,
     },
     /// The information matrix of a factor cannot be used.
@@ -25,11 +28,11 @@ pub enum GraphError {
     /// Sizes that do not fit together.
     #[error("{what}: expected {expected}, found {found}")]
     Size {
-        /// Of what.
+        /// The object.
         what: &'static str,
-        /// What was needed.
+        /// The size needed.
         expected: usize,
-        /// What came.
+        /// The size found.
         found: usize,
     },
     /// A residual or Jacobian is NaN or infinite at the start.
@@ -43,9 +46,9 @@ pub enum GraphError {
     /// An option out of its range.
     #[error("option {name}: {reason}")]
     Option {
-        /// Which.
+        /// The option.
         name: &'static str,
-        /// Why.
+        /// The reason.
         reason: String,
     },
     /// A line of a file cannot be used.
@@ -55,7 +58,7 @@ pub enum GraphError {
         path: PathBuf,
         /// Line, from 1.
         line: usize,
-        /// What is wrong and what to do.
+        /// The problem and its remedy.
         message: String,
     },
     /// Reading or writing failed.

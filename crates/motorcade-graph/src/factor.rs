@@ -1,24 +1,17 @@
-//! What a factor is, and its share of the normal equations.
+//! Factors, and their shares of the normal equations.
 
 use std::fmt;
 
+use motorcade_geometry::robust::Loss;
 use nalgebra::{
     DMatrixView, DMatrixViewMut, DVectorView, DVectorViewMut, Dim, IsContiguous, Matrix, RawStorage,
 };
 
 use crate::GraphError;
-use crate::values::{Values, VariableId};
+use crate::ids::VariableId;
+use crate::values::Values;
 
-/// Cost of a factor as a function of `s = rᵀ Ω r`, and its slope.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Loss {
-    /// ρ(s).
-    pub cost: f64,
-    /// ρ'(s): the weight of the factor in reweighted least squares.
-    pub weight: f64,
-}
-
-/// What a factor is made of apart from its residual.
+/// Variables and information of a factor.
 #[derive(Clone, Copy, Debug)]
 pub struct Terms<'a> {
     /// The variables the residual depends on, without repetition.
@@ -102,19 +95,34 @@ pub trait Factor: fmt::Debug + Send + Sync {
         None
     }
 
+    /// The measured pose `first_from_second` of the first two variables and its information (6×6, `[ω, ν]`), where it
+    /// depends on further variables: at their values.
+    fn relative_pose_at(&self, _values: &Values) -> Result<Option<MeasuredPose>, GraphError> {
+        Ok(None)
+    }
+
     /// The SE(2) measurement `first_from_second` behind a factor that compares two poses of the plane.
     fn relative_plane(&self) -> Option<&nalgebra::Isometry2<f64>> {
         None
     }
 }
 
-/// What a factor says about the motion between its two SE(3) variables.
+/// Measured motion between the two SE(3) variables of a factor.
 #[derive(Clone, Copy, Debug)]
 pub struct RelativePose<'a> {
     /// `first_from_second`.
     pub measurement: &'a nalgebra::Isometry3<f64>,
     /// Ω in `[ω, ν]` order.
     pub information: &'a nalgebra::Matrix6<f64>,
+}
+
+/// The measured motion between the first two SE(3) variables of a factor, at the values of the others.
+#[derive(Clone, Copy, Debug)]
+pub struct MeasuredPose {
+    /// `first_from_second`.
+    pub measurement: nalgebra::Isometry3<f64>,
+    /// Ω in `[ω, ν]` order.
+    pub information: nalgebra::Matrix6<f64>,
 }
 
 /// A factor's share of the normal equations, with the buffers to compute it.

@@ -1,4 +1,4 @@
-//! Online use: a window of recent variables, optimised warm, the past kept as a prior.
+//! Fixed-lag smoothing: a window of recent variables, optimised from the last solution, the past kept as a prior.
 
 use std::collections::VecDeque;
 
@@ -6,21 +6,29 @@ use nalgebra::DMatrix;
 
 use crate::GraphError;
 use crate::graph::Graph;
+use crate::ids::FactorId;
+use crate::ids::VariableId;
 use crate::marginalise::marginalise;
 use crate::marginals::Marginals;
 use crate::solver::{Options, Report, Solver};
-use crate::values::VariableId;
 
 /// A graph over the last `lag` frames. Cost and memory of a frame stay the same from start to end of a drive.
 ///
-/// For every frame: add its variables and factors through [`graph_mut`](Self::graph_mut), tell which variables
-/// belong to it with [`advance`](Self::advance), then [`optimise`](Self::optimise).
+/// For every frame: add its variables and factors through [`graph_mut`](Self::graph_mut), name the variables that
+/// belong to it in [`advance`](Self::advance), then [`optimise`](Self::optimise).
+///
+/// Factors may also be replaced while their frame is in the window, where measurements become better known:
+/// [`remove_measurements`](Self::remove_measurements) leaves only the priors of what was marginalised. A window without a
+/// limit ([`unbounded`](Self::unbounded)) is a batch problem; its frames leave by [`retire_oldest`](Self::retire_oldest)
+/// alone.
 #[derive(Debug)]
 pub struct FixedLag {
     graph: Graph,
     solver: Solver,
     lag: usize,
     frames: VecDeque<Vec<VariableId>>,
+    /// Priors of variables that were marginalised, increasing.
+    priors: Vec<FactorId>,
     /// True from a solve to the next change of the graph.
     solved: bool,
 }
@@ -36,8 +44,14 @@ impl FixedLag {
             solver: Solver::new(options)?,
             lag,
             frames: VecDeque::new(),
+            priors: Vec::new(),
             solved: false,
         })
+    }
+
+    /// A window that frames leave only by [`retire_oldest`](Self::retire_oldest).
+    pub fn unbounded(options: Options) -> Result<Self, GraphError> {
+        Self::new(usize::MAX, options)
     }
 
     /// The graph of the window.
@@ -56,21 +70,59 @@ impl FixedLag {
     pub fn advance(&mut self, variables: Vec<VariableId>) -> Result<Vec<VariableId>, GraphError> {
         self.solved = false;
         self.frames.push_back(variables);
-        if self.frames.len() <= self.lag {
-            return Ok(Vec::new());
+        if self.frames.len() <= self.lag { Ok(Vec::new()) } else { self.retire_oldest() }
+    }
+
+    /// Puts a variable into frame `index` of the window, the oldest being 0; it leaves with it.
+    pub fn assign(&mut self, index: usize, variable: VariableId) {
+        if let Some(frame) = self.frames.get_mut(index) {
+            frame.push(variable);
         }
+    }
+
+    /// Frames in the window.
+    pub fn len(&self) -> usize {
+        self.frames.len()
+    }
+
+    /// True before the first frame.
+    pub fn is_empty(&self) -> bool {
+        self.frames.is_empty()
+    }
+
+    /// Marginalises the oldest frame; returns its variables.
+    pub fn retire_oldest(&mut self) -> Result<Vec<VariableId>, GraphError> {
         let old = self.frames.pop_front().unwrap_or_default();
         let leaving: Vec<VariableId> =
             old.into_iter().filter(|&id| self.graph.values().value(id).is_ok()).collect();
-        marginalise(&mut self.graph, &leaving)?;
+        self.retire(&leaving)?;
         Ok(leaving)
+    }
+
+    /// Removes all factors but the priors of what was marginalised.
+    pub fn remove_measurements(&mut self) {
+        self.solved = false;
+        let measured = |id: &FactorId| self.priors.binary_search(id).is_err();
+        let gone: Vec<FactorId> = self.graph.factors().map(|(id, _)| id).filter(measured).collect();
+        self.graph.remove_factors(&gone);
     }
 
     /// Marginalises variables ahead of their time, for example all of a track that has ended: they are leaves and
     /// only join the cameras that saw them.
     pub fn retire(&mut self, variables: &[VariableId]) -> Result<(), GraphError> {
+        if variables.is_empty() {
+            return Ok(());
+        }
         self.solved = false;
-        marginalise(&mut self.graph, variables).map(|_| ())
+        let prior = marginalise(&mut self.graph, variables)?;
+        self.priors.retain(|id| self.graph.factor(*id).is_some());
+        self.priors.extend(prior);
+        Ok(())
+    }
+
+    /// Covariances of the window, linearised at the current values.
+    pub fn marginals(&self) -> Result<Marginals, GraphError> {
+        Marginals::new(&self.graph)
     }
 
     /// Optimises the window from its current values.
@@ -83,9 +135,9 @@ impl FixedLag {
     /// Covariance (dof × dof) of one variable of the window, the newest pose for example, given all that was ever
     /// measured up to now.
     ///
-    /// Right after [`optimise`](Self::optimise) it comes out of that solve's last factor, hence from the linearisation
-    /// before its last steps, and costs a few small dense products. Otherwise the window is linearised and factorised
-    /// anew.
+    /// Right after [`optimise`](Self::optimise) it is computed from that solve's last factor, hence from the linearisation
+    /// before its last steps, at the cost of a few small dense products. Otherwise the window is linearised and factorised
+    /// again.
     pub fn covariance(&self, variable: VariableId) -> Result<DMatrix<f64>, GraphError> {
         match self.solver.covariance(variable).filter(|_| self.solved) {
             Some(covariance) => Ok(covariance),
@@ -104,7 +156,7 @@ mod tests {
     use crate::generate::{DriveOptions, drive};
     use crate::manifold::Value;
 
-    /// What one frame costs, counted.
+    /// Work of one frame.
     #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
     struct Work {
         slots: usize,

@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::GraphError;
 use crate::factors::Between;
 use crate::graph::Graph;
-use crate::values::VariableId;
+use crate::ids::VariableId;
 
 /// A drive to generate.
 #[derive(Clone, Debug)]
@@ -71,7 +71,7 @@ impl Maker {
         first.inv_mul(second) * se3::exp(&error)
     }
 
-    /// Adds a variable started at `base · measurement` and the factor that says so.
+    /// Adds a variable started at `base · measurement` and its factor.
     fn chain(
         &mut self,
         base: VariableId,

@@ -1,21 +1,21 @@
 //! Variables and the factors between them.
 
+use motorcade_geometry::robust::Loss;
 use nalgebra::{DMatrixViewMut, DVectorViewMut};
 
 use crate::GraphError;
 use crate::factor::Factor;
+use crate::group::{GroupId, LossScale};
+use crate::ids::{FactorId, VariableId};
 use crate::manifold::{Manifold, Value};
-use crate::values::{Values, VariableId};
+use crate::values::Values;
 
-/// Name of a factor: factors are numbered from 0 in the order they were added.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct FactorId(u32);
-
-impl FactorId {
-    /// The number.
-    pub fn index(self) -> usize {
-        self.0 as usize
-    }
+/// A factor of a graph.
+#[derive(Debug)]
+pub(crate) struct Entry {
+    pub id: FactorId,
+    group: GroupId,
+    pub factor: Box<dyn Factor>,
 }
 
 /// A least-squares problem: minimise `Σ ρ(rᵀ Ω r)` over the variables that are not fixed.
@@ -24,7 +24,9 @@ pub struct Graph {
     values: Values,
     /// Increasing.
     fixed: Vec<VariableId>,
-    factors: Vec<(FactorId, Box<dyn Factor>)>,
+    factors: Vec<Entry>,
+    /// Scales of groups 1 and on; group 0, of all factors that were not assigned to one, has none.
+    groups: Vec<LossScale>,
     next_factor: u32,
     /// Changes whenever the pattern of the normal equations may have changed.
     version: u64,
@@ -102,15 +104,90 @@ impl Graph {
         let id = FactorId(self.next_factor);
         self.next_factor += 1;
         self.version += 1;
-        self.factors.push((id, factor));
+        self.factors.push(Entry { id, group: GroupId::default(), factor });
         Ok(id)
     }
 
     /// Removes a factor; the others keep their ids.
     pub fn remove_factor(&mut self, id: FactorId) -> Option<Box<dyn Factor>> {
-        let at = self.factors.binary_search_by_key(&id, |f| f.0).ok()?;
+        let at = self.place(id)?;
         self.version += 1;
-        Some(self.factors.remove(at).1)
+        Some(self.factors.remove(at).factor)
+    }
+
+    /// Removes several factors at once; unknown ones are ignored.
+    pub fn remove_factors(&mut self, ids: &[FactorId]) {
+        let mut gone = ids.to_vec();
+        gone.sort_unstable();
+        self.factors.retain(|f| gone.binary_search(&f.id).is_err());
+        self.version += 1;
+    }
+
+    fn place(&self, id: FactorId) -> Option<usize> {
+        self.factors.binary_search_by_key(&id, |f| f.id).ok()
+    }
+
+    /// A new group of factors without scale; see [`assign`](Self::assign).
+    pub fn add_group(&mut self) -> GroupId {
+        self.groups.push(LossScale::default());
+        GroupId(self.groups.len() as u32)
+    }
+
+    /// Puts a factor into a group.
+    ///
+    /// # Errors
+    /// A factor or group that the graph does not have.
+    pub fn assign(&mut self, factor: FactorId, group: GroupId) -> Result<(), GraphError> {
+        let known = group.0 as usize <= self.groups.len();
+        match self.place(factor).filter(|_| known) {
+            Some(at) => self.factors[at].group = group,
+            None => return Err(GraphError::UnknownFactor(factor)),
+        }
+        Ok(())
+    }
+
+    /// Group of a factor; `None` for an unknown one.
+    pub fn group(&self, factor: FactorId) -> Option<GroupId> {
+        Some(self.factors[self.place(factor)?].group)
+    }
+
+    /// Scales the losses of a group of factors: an input of the next solve.
+    ///
+    /// # Errors
+    /// A scale that is not positive, or a group that the graph does not have.
+    pub fn set_scale(&mut self, group: GroupId, scale: LossScale) -> Result<(), GraphError> {
+        let slot = (group.0 as usize).checked_sub(1).and_then(|at| self.groups.get_mut(at));
+        match slot.filter(|_| scale.variance > 0.0 && scale.amplitude > 0.0) {
+            Some(slot) => *slot = scale,
+            None => {
+                return Err(GraphError::Option { name: "scale", reason: format!("{scale:?} of {group:?}") });
+            }
+        }
+        Ok(())
+    }
+
+    /// Scale of the losses of a group.
+    pub fn scale(&self, group: GroupId) -> LossScale {
+        (group.0 as usize).checked_sub(1).and_then(|at| self.groups.get(at)).copied().unwrap_or_default()
+    }
+
+    /// Loss of a factor at `s = rᵀ Ω r`, under its kernel and the scale of its group.
+    #[inline]
+    pub(crate) fn loss_at(&self, entry: &Entry, s: f64) -> Loss {
+        if entry.group.0 == 0 {
+            return entry.factor.loss(s);
+        }
+        self.scale(entry.group).apply(s, |s| entry.factor.loss(s))
+    }
+
+    /// Loss of a factor at the current values.
+    ///
+    /// # Errors
+    /// A factor that the graph does not have.
+    pub fn loss(&self, id: FactorId) -> Result<Loss, GraphError> {
+        let at = self.place(id).ok_or(GraphError::UnknownFactor(id))?;
+        let entry = &self.factors[at];
+        Ok(self.loss_at(entry, entry.factor.squared_norm(&self.values)?))
     }
 
     /// Removes a variable and every factor that touches it.
@@ -128,13 +205,13 @@ impl Graph {
     }
 
     /// Takes out all factors that touch any of `variables` (increasing).
-    pub(crate) fn take_factors_of(&mut self, variables: &[VariableId]) -> Vec<Box<dyn Factor>> {
+    pub(crate) fn take_factors_of(&mut self, variables: &[VariableId]) -> Vec<Entry> {
         let touches = |f: &dyn Factor| f.variables().iter().any(|v| variables.binary_search(v).is_ok());
         let (taken, kept): (Vec<_>, Vec<_>) =
-            std::mem::take(&mut self.factors).into_iter().partition(|(_, f)| touches(f.as_ref()));
+            std::mem::take(&mut self.factors).into_iter().partition(|f| touches(f.factor.as_ref()));
         self.factors = kept;
         self.version += 1;
-        taken.into_iter().map(|(_, f)| f).collect()
+        taken
     }
 
     /// Current values.
@@ -149,16 +226,15 @@ impl Graph {
 
     /// All factors by increasing id.
     pub fn factors(&self) -> impl ExactSizeIterator<Item = (FactorId, &dyn Factor)> {
-        self.factors.iter().map(|(id, f)| (*id, f.as_ref()))
+        self.factors.iter().map(|f| (f.id, f.factor.as_ref()))
     }
 
     /// One factor.
     pub fn factor(&self, id: FactorId) -> Option<&dyn Factor> {
-        let at = self.factors.binary_search_by_key(&id, |f| f.0).ok()?;
-        Some(self.factors[at].1.as_ref())
+        Some(self.factors[self.place(id)?].factor.as_ref())
     }
 
-    pub(crate) fn boxed_factors(&self) -> &[(FactorId, Box<dyn Factor>)] {
+    pub(crate) fn entries(&self) -> &[Entry] {
         &self.factors
     }
 
@@ -169,8 +245,8 @@ impl Graph {
     /// `Σ ρ(rᵀ Ω r)` at the current values (no factor ½).
     pub fn cost(&self) -> Result<f64, GraphError> {
         let mut total = 0.0;
-        for (_, f) in &self.factors {
-            total += f.loss(f.squared_norm(&self.values)?).cost;
+        for entry in &self.factors {
+            total += self.loss_at(entry, entry.factor.squared_norm(&self.values)?).cost;
         }
         Ok(total)
     }
@@ -187,8 +263,8 @@ impl Graph {
             }
             i
         }
-        for (_, f) in &self.factors {
-            let mut at = f.variables().iter().map(|&id| index(id));
+        for entry in &self.factors {
+            let mut at = entry.factor.variables().iter().map(|&id| index(id));
             let Some(first) = at.next() else { continue };
             for other in at {
                 let (a, b) = (find(&mut root, first), find(&mut root, other));
@@ -207,7 +283,7 @@ impl Graph {
     /// single variable; returns what was fixed.
     pub fn anchor_components(&mut self) -> Result<Vec<VariableId>, GraphError> {
         let mut known: Vec<VariableId> = self.fixed.clone();
-        known.extend(self.factors.iter().filter_map(|(_, f)| match f.variables() {
+        known.extend(self.factors.iter().filter_map(|f| match f.factor.variables() {
             [only] => Some(*only),
             _ => None,
         }));

@@ -1,4 +1,4 @@
-//! Information matrices: checked when they come in, repaired only on request.
+//! Information matrices: checked on input, repaired only on request.
 
 use nalgebra::{DMatrix, DMatrixView};
 

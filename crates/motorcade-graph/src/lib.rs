@@ -26,8 +26,7 @@
 //! ∂r/∂δ_i = −Jr⁻¹(r) · Ad(Xj⁻¹ Xi)                      (6×6)
 //! ```
 //!
-//! H has a fixed block pattern. Approximate minimum degree orders it, columns of nearly equal structure form
-//! supernodes, and a multifrontal Cholesky eliminates them with dense kernels; all but the numbers is done once.
+//! H has a fixed block pattern, which `motorcade-sparse` orders and analyses once and factorises at every iteration.
 //! Fixed variables have no columns in H. Results are the same, bit for bit, for any number of threads; they may
 //! differ in the last bits between processors with and without fused multiply-add.
 //!
@@ -39,7 +38,7 @@
 //!
 //! ```
 //! use motorcade_graph::factors::Between;
-//! use motorcade_graph::{Cauchy, Graph, Marginals, Options, Robust, optimise};
+//! use motorcade_graph::{Graph, Marginals, Options, Robust, RobustKernel, optimise};
 //! use nalgebra::{Isometry3, Matrix6, Vector3};
 //!
 //! # fn main() -> Result<(), motorcade_graph::GraphError> {
@@ -54,7 +53,7 @@
 //! graph.fix(corners[0])?;
 //! for k in 0..4 {
 //!     let edge = Between::new(corners[k], corners[(k + 1) % 4], step, Matrix6::identity() * 100.0)?;
-//!     graph.add_factor(Robust::new(edge, Cauchy { c: 3.55 }))?;
+//!     graph.add_factor(Robust::new(edge, RobustKernel::Cauchy(3.55)))?;
 //! }
 //!
 //! let report = optimise(&mut graph, &Options::default())?;
@@ -67,8 +66,6 @@
 //! # }
 //! ```
 
-pub mod command;
-mod dense;
 mod error;
 mod factor;
 pub mod factors;
@@ -76,26 +73,28 @@ mod fixed_lag;
 pub mod g2o;
 pub mod generate;
 mod graph;
+mod group;
+mod ids;
 pub mod information;
 mod manifold;
 mod marginalise;
 mod marginals;
-mod memory;
 pub mod numeric;
 mod robust;
-mod simd;
 pub mod solver;
-mod sparse;
 pub mod start;
 mod values;
 
 pub use error::GraphError;
-pub use factor::{Factor, Loss, Normal, RelativePose, Terms};
+pub use factor::{Factor, MeasuredPose, Normal, RelativePose, Terms};
 pub use fixed_lag::FixedLag;
-pub use graph::{FactorId, Graph};
+pub use graph::Graph;
+pub use group::{GroupId, LossScale};
+pub use ids::{FactorId, VariableId};
 pub use manifold::{Manifold, Value, Variable};
 pub use marginalise::marginalise;
 pub use marginals::Marginals;
-pub use robust::{Cauchy, Dcs, GemanMcClure, Gnc, Huber, Kernel, Robust};
+pub use motorcade_geometry::robust::{Loss, RobustKernel};
+pub use robust::{Kernel, Robust};
 pub use solver::{Options, Report, Solver, optimise};
-pub use values::{Values, VariableId};
+pub use values::Values;

@@ -1,17 +1,18 @@
-//! Removing variables while keeping what they said about the others.
+//! Marginalisation: variables are replaced by a prior on their neighbours.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::GraphError;
 use crate::factor::Normal;
 use crate::factors::LinearPrior;
-use crate::graph::{FactorId, Graph};
+use crate::graph::Graph;
+use crate::ids::FactorId;
+use crate::ids::VariableId;
 use crate::manifold::{Manifold, Value};
-use crate::values::VariableId;
 
 /// Removes `variables` and replaces all factors on them by one dense [`LinearPrior`] on their neighbours: the Schur
-/// complement of the linearised factors at the current values. Returns that prior's id, `None` when nothing is left
-/// to say. The cost depends on the neighbourhood alone.
+/// complement of the linearised factors at the current values. Returns that prior's id, `None` when
+/// there is no information on the neighbours. The cost depends on the neighbourhood alone.
 pub fn marginalise(graph: &mut Graph, variables: &[VariableId]) -> Result<Option<FactorId>, GraphError> {
     let mut gone = variables.to_vec();
     gone.sort_unstable();
@@ -20,7 +21,7 @@ pub fn marginalise(graph: &mut Graph, variables: &[VariableId]) -> Result<Option
         graph.values().value(id)?;
     }
     let factors = graph.take_factors_of(&gone);
-    let mut kept: Vec<VariableId> = factors.iter().flat_map(|f| f.variables()).copied().collect();
+    let mut kept: Vec<VariableId> = factors.iter().flat_map(|f| f.factor.variables()).copied().collect();
     kept.sort_unstable();
     kept.dedup();
     kept.retain(|id| gone.binary_search(id).is_err() && !graph.is_fixed(*id));
@@ -39,7 +40,8 @@ pub fn marginalise(graph: &mut Graph, variables: &[VariableId]) -> Result<Option
 
     let (mut h, mut g) = (DMatrix::zeros(n, n), DVector::zeros(n));
     let mut normal = Normal::default();
-    for factor in &factors {
+    for entry in &factors {
+        let factor = &entry.factor;
         let mut blocks = Vec::new();
         let mut size = 0;
         for &id in factor.variables() {
@@ -48,7 +50,8 @@ pub fn marginalise(graph: &mut Graph, variables: &[VariableId]) -> Result<Option
             size += dof;
         }
         normal.resize(size);
-        let weight = factor.loss(factor.normal_equations(graph.values(), &mut normal)?).weight;
+        let s = factor.normal_equations(graph.values(), &mut normal)?;
+        let weight = graph.loss_at(entry, s).weight;
         for (k, &(row, from_row, rows)) in blocks.iter().enumerate() {
             let Some(row) = row else { continue };
             for i in 0..rows {
@@ -108,7 +111,7 @@ fn schur(h: &DMatrix<f64>, g: &DVector<f64>, split: usize) -> (DMatrix<f64>, DVe
 /// Smallest over largest eigenvalue below which a direction counts as unknown.
 const SINGULAR: f64 = 1e-12;
 
-/// The Cholesky factor, unless its pivots say that the matrix is nearly singular.
+/// The Cholesky factor; `None` for a matrix that its pivots show to be nearly singular.
 fn well_conditioned(m: &DMatrix<f64>) -> Option<Cholesky<f64, Dyn>> {
     let factor = m.clone().cholesky()?;
     let pivots = factor.l_dirty().diagonal();

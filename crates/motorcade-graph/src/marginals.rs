@@ -1,14 +1,13 @@
 //! Covariances of chosen variables.
 
+use motorcade_sparse::{Cholesky, SelectedInverse};
 use nalgebra::DMatrix;
 
 use crate::GraphError;
 use crate::graph::Graph;
+use crate::ids::VariableId;
 use crate::manifold::Manifold;
 use crate::solver::Problem;
-use crate::sparse::Cholesky;
-use crate::sparse::inverse::SelectedInverse;
-use crate::values::VariableId;
 
 /// Posterior covariances `H⁻¹` at the current values, in each variable's tangent (right perturbation).
 ///
@@ -34,7 +33,7 @@ impl Marginals {
         }
         let mut factor = Cholesky::default();
         factor.factorise(&problem.matrix, 0.0, false, None).map_err(|_| GraphError::Singular)?;
-        let inverse = SelectedInverse::new(&problem.matrix.symbolic, &factor);
+        let inverse = SelectedInverse::new(&problem.matrix, &factor);
         // Built in the order of ids, hence sorted.
         let blocks = problem.variables.iter().enumerate().map(|(b, &id)| (id, b as u32)).collect();
         let dof = |id: VariableId| Ok((id, graph.values().value(id)?.dof()));
@@ -53,7 +52,7 @@ impl Marginals {
         let (Some(i), Some(j)) = (self.block(a), self.block(b)) else {
             return Ok(DMatrix::zeros(self.dof(a)?, self.dof(b)?));
         };
-        Ok(self.inverse.block(&self.problem.matrix.symbolic, &self.factor, i, j))
+        Ok(self.inverse.block(&self.problem.matrix, &self.factor, i, j))
     }
 
     /// Joint covariance of several variables, in the order given.

@@ -1,5 +1,6 @@
 //! Checks of a factor's derivatives against numeric ones, for tests of built-in and custom factors alike.
 
+use motorcade_geometry::numeric;
 use nalgebra::{DMatrix, DMatrixViewMut, DVector, DVectorViewMut};
 
 use crate::GraphError;
@@ -11,24 +12,15 @@ use crate::values::Values;
 /// to the larger of 1 and the largest entry.
 pub fn jacobian_error(factor: &dyn Factor, values: &Values) -> Result<f64, GraphError> {
     let (_, analytic) = evaluate(factor, values)?;
-    let mut numeric = DMatrix::zeros(analytic.nrows(), analytic.ncols());
-    let step = 1e-6;
-    let mut column = 0;
-    for &id in factor.variables() {
-        let dof = values.value(id)?.dof();
-        for k in 0..dof {
-            let at = |sign: f64| {
-                let mut delta = vec![0.0; dof];
-                delta[k] = sign * step;
-                let mut moved = values.clone();
-                moved.put(id, values.value(id)?.retract(&delta));
-                Ok::<_, GraphError>(evaluate(factor, &moved)?.0)
-            };
-            numeric.set_column(column, &((at(1.0)? - at(-1.0)?) / (2.0 * step)));
-            column += 1;
+    numeric::jacobian_error(&analytic, |step| {
+        let (mut moved, mut start) = (values.clone(), 0);
+        for &id in factor.variables() {
+            let value = values.value(id)?;
+            moved.put(id, value.retract(&step.as_slice()[start..start + value.dof()]));
+            start += value.dof();
         }
-    }
-    Ok((&numeric - &analytic).amax() / analytic.amax().max(1.0))
+        Ok(evaluate(factor, &moved)?.0)
+    })
 }
 
 /// Largest difference between [`Factor::normal_equations`] and `JᵀΩJ`, `JᵀΩr`, `rᵀΩr` out of

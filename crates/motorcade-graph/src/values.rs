@@ -1,26 +1,8 @@
 //! Values of all variables, by id.
 
-use std::fmt;
-
 use crate::GraphError;
+use crate::ids::VariableId;
 use crate::manifold::{Manifold, Value, Variable};
-
-/// Name of a variable: a number that is never used again, also after the variable was removed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct VariableId(pub(crate) u32);
-
-impl VariableId {
-    /// Variables are numbered from 0 in the order they were added.
-    pub fn index(self) -> usize {
-        self.0 as usize
-    }
-}
-
-impl fmt::Display for VariableId {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "#{}", self.0)
-    }
-}
 
 /// The values of a graph's variables.
 ///

@@ -1,13 +1,10 @@
 //! Reading `.g2o`: what is understood, what is refused and with which words.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)] // helpers of tests are tests
 
-mod common;
-
 use std::path::Path;
 
-use motorcade_graph::command::{self, OptimiseReport, OptimiseRequest, Start};
 use motorcade_graph::g2o::{Document, ReadOptions, parse, to_string};
-use motorcade_graph::{Graph, GraphError, Options, optimise};
+use motorcade_graph::{GraphError, Options, optimise};
 
 const UNIT: &str = "1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1";
 
@@ -77,27 +74,4 @@ fn planar_graphs_are_solved_and_written() {
     let again = read(&to_string(&document.graph, &document.vertices)).unwrap();
     assert_eq!(again.summary.edges_se2, 3);
     assert!((again.graph.cost().unwrap() - document.graph.cost().unwrap()).abs() < 1e-12);
-}
-
-#[test]
-fn auto_leaves_the_start_in_the_file_where_a_step_from_there_is_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let solve = |graph: &Graph, init| -> OptimiseReport {
-        let input = folder.path().join("in.g2o");
-        let ids: Vec<_> = graph.values().iter().map(|(id, _)| (id.index() as u64, id)).collect();
-        std::fs::write(&input, to_string(graph, &ids)).unwrap();
-        command::optimise(&OptimiseRequest { input, init, ..Default::default() }).unwrap()
-    };
-    let mut graph = common::small_drive(9);
-    let (auto, file) = (solve(&graph, Start::Auto), solve(&graph, Start::File));
-    assert_eq!((auto.init, auto.init_s), (Start::File, 0.0));
-    assert_eq!((auto.final_cost, auto.iterations), (file.final_cost, file.iterations));
-    let rng = &mut common::random(9);
-    let ids: Vec<_> = graph.values().iter().map(|(id, _)| id).collect();
-    for &id in &ids[1..] {
-        graph.values_mut().set(id, common::pose(rng, 3.0)).unwrap();
-    }
-    let lost = solve(&graph, Start::Auto);
-    assert!(lost.init != Start::File && lost.init_s > 0.0);
-    assert!((lost.final_cost / file.final_cost - 1.0).abs() < 1e-6);
 }

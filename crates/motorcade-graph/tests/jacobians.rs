@@ -7,7 +7,7 @@ use common::{information, pose, random};
 use motorcade_geometry::lie::sim3::Similarity;
 use motorcade_graph::factors::*;
 use motorcade_graph::numeric::{jacobian_error, normal_equations_error};
-use motorcade_graph::{Cauchy, Factor, Graph, Manifold, Robust, Value};
+use motorcade_graph::{Factor, Graph, Manifold, Robust, RobustKernel, Value};
 use nalgebra::{DMatrix, DVector, Isometry2, Isometry3, Matrix3, Point3, Vector2};
 use rand::Rng;
 
@@ -30,7 +30,7 @@ fn between_poses() {
             let (i, j) = (graph.add_variable(a), graph.add_variable(a * motion * error));
             let factor = Between::new(i, j, motion, information(rng)).unwrap().with_residual(residual);
             check(&graph, &factor);
-            check(&graph, &Robust::new(factor, Cauchy { c: 1.0 }));
+            check(&graph, &Robust::new(factor, RobustKernel::Cauchy(1.0)));
         }
     }
 }

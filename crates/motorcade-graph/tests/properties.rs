@@ -1,4 +1,4 @@
-//! What must hold for any graph.
+//! Properties of any graph.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)] // helpers of tests are tests
 
 mod common;

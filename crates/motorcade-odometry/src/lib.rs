@@ -25,54 +25,30 @@
 //! assert_eq!(ego.frames.len(), 3);
 //! ```
 
-mod bundle;
-mod closed_form;
-mod corners;
-mod ego;
-mod klt;
-mod landmark;
-mod nearby_depths;
+mod buffer;
+mod map;
 mod odometry;
-mod on_road;
-mod options;
-mod pose_only;
-mod pyramid;
-mod pyramid_pool;
-mod record;
 mod road;
-mod road_measurement;
-mod road_pixels;
-mod road_profile;
-mod road_track;
-mod scale_smoother;
-mod static_mask;
-mod uncertainty;
-mod window;
+mod scale;
+mod tracking;
+mod trajectory;
 
-pub use bundle::BundleOptions;
-pub use closed_form::{ClosedFormScale, ScaleAverage};
-pub use corners::{CornerOptions, detect};
-pub use ego::{EgoFrame, EgoTrajectory};
-pub use klt::{KltOptions, Request, track, track_checked};
-pub use landmark::Landmark;
-pub use odometry::Odometry;
-pub use options::{OdometryOptions, PolicyOptions};
-pub use pose_only::PoseOnlyOptions;
-pub use pyramid::{Plane, Pyramid};
-pub use record::{FrameRecord, FrameStatus, OdometryTrajectory};
-pub use road::{RoadOptions, RoadPlane};
-pub use road_measurement::{Reading, RoadCurvature, RoadMeasurement, road_normal};
-pub use road_track::{RoadInput, RoadTracker};
-pub use scale_smoother::NoiseModel;
-pub use static_mask::{Rectangle, StaticMask};
-pub use uncertainty::Uncertainty;
-pub use window::WindowOptions;
+pub use map::{BundleOptions, Landmark, PoseOnlyOptions, WindowOptions};
+pub use odometry::{Odometry, OdometryOptions, PolicyOptions};
+pub use road::{
+    ClosedFormScale, Reading, RoadCurvature, RoadInput, RoadMeasurement, RoadOptions, RoadPlane, RoadTracker,
+    ScaleAverage, road_normal,
+};
+pub use scale::{EgoFrame, EgoTrajectory, NoiseModel, Uncertainty};
+pub use tracking::{
+    CornerOptions, KltOptions, Plane, Pyramid, Request, StaticMask, detect, track, track_checked,
+};
+pub use trajectory::{FrameRecord, FrameStatus, OdometryTrajectory};
 
 /// Stages by themselves, for the benchmarks; no promise is made of them.
 #[doc(hidden)]
 pub mod stages {
-    pub use crate::bundle::{BundleProblem, Sighting};
-    pub use crate::pose_only::{Observation, PoseRefiner};
-    pub use crate::road::{RoadScratch, RoadView, align_road};
-    pub use crate::road_pixels::RoadPixels;
+    pub use crate::map::{BundleProblem, Sighting};
+    pub use crate::map::{Observation, PoseRefiner};
+    pub use crate::road::{RoadPixels, RoadScratch, RoadView, align_road};
 }

@@ -8,9 +8,8 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use common::{CAMERA, Place, street};
-use motorcade_odometry::{
-    Odometry, OdometryOptions, Rectangle, RoadInput, RoadOptions, RoadTracker, StaticMask,
-};
+use motorcade_geometry::BoundingBox;
+use motorcade_odometry::{Odometry, OdometryOptions, RoadInput, RoadOptions, RoadTracker, StaticMask};
 
 thread_local! {
     /// Blocks this thread has asked for, growths included.
@@ -44,7 +43,7 @@ const FRAMES: usize = 60;
 const WARM: usize = 25;
 
 /// Blocks taken by every frame of a drive, and whether it became a keyframe.
-fn drive(boxes: &[Rectangle]) -> Vec<(usize, bool)> {
+fn drive(boxes: &[BoundingBox]) -> Vec<(usize, bool)> {
     let mask = StaticMask { boxes, boxes_may_stand: true, ignore: None };
     let mut odometry = Odometry::new(CAMERA, OdometryOptions::default());
     let mut road = RoadTracker::new(CAMERA, RoadOptions::default());
@@ -76,8 +75,8 @@ fn drive(boxes: &[Rectangle]) -> Vec<(usize, bool)> {
 #[test]
 fn a_warm_frame_takes_no_memory() {
     let parked = [
-        Rectangle { x1: 20.0, y1: 60.0, x2: 150.0, y2: 180.0 },
-        Rectangle { x1: 300.0, y1: 80.0, x2: 420.0, y2: 190.0 },
+        BoundingBox { x1: 20.0, y1: 60.0, x2: 150.0, y2: 180.0 },
+        BoundingBox { x1: 300.0, y1: 80.0, x2: 420.0, y2: 190.0 },
     ];
     for boxes in [&parked[..0], &parked[..]] {
         let frames = drive(boxes);

@@ -4,10 +4,8 @@ mod common;
 
 use common::{CAMERA, HEIGHT_M, Place, street};
 use image::{GrayImage, Luma};
-use motorcade_geometry::{Camera, Pose, World};
-use motorcade_odometry::{
-    OdometryTrajectory, Pyramid, Rectangle, RoadInput, RoadMeasurement, RoadOptions, RoadTracker,
-};
+use motorcade_geometry::{BoundingBox, Camera, Pose, World};
+use motorcade_odometry::{OdometryTrajectory, Pyramid, RoadInput, RoadMeasurement, RoadOptions, RoadTracker};
 use nalgebra::{Isometry3, Point2};
 use std::sync::Arc;
 
@@ -15,7 +13,7 @@ const FRAMES: usize = 30;
 /// Way between two frames, in the odometry's unit and in metres.
 const STEP_M: f64 = 1.0;
 /// A car that crosses, in two frames of four: the road it hides in the earlier picture is to be seen in the later one \[px\].
-const CROSSING: Rectangle = Rectangle { x1: 150.0, y1: 95.0, x2: 330.0, y2: 165.0 };
+const CROSSING: BoundingBox = BoundingBox { x1: 150.0, y1: 95.0, x2: 330.0, y2: 165.0 };
 
 fn crosses(frame: usize) -> bool {
     frame % 4 < 2
@@ -23,7 +21,7 @@ fn crosses(frame: usize) -> bool {
 
 fn picture(frame: usize) -> GrayImage {
     let mut image = street(&CAMERA, &Place::along(STEP_M * frame as f64));
-    let inside = |x: u32, y: u32| CROSSING.contains(&Point2::new(f64::from(x), f64::from(y)));
+    let inside = |x: u32, y: u32| CROSSING.contains(f64::from(x), f64::from(y));
     for (x, y, grey) in image.enumerate_pixels_mut().filter(|(x, y, _)| crosses(frame) && inside(*x, *y)) {
         // Dark, brighter towards the roof.
         *grey = Luma([20 + (165 - y.min(165)) as u8 + (x % 7) as u8]);
@@ -32,7 +30,7 @@ fn picture(frame: usize) -> GrayImage {
 }
 
 /// Follows the road of pictures, a step in the odometry's unit apart; heights measured over the true one, by frame.
-fn heights(boxes: &[Rectangle], picture: impl Fn(usize) -> GrayImage) -> Vec<(usize, f64)> {
+fn heights(boxes: &[BoundingBox], picture: impl Fn(usize) -> GrayImage) -> Vec<(usize, f64)> {
     let pose = |k: usize| Pose::<World, Camera>::new(Isometry3::translation(0.0, 0.0, STEP_M * k as f64));
     let poses: Vec<_> = (0..FRAMES).map(pose).collect();
     let odometry = OdometryTrajectory::from_poses(&poses);
@@ -41,7 +39,7 @@ fn heights(boxes: &[Rectangle], picture: impl Fn(usize) -> GrayImage) -> Vec<(us
         let pyramid = Arc::new(Pyramid::new(&picture(frame), 3));
         let vehicles = if crosses(frame) { boxes } else { &[] };
         let sight = RoadInput { pyramid: &pyramid, vehicles, masked: true };
-        let usable = |p: &Point2<f64>| !vehicles.iter().any(|v| v.contains(p));
+        let usable = |p: &Point2<f64>| !vehicles.iter().any(|v| v.contains(p.x, p.y));
         road.process(frame, 0, &sight, |k| odometry.camera_from_world(k), usable);
     }
     let height = |m: &RoadMeasurement| (m.frame, (-m.read_by(&odometry).value.x).exp() / HEIGHT_M);
@@ -51,7 +49,7 @@ fn heights(boxes: &[Rectangle], picture: impl Fn(usize) -> GrayImage) -> Vec<(us
 }
 
 /// Median error of the camera's height over the drive, as a share.
-fn error(boxes: &[Rectangle]) -> f64 {
+fn error(boxes: &[BoundingBox]) -> f64 {
     let mut errors: Vec<f64> = heights(boxes, picture).iter().map(|(_, h)| (h - 1.0).abs()).collect();
     errors.sort_by(f64::total_cmp);
     errors[errors.len() / 2]

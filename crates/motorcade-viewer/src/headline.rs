@@ -16,15 +16,14 @@ pub(crate) fn headline(result: &RunResult, context: &RunContext) -> String {
     facts.push(format!("{}×{} px", input.width, input.height));
     facts.push(format!("camera {} m above the road", number(result.ego.height_m, 2)));
     let moving = result.vehicles.iter().filter(|v| is_moving(v)).count();
-    let vehicles =
-        |count: usize| if result.looked_for_vehicles { count.to_string() } else { "–".to_owned() };
+    let vehicles = |count: usize| if result.detects_vehicles { count.to_string() } else { "–".to_owned() };
     let cards = [
         (result.frames.len().to_string(), "frames"),
         (format!("{} m", number(result.ego.length_m(), 1)), "driven"),
         (format!("{} %", number(100.0 * result.tracked_share(), 1)), "of frames tracked"),
         (
             vehicles(result.vehicles.len()),
-            if result.looked_for_vehicles { "vehicles" } else { "no vehicle detector" },
+            if result.detects_vehicles { "vehicles" } else { "no vehicle detector" },
         ),
         (vehicles(moving), "of them moving"),
     ];

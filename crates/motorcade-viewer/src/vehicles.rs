@@ -9,7 +9,7 @@ use crate::text::{escape, maybe, number};
 
 /// One row per vehicle.
 pub(crate) fn table(result: &RunResult) -> String {
-    if !result.looked_for_vehicles {
+    if !result.detects_vehicles {
         return "<p>No vehicles were looked for: the run had neither networks nor detections.</p>\n"
             .to_owned();
     }

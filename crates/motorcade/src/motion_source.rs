@@ -1,10 +1,11 @@
-//! Where the camera's motion comes from: our odometry, or a trajectory file.
+//! Source of the camera's motion: the odometry, or a trajectory file.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use image::GrayImage;
-use motorcade_geometry::{Camera, Pose, World};
-use motorcade_odometry::{Odometry, OdometryTrajectory, Pyramid, Rectangle, RoadMeasurement, StaticMask};
+use motorcade_geometry::{BoundingBox, Camera, Pose, World};
+use motorcade_odometry::{Odometry, OdometryTrajectory, Pyramid, RoadMeasurement, StaticMask};
 use nalgebra::Vector3;
 
 /// A camera trajectory from elsewhere, one pose a frame of the run.
@@ -17,14 +18,14 @@ pub struct ExternalTrajectory {
 }
 
 impl ExternalTrajectory {
-    /// The same in metres, of a unit of so many.
-    pub(crate) fn metric(&self, unit_m: f64) -> Self {
-        let poses = self.world_from_camera.iter().map(|p| p.scaled(unit_m));
-        Self { world_from_camera: poses.collect(), metric: true }
+    /// The frames of a range as an odometry in metres, for a unit of so many.
+    pub(crate) fn in_metres(&self, unit_m: f64, range: Range<usize>) -> OdometryTrajectory {
+        let poses = self.world_from_camera.get(range).unwrap_or_default().iter().map(|p| p.scaled(unit_m));
+        Self { world_from_camera: poses.collect(), metric: true }.as_odometry()
     }
 
     /// As an odometry. One of unknown scale gets a unit near a metre, which the road search starts from.
-    pub(crate) fn up_to_scale(&self) -> OdometryTrajectory {
+    pub(crate) fn as_odometry(&self) -> OdometryTrajectory {
         let poses = &self.world_from_camera;
         let first = poses.first().map(Pose::inverse).unwrap_or_default();
         let relative: Vec<Pose<World, Camera>> =
@@ -42,7 +43,7 @@ impl ExternalTrajectory {
     }
 }
 
-/// One of the two.
+/// Source of the camera's motion.
 pub(crate) enum MotionSource {
     Own(Box<Odometry>),
     External(OdometryTrajectory),
@@ -68,18 +69,18 @@ impl MotionSource {
             odometry.constrain_scale(measured);
         }
     }
-    pub(crate) fn classify_static_vehicles(&mut self, boxes: &[Rectangle], plane: &Vector3<f64>) {
+    pub(crate) fn classify_static_vehicles(&mut self, boxes: &[BoundingBox], plane: &Vector3<f64>) {
         if let Self::Own(odometry) = self {
             odometry.classify_static_vehicles(boxes, plane);
         }
     }
-    pub(crate) fn so_far(&self) -> &OdometryTrajectory {
+    pub(crate) fn trajectory(&self) -> &OdometryTrajectory {
         match self {
             Self::Own(odometry) => odometry.so_far(),
             Self::External(whole) => whole,
         }
     }
-    /// All frames' motion; of a given trajectory the first `frames`, as many as were read.
+    /// All frames' motion; of an external trajectory the first `frames`, as many as were read.
     pub(crate) fn finish(self, frames: usize) -> OdometryTrajectory {
         match self {
             Self::Own(odometry) => odometry.finish(),

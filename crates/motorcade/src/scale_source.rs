@@ -1,4 +1,4 @@
-//! Where metres come from: the aligned road, or the paper's closed form.
+//! Source of metric scale: the aligned road, or the paper's closed form.
 
 use motorcade_geometry::PinholeCamera;
 use motorcade_odometry::{

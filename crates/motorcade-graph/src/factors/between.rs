@@ -3,22 +3,12 @@
 use nalgebra::{DMatrixView, DMatrixViewMut, DVectorViewMut, Isometry3, Matrix6};
 
 use super::pose_error::{self, PoseError};
+use super::pose_residual::PoseResidual;
 use crate::GraphError;
 use crate::factor::{Factor, Normal, RelativePose, Terms};
+use crate::ids::VariableId;
 use crate::information;
-use crate::simd;
-use crate::values::{Values, VariableId};
-
-/// How the error motion `E = Z⁻¹ Xi⁻¹ Xj` becomes six numbers, rotation first.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum PoseResidual {
-    /// `log(E) = [ω, ν]` (GTSAM).
-    #[default]
-    Log,
-    /// `[q_xyz, t]` of E with q_w ≥ 0 (g2o).
-    Mqt,
-}
+use crate::values::Values;
 
 /// Measured motion `Z = first_from_second` between two poses `X = world_from_body`.
 ///
@@ -100,7 +90,7 @@ impl Factor for Between {
     }
 
     fn squared_norm(&self, values: &Values) -> Result<f64, GraphError> {
-        Ok(simd::pose_squared_norm(&self.at(values)?))
+        Ok(pose_error::squared_norm(&self.at(values)?))
     }
 
     fn normal_equations(&self, values: &Values, out: &mut Normal) -> Result<f64, GraphError> {
@@ -109,7 +99,7 @@ impl Factor for Between {
         let Some((g, h)) = out.chunks_mut() else {
             return Err(GraphError::Size { what: "tangent of two poses", expected: 12, found });
         };
-        Ok(simd::pose_normal_equations(&at, g, h))
+        Ok(pose_error::normal_equations(&at, g, h))
     }
 
     fn relative_pose(&self) -> Option<RelativePose<'_>> {

@@ -4,8 +4,9 @@ use nalgebra::{DMatrixView, DMatrixViewMut, DVectorViewMut, Isometry2, Matrix3, 
 
 use crate::GraphError;
 use crate::factor::{Factor, Terms};
+use crate::ids::VariableId;
 use crate::information;
-use crate::values::{Values, VariableId};
+use crate::values::Values;
 
 /// Measured motion `Z = first_from_second` in the plane.
 ///

@@ -6,8 +6,9 @@ use nalgebra::{DMatrix, DMatrixViewMut, DVectorViewMut, Matrix3};
 
 use crate::GraphError;
 use crate::factor::{Factor, Terms};
+use crate::ids::VariableId;
 use crate::information;
-use crate::values::{Values, VariableId};
+use crate::values::Values;
 
 /// Measured similarity `Z = first_from_second`.
 ///

@@ -1,11 +1,11 @@
 //! 6×6 matrices of SE(3) Jacobians, which in `[ω, ν]` order are lower block triangular.
 
+use motorcade_sparse::simd::Four;
 use nalgebra::Matrix6;
 #[cfg(test)]
 use nalgebra::{Vector3, Vector6};
 
 use super::mat3::Mat3;
-use crate::simd::Four;
 
 /// `[[a, 0], [u·a, c]]` with 3×3 blocks: the shear `[[I, 0], [u, I]]` after `diag(a, c)`.
 #[derive(Clone, Copy, Debug)]

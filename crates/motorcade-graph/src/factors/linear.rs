@@ -1,11 +1,12 @@
-//! What is left of variables that were marginalised.
+//! Prior from marginalised variables.
 
 use nalgebra::{DMatrix, DMatrixViewMut, DVector, DVectorView, DVectorViewMut};
 
 use crate::GraphError;
 use crate::factor::{Factor, Terms};
+use crate::ids::VariableId;
 use crate::manifold::{Manifold, Value};
-use crate::values::{Values, VariableId};
+use crate::values::Values;
 
 /// A dense quadratic over several variables, fixed at the values `x̄` it was computed at.
 ///

@@ -3,9 +3,8 @@
 //! Nothing here goes through a closure: those are compiled without the features of the kernel they end up in and are
 //! not always inlined.
 
+use motorcade_sparse::simd::Four;
 use nalgebra::{Matrix3, Quaternion, Vector3};
-
-use crate::simd::Four;
 
 /// Three numbers and a scratch lane.
 pub(super) type Lanes = [f64; 4];

@@ -5,8 +5,9 @@ use nalgebra::{DMatrixView, DMatrixViewMut, DVector, DVectorViewMut, Isometry3, 
 
 use crate::GraphError;
 use crate::factor::{Factor, Terms};
+use crate::ids::VariableId;
 use crate::information;
-use crate::values::{Values, VariableId};
+use crate::values::Values;
 
 /// Measured position z of a world point p in the frame of a pose `X = world_from_body`.
 ///

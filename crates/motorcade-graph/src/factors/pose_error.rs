@@ -1,16 +1,16 @@
 //! Residual, Jacobians and normal equations of a measured motion between two poses; see [`Between`](super::Between)
 //! for the equations. Generic over the register type and inlined into one function for each build.
 
+use motorcade_sparse::simd::{Four, Kernel, Plain, dispatch};
 use nalgebra::{Isometry3, Matrix6, Quaternion};
 
-use super::between::PoseResidual;
 use super::blocks::{LowerBlocks, Symmetric, put};
 use super::mat3::{Lanes, Mat3, cross, dot, lanes};
-use crate::simd::{Four, Plain};
+use super::pose_residual::PoseResidual;
 
 /// Two poses `world_from_body` and what was measured between them.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct PoseError<'a> {
+pub(super) struct PoseError<'a> {
     pub first: &'a Isometry3<f64>,
     pub second: &'a Isometry3<f64>,
     /// `Z = first_from_second`.
@@ -257,16 +257,43 @@ fn weigh<V: Four>(r: &Residual, o: &Symmetric<V>) -> (Lanes, Lanes, f64) {
     (x, y, dot(&r.w, &x) + dot(&r.v, &y))
 }
 
+struct SquaredNorm<'a>(&'a PoseError<'a>);
+
+impl Kernel for SquaredNorm<'_> {
+    type Output = f64;
+    #[inline(always)]
+    fn run<V: Four>(self) -> f64 {
+        let r = Residual::new(self.0.residual, &self.0.motions::<V>());
+        weigh::<V>(&r, &Symmetric::<V>::new(self.0.information)).2
+    }
+}
+
 /// `rᵀ Ω r`.
-#[inline(always)]
-pub(crate) fn squared_norm<V: Four>(at: &PoseError<'_>) -> f64 {
-    let r = Residual::new(at.residual, &at.motions::<V>());
-    weigh::<V>(&r, &Symmetric::<V>::new(at.information)).2
+pub(super) fn squared_norm(at: &PoseError<'_>) -> f64 {
+    dispatch(SquaredNorm(at))
+}
+
+struct NormalEquations<'a> {
+    at: &'a PoseError<'a>,
+    g: &'a mut [f64; 12],
+    h: &'a mut [f64; 144],
+}
+
+impl Kernel for NormalEquations<'_> {
+    type Output = f64;
+    #[inline(always)]
+    fn run<V: Four>(self) -> f64 {
+        fill::<V>(self.at, self.g, self.h)
+    }
 }
 
 /// Writes g (12) and the lower triangle of H (12×12, column-major); returns `rᵀ Ω r`.
+pub(super) fn normal_equations(at: &PoseError<'_>, g: &mut [f64; 12], h: &mut [f64; 144]) -> f64 {
+    dispatch(NormalEquations { at, g, h })
+}
+
 #[inline(always)]
-pub(crate) fn normal_equations<V: Four>(at: &PoseError<'_>, g: &mut [f64; 12], h: &mut [f64; 144]) -> f64 {
+fn fill<V: Four>(at: &PoseError<'_>, g: &mut [f64; 12], h: &mut [f64; 144]) -> f64 {
     let m = at.motions::<V>();
     let r = Residual::new(at.residual, &m);
     let information = Symmetric::new(at.information);

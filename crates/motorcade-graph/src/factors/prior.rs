@@ -1,12 +1,13 @@
-//! What is known about a single variable.
+//! Priors of single variables.
 
 use motorcade_geometry::lie::se3;
 use nalgebra::{DMatrix, DMatrixView, DMatrixViewMut, DVector, DVectorViewMut, Isometry3, Matrix6};
 
 use crate::GraphError;
 use crate::factor::{Factor, Terms};
+use crate::ids::VariableId;
 use crate::information;
-use crate::values::{Values, VariableId};
+use crate::values::Values;
 
 /// `r = log(Z⁻¹ X)` (6), `J = Jr⁻¹(r)` (6×6).
 #[derive(Clone, Debug)]

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use motorcade_geometry::robust::RobustKernel;
 use nalgebra::{
     DMatrixView, Isometry2, Isometry3, Matrix3, Matrix6, Quaternion, Translation3, UnitQuaternion, Vector2,
 };
@@ -13,29 +14,17 @@ use crate::GraphError;
 use crate::factor::Factor;
 use crate::factors::{Between, BetweenPlane, PoseResidual};
 use crate::graph::Graph;
+use crate::ids::VariableId;
 use crate::information;
-use crate::robust::{Kernel, Robust};
-use crate::values::VariableId;
+use crate::robust::Robust;
 
 /// How to read.
-#[derive(Debug, Default)]
-pub struct ReadOptions<'a> {
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ReadOptions {
     /// Residual of SE(3) edges.
     pub residual: PoseResidual,
-    /// Makes the robust kernel of every edge; none for least squares.
-    pub kernel: Option<&'a dyn KernelSource>,
-}
-
-/// Makes one kernel an edge.
-pub trait KernelSource: std::fmt::Debug {
-    /// A new kernel.
-    fn kernel(&self) -> Box<dyn Kernel>;
-}
-
-impl<K: Kernel + Clone + 'static> KernelSource for K {
-    fn kernel(&self) -> Box<dyn Kernel> {
-        Box::new(self.clone())
-    }
+    /// Robust kernel of every edge.
+    pub kernel: RobustKernel,
 }
 
 /// A graph with the ids of its file.
@@ -45,11 +34,11 @@ pub struct Document {
     pub graph: Graph,
     /// File ids, increasing, with their variables.
     pub vertices: Vec<(u64, VariableId)>,
-    /// What was met.
+    /// Counts and repairs.
     pub summary: ReadSummary,
 }
 
-/// What reading a file met.
+/// Counts and repairs of a file.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct ReadSummary {
     /// SE(3) vertices.
@@ -79,7 +68,7 @@ impl Document {
 }
 
 /// Reads a file.
-pub fn read(path: &Path, options: &ReadOptions<'_>) -> Result<Document, GraphError> {
+pub fn read(path: &Path, options: &ReadOptions) -> Result<Document, GraphError> {
     let text =
         std::fs::read_to_string(path).map_err(|source| GraphError::Io { path: path.into(), source })?;
     parse(&text, path, options)
@@ -159,7 +148,7 @@ fn upper<const N: usize>(x: &[f64]) -> [[f64; N]; N] {
     m
 }
 
-/// What the lines of a file say, before ids are resolved.
+/// Content of the lines of a file, before ids are resolved.
 #[derive(Default)]
 struct Raw {
     vertices: BTreeMap<u64, (usize, crate::Value)>,
@@ -226,7 +215,7 @@ impl Raw {
 }
 
 /// Reads the text of a file; `path` only appears in errors.
-pub fn parse(text: &str, path: &Path, options: &ReadOptions<'_>) -> Result<Document, GraphError> {
+pub fn parse(text: &str, path: &Path, options: &ReadOptions) -> Result<Document, GraphError> {
     let mut raw = Raw::default();
     for (k, text) in text.lines().enumerate() {
         raw.line(&Line { path, number: k + 1 }, text)?;
@@ -256,7 +245,7 @@ impl Document {
         line: &Line<'_>,
         ids: [u64; 2],
         edge: Edge,
-        options: &ReadOptions<'_>,
+        options: &ReadOptions,
     ) -> Result<(), GraphError> {
         let [a, b] = ids;
         let find = |id| {
@@ -304,9 +293,9 @@ impl Document {
     }
 }
 
-fn wrap(factor: impl Factor + 'static, options: &ReadOptions<'_>) -> Box<dyn Factor> {
+fn wrap(factor: impl Factor + 'static, options: &ReadOptions) -> Box<dyn Factor> {
     match options.kernel {
-        Some(source) => Box::new(Robust::new(factor, source.kernel())),
-        None => Box::new(factor),
+        RobustKernel::None => Box::new(factor),
+        kernel => Box::new(Robust::new(factor, kernel)),
     }
 }

@@ -8,8 +8,8 @@ use nalgebra::{Isometry3, Matrix3};
 use super::convert::{angle_last, swap_halves};
 use crate::GraphError;
 use crate::graph::Graph;
+use crate::ids::VariableId;
 use crate::manifold::Value;
-use crate::values::VariableId;
 
 /// Writes `graph` to `path`. `ids` gives the file's id of every variable to be written; variables without one and
 /// factors that are no relative poses are left out. Numbers are written so that reading gives the same bits.

@@ -7,11 +7,13 @@ use super::options::{Control, Options};
 use super::report::Report;
 use crate::GraphError;
 use crate::graph::Graph;
-use crate::robust::Gnc;
+use crate::group::{GroupId, LossScale};
 
 /// Options of [`graduate`].
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct GraduateOptions {
+    /// Scale of the kernels of the group \[standard deviations\].
+    pub c: f64,
     /// μ is divided by this from round to round.
     pub factor: f64,
     /// Linearisations in each round.
@@ -22,21 +24,21 @@ pub struct GraduateOptions {
 
 impl Default for GraduateOptions {
     fn default() -> Self {
-        Self { factor: 1.4, iterations_per_round: 2, max_rounds: 60 }
+        Self { c: 1.0, factor: 1.4, iterations_per_round: 2, max_rounds: 60 }
     }
 }
 
-/// Solves a graph whose doubtful factors are wrapped in clones of `kernel`: first as plain least squares, then with
+/// Solves a graph whose doubtful factors, under Geman–McClure kernels, are in `group`: first as plain least squares, then with
 /// falling μ down to Geman–McClure, then to convergence. Returns the report of the last solve.
 ///
 /// The time limit of `options` is for all rounds together; when it is over, or `control` cancels, what is left is one
 /// iteration at μ = 1.
 ///
-/// μ starts where the worst residual of the *solved* least-squares graph is still in the convex part; a start from
-/// unsolved values, where doubtful factors may be met exactly, would say nothing.
+/// μ starts where the worst residual of the *solved* least-squares graph is still in the convex part; unsolved
+/// values, which may satisfy doubtful factors exactly, give no scale.
 pub fn graduate(
     graph: &mut Graph,
-    kernel: &Gnc,
+    group: GroupId,
     options: &Options,
     schedule: &GraduateOptions,
     control: &Control,
@@ -45,7 +47,7 @@ pub fn graduate(
         let reason = format!("{} must be above 1", schedule.factor);
         return Err(GraphError::Option { name: "factor", reason });
     }
-    kernel.set_mu(f64::INFINITY);
+    graph.set_scale(group, LossScale::convexity(f64::INFINITY))?;
     let start = Instant::now();
     let quiet = Control { progress: None, ..control.clone() };
     let mut solver = Solver::new(options.clone())?.with_control(quiet.clone());
@@ -54,14 +56,14 @@ pub fn graduate(
     for (_, factor) in graph.factors() {
         worst = worst.max(factor.squared_norm(graph.values())?);
     }
-    let mut mu = (2.0 * worst / (kernel.c * kernel.c)).max(1.0);
+    let mut mu = (2.0 * worst / (schedule.c * schedule.c)).max(1.0);
     let short = Options { max_iterations: schedule.iterations_per_round, ..options.clone() };
     let mut round_solver = Solver::new(short)?.with_control(quiet);
     for _ in 0..schedule.max_rounds {
         if control.cancelled() || options.out_of_time(start) {
             break;
         }
-        kernel.set_mu(mu);
+        graph.set_scale(group, LossScale::convexity(mu))?;
         round_solver.set_time_limit_s(options.remaining(start).time_limit_s);
         round_solver.optimise(graph)?;
         if mu <= 1.0 {
@@ -69,7 +71,7 @@ pub fn graduate(
         }
         mu = (mu / schedule.factor).max(1.0);
     }
-    kernel.set_mu(1.0);
+    graph.set_scale(group, LossScale::convexity(1.0))?;
     solver.set_time_limit_s(options.remaining(start).time_limit_s);
     solver.with_control(control.clone()).optimise(graph)
 }

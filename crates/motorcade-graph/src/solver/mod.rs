@@ -1,10 +1,14 @@
 //! Nonlinear least squares on a graph.
 
+mod dog_leg;
 mod driver;
+mod gauss_newton;
 mod graduate;
+mod levenberg_marquardt;
 mod options;
 mod problem;
 mod report;
+mod run;
 mod step;
 
 pub use driver::{Solver, optimise};

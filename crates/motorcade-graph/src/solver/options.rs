@@ -1,4 +1,4 @@
-//! How to solve.
+//! Options of a solve.
 
 use std::fmt;
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use super::report::Iteration;
 use crate::GraphError;
 
-/// Which step is taken from the normal equations `H δ = −g`.
+/// Step computed from the normal equations `H δ = −g`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
@@ -94,7 +94,8 @@ impl Options {
     }
 
     /// The same with what is left of the time limit for work begun at `start`.
-    pub(crate) fn remaining(&self, start: Instant) -> Self {
+    #[must_use]
+    pub fn remaining(&self, start: Instant) -> Self {
         let left = self.time_limit_s.map(|limit| (limit - start.elapsed().as_secs_f64()).max(0.0));
         Self { time_limit_s: left, ..self.clone() }
     }

@@ -1,14 +1,14 @@
 //! The normal equations of a graph: a pattern made once, filled at every linearisation.
 
+use motorcade_sparse::{BlockMatrix, PairSlots, Slot};
 use rayon::prelude::*;
 
 use crate::GraphError;
-use crate::factor::{Factor, Normal};
-use crate::graph::Graph;
+use crate::factor::Normal;
+use crate::graph::{Entry, Graph};
+use crate::ids::VariableId;
 use crate::manifold::{Manifold, Value};
-use crate::simd;
-use crate::sparse::{BlockMatrix, PairSlots, Slot};
-use crate::values::{Values, VariableId};
+use crate::values::Values;
 
 const FIXED: u32 = u32::MAX;
 /// Factors linearised in parallel before their results are added up in order.
@@ -57,11 +57,11 @@ impl Problem {
                 dims.push(value.dof());
             }
         }
-        let factors = graph.boxed_factors().len();
+        let factors = graph.entries().len();
         let (mut places, mut starts) = (Vec::with_capacity(2 * factors), Vec::with_capacity(factors + 1));
         starts.push(0);
-        for (_, factor) in graph.boxed_factors() {
-            for &id in factor.variables() {
+        for entry in graph.entries() {
+            for &id in entry.factor.variables() {
                 let dof = values.value(id)?.dof() as u32;
                 let block = values.slot(id).map_or(FIXED, |k| block_of[k]);
                 places.push(Place { block, dof });
@@ -113,12 +113,12 @@ impl Problem {
     ) -> Result<f64, GraphError> {
         self.matrix.rhs.fill(0.0);
         let mut total = Sum::default();
-        let factors = graph.boxed_factors();
+        let factors = graph.entries();
         if !parallel {
             let mut normal = Normal::default();
-            for (f, (_, factor)) in factors.iter().enumerate() {
+            for (f, entry) in factors.iter().enumerate() {
                 normal.resize(self.size(f));
-                let loss = factor.loss(factor.normal_equations(values, &mut normal)?);
+                let loss = graph.loss_at(entry, entry.factor.normal_equations(values, &mut normal)?);
                 total.add(loss.cost);
                 self.scatter(f, loss.weight, &normal);
             }
@@ -130,9 +130,9 @@ impl Problem {
             let first = b * BATCH;
             let this = &*self;
             batch.par_iter_mut().with_min_len(64).zip(chunk.par_iter()).enumerate().try_for_each(
-                |(k, ((cost, weight, normal), (_, factor)))| {
+                |(k, ((cost, weight, normal), entry))| {
                     normal.resize(this.size(first + k));
-                    let loss = factor.loss(factor.normal_equations(values, normal)?);
+                    let loss = graph.loss_at(entry, entry.factor.normal_equations(values, normal)?);
                     (*cost, *weight) = (loss.cost, loss.weight);
                     Ok::<(), GraphError>(())
                 },
@@ -155,7 +155,7 @@ impl Problem {
         {
             let start = |p: &Place| (p.block != FIXED).then(|| self.matrix.range(p.block).start);
             let slots = PairSlots { blocks: *blocks, rhs: [start(a), start(b)] };
-            simd::add_pair(&mut self.matrix.values, &mut self.matrix.rhs, share, weight, &slots);
+            self.matrix.add_pair(share, weight, &slots);
             return;
         }
         let n = normal.size();
@@ -184,10 +184,9 @@ impl Problem {
     /// Time of a factorisation in units of everything else in an iteration, by a rough model (nanoseconds on one core
     /// of a Zen 3) of counts alone: decisions must not depend on the clock.
     pub(crate) fn factorisation_in_steps(&self) -> f64 {
-        let symbolic = &self.matrix.symbolic;
-        let scalars = symbolic.factor_len as f64;
+        let scalars = self.matrix.factor_len() as f64;
         let factors = (self.starts.len() - 1) as f64;
-        (0.09 * symbolic.flops + 2.5 * scalars) / (1.4 * scalars + 350.0 * factors)
+        (0.09 * self.matrix.factor_multiplications() + 2.5 * scalars) / (1.4 * scalars + 350.0 * factors)
     }
 
     /// Writes `x ⊞ δ` of all free variables into `out`, δ in elimination order.
@@ -227,11 +226,10 @@ impl Sum {
 
 /// `Σ ρ(rᵀ Ω r)` at `values`, the same bits as from [`Problem::linearise`]'s order of summation.
 pub(crate) fn cost(graph: &Graph, values: &Values, parallel: bool) -> Result<f64, GraphError> {
-    let factors = graph.boxed_factors();
-    let one = |factor: &dyn Factor| Ok(factor.loss(factor.squared_norm(values)?).cost);
-    let chunk_cost = |chunk: &[(crate::graph::FactorId, Box<dyn Factor>)]| {
-        chunk.iter().try_fold(0.0, |sum, (_, f)| Ok::<f64, GraphError>(sum + one(f.as_ref())?))
-    };
+    let factors = graph.entries();
+    let one = |entry: &Entry| Ok(graph.loss_at(entry, entry.factor.squared_norm(values)?).cost);
+    let chunk_cost =
+        |chunk: &[Entry]| chunk.iter().try_fold(0.0, |sum, e| Ok::<f64, GraphError>(sum + one(e)?));
     if !parallel {
         let mut total = 0.0;
         for chunk in factors.chunks(CHUNK) {

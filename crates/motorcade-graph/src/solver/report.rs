@@ -1,4 +1,4 @@
-//! What happened.
+//! Report of a solve.
 
 use serde::Serialize;
 
@@ -22,7 +22,7 @@ pub enum Termination {
     NothingToDo,
 }
 
-/// One linearisation and the step that came of it.
+/// One linearisation and its step.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Iteration {
     /// From 1.
@@ -60,7 +60,7 @@ pub struct Timings {
     pub total_s: f64,
 }
 
-/// Evidence of a solve.
+/// Result of a solve.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
     /// Why it stopped.
@@ -79,7 +79,7 @@ pub struct Report {
     pub factor_multiplications: f64,
     /// Lower bound of the condition number of the last matrix factorised: squared ratio of its extreme pivots.
     pub condition: f64,
-    /// Where the time went.
+    /// Time by kind of work.
     pub timings: Timings,
 }
 

@@ -2,9 +2,10 @@
 
 use std::time::Instant;
 
+use motorcade_sparse::Cholesky;
+
 use super::problem::Problem;
 use super::report::Timings;
-use crate::sparse::Cholesky;
 
 /// Solves with the current matrix; counts its time.
 #[derive(Debug, Default)]
@@ -42,14 +43,14 @@ impl Linear {
         let start = Instant::now();
         self.delta.clear();
         self.delta.extend_from_slice(&problem.matrix.rhs);
-        let promised = self.factor.solve_forward_within(&problem.matrix.symbolic, &mut self.delta, limit);
+        let promised = self.factor.solve_forward_within(&problem.matrix, &mut self.delta, limit);
         timings.solve_s += start.elapsed().as_secs_f64();
         promised.filter(|_| self.backward(problem, timings))
     }
 
     fn backward(&mut self, problem: &Problem, timings: &mut Timings) -> bool {
         let start = Instant::now();
-        self.factor.solve_backward(&problem.matrix.symbolic, &mut self.delta);
+        self.factor.solve_backward(&problem.matrix, &mut self.delta);
         timings.solve_s += start.elapsed().as_secs_f64();
         self.delta.iter().all(|x| x.is_finite())
     }

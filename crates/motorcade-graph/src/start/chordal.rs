@@ -5,15 +5,15 @@
 //! problem; its three rows share one matrix with 3×3 blocks.
 
 use motorcade_geometry::lie::so3;
+use motorcade_sparse::{BlockMatrix, Cholesky};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use super::edges::{Edge, PoseNetwork};
 use crate::GraphError;
 use crate::graph::Graph;
-use crate::sparse::{BlockMatrix, Cholesky};
 
 /// Sets every SE(3) variable that is not fixed to the chordal solution of the graph's relative poses, in the frame
-/// of the fixed ones (or of the first of each component). Robust kernels are not looked at.
+/// of the fixed ones (or of the first of each component). Robust kernels are ignored.
 pub fn chordal(graph: &mut Graph) -> Result<(), GraphError> {
     let mut network = PoseNetwork::new(graph);
     let mut system = System::new(&network);
@@ -72,7 +72,7 @@ impl System {
     }
 
     fn solve(&mut self, right: &mut [f64]) -> Vec<Vector3<f64>> {
-        self.factor.solve(&self.matrix.symbolic, right);
+        self.factor.solve(&self.matrix, right);
         let vector = |b| Vector3::from_column_slice(&right[self.matrix.range(b)]);
         (0..self.free.len() as u32).map(vector).collect()
     }
@@ -80,7 +80,7 @@ impl System {
     /// With x_i a row of R_i as a column: minimise `Σ κ‖x_j − R_ijᵀ x_i‖²` for each of the three rows.
     fn rotations(&mut self, network: &PoseNetwork) -> Result<Vec<UnitQuaternion<f64>>, GraphError> {
         self.matrix.clear();
-        let mut right = vec![vec![0.0; self.matrix.symbolic.len()]; 3];
+        let mut right = vec![vec![0.0; self.matrix.len()]; 3];
         for edge in &network.edges {
             let (first, second) = (edge.first as usize, edge.second as usize);
             let (i, j) = (self.block[first], self.block[second]);
@@ -113,7 +113,7 @@ impl System {
     /// Rotations known: minimise `Σ ‖t_j − t_i − R_i t_ij‖²` in the metric of each edge's information.
     fn positions(&mut self, network: &PoseNetwork) -> Result<Vec<Vector3<f64>>, GraphError> {
         self.matrix.clear();
-        let mut right = vec![0.0; self.matrix.symbolic.len()];
+        let mut right = vec![0.0; self.matrix.len()];
         for edge in &network.edges {
             let (first, second) = (edge.first as usize, edge.second as usize);
             let (i, j) = (self.block[first], self.block[second]);

@@ -3,8 +3,8 @@
 use nalgebra::{Isometry3, Matrix6};
 
 use crate::graph::Graph;
+use crate::ids::VariableId;
 use crate::manifold::Value;
-use crate::values::VariableId;
 
 /// One measurement `first_from_second` between positions in the list of poses.
 pub(super) struct Edge {

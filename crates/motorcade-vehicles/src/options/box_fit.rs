@@ -1,7 +1,7 @@
 //! Options of the fit of a vehicle to one image box.
 
 /// Edge noise, occlusion tests and road height of the fit to one box.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct BoxFitOptions {
     /// Distance from the image border below which an edge counts as truncated \[px\]. Detectors stop one to two pixels short of the

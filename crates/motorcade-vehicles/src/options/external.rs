@@ -1,7 +1,7 @@
 //! Options of views that come from keypoints or from vehicle poses of a file.
 
 /// Views of a vehicle from its keypoints.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct KeypointViewOptions {
     /// Overlap (IoU) of the keypoints' bounding box with a detected box from which they belong to it.
@@ -45,7 +45,7 @@ impl Default for KeypointViewOptions {
 
 /// Views of a vehicle from poses of a file. Published single-view front ends err by 5 to 8 % of depth within 30 m, most of it common
 /// to all frames of a vehicle.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ExternalViewOptions {
     /// Relative depth error common to all frames of a vehicle, one standard deviation.

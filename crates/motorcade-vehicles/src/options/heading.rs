@@ -1,7 +1,7 @@
 //! Options of vehicle headings.
 
 /// Headings from travel, from boxes and from external poses, and their uncertainty.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct HeadingOptions {
     /// Speed below which the heading is held: the direction of travel is undefined at a stop \[m/s\].

@@ -1,7 +1,7 @@
 //! Options of the choice between heading hypotheses of a track.
 
 /// Goodness of fit of a track's boxes, and when a second heading hypothesis replaces the first.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct HypothesisOptions {
     /// Alternations between headings and positions at most.

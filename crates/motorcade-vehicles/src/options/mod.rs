@@ -16,7 +16,9 @@ pub use size::SizeOptions;
 
 /// Side of the road traffic keeps to. It decides only which way a parked vehicle is assumed to face, because a box does not
 /// distinguish front from rear.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
+)]
 #[serde(rename_all = "lowercase")]
 pub enum TrafficSide {
     /// Most of the world.
@@ -27,7 +29,9 @@ pub enum TrafficSide {
 }
 
 /// Options of the vehicle stage.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
+)]
 #[serde(default, deny_unknown_fields)]
 pub struct VehicleOptions {
     /// Side of the road traffic keeps to.
@@ -37,7 +41,7 @@ pub struct VehicleOptions {
 }
 
 /// Noise models and gates of the vehicle stage, by step.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AdvancedVehicleOptions {
     /// Time over which errors of a vehicle's views are correlated \[s\]: views closer together share their information, so that

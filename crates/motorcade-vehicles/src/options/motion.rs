@@ -1,7 +1,7 @@
 //! Options of the motion model and of the decision between moving and static.
 
 /// Continuous-time white-noise-acceleration model of a vehicle's position and velocity.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MotionOptions {
     /// Spectral density of the acceleration along the road \[m/s² per √Hz\]: gentle braking and bends. A smaller value smooths
@@ -39,7 +39,7 @@ impl Default for MotionOptions {
 }
 
 /// Moving or static: mean velocity against the apparent velocity that depth errors cause.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct KinematicStateOptions {
     /// Shortest observation that is decided \[s\]; P(moving) of shorter ones is 0.5.

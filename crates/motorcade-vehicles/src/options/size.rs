@@ -1,7 +1,7 @@
 //! Options of the size shared by the frames of a track.
 
 /// Weight and limits of the size that the boxes of a track agree on.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SizeOptions {
     /// Views count as at most this many independent ones: a detector draws the same vehicle with the same bias every time.

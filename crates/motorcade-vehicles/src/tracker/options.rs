@@ -1,7 +1,7 @@
 //! Options of the tracker.
 
 /// Options of the tracker.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct TrackerOptions {
     /// Score from which a box may start a track.
@@ -33,7 +33,7 @@ impl Default for TrackerOptions {
 }
 
 /// Gates of the association.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AdvancedTrackerOptions {
     /// χ² of the four edges and the size of a box up to which a heading along the road explains it: 99 % quantile of χ²₄.

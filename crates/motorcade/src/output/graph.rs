@@ -17,7 +17,7 @@ pub(super) fn write(folder: &Path, result: &RunResult) -> Result<()> {
         file(&folder.join("graph.g2o"), |out| out.write_all(g2o::to_string(&poses, &ids).as_bytes()))?;
     }
     let nodes: Vec<_> =
-        multibody.nodes.iter().enumerate().map(|(k, (node, _))| json!({"vertex": k, "is": node})).collect();
+        multibody.nodes().iter().enumerate().map(|(k, (node, _))| json!({"vertex": k, "is": node})).collect();
     let report = result.graph_report.as_ref().map(|r| {
         json!({
             "termination": format!("{:?}", r.termination),
@@ -31,7 +31,7 @@ pub(super) fn write(folder: &Path, result: &RunResult) -> Result<()> {
         "vertices": nodes,
         "frames": "camera vertices are world_from_camera, vehicle vertices world_from_vehicle; metres",
         "left_out": "motion-model factors (steady motion, no side slip), sizes of vehicles (held where they are) and robust kernels have no form in g2o files",
-        "variance_factors": multibody.variance_factors,
+        "variance_factors": multibody.variance_factors(),
         "optimisation": report,
     });
     file(&folder.join("graph.json"), |out| {

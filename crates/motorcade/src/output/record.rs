@@ -21,7 +21,7 @@ fn record(result: &RunResult, context: &RunContext) -> serde_json::Value {
         *statuses.entry(status_name(frame.status)).or_default() += 1;
     }
     let problem =
-        |f: &crate::result::FrameInfo| f.problem.as_ref().map(|p| json!({"frame": f.number, "problem": p}));
+        |f: &crate::record::FrameInfo| f.problem.as_ref().map(|p| json!({"frame": f.number, "problem": p}));
     let problems: Vec<_> = result.frames.iter().filter_map(problem).collect();
     json!({
         "motorcade": env!("CARGO_PKG_VERSION"),
@@ -42,8 +42,8 @@ fn record(result: &RunResult, context: &RunContext) -> serde_json::Value {
             "vehicles_moving": result.vehicles.iter().filter(|v| v.p_moving > 0.5).count(),
         },
         "length_m": result.ego.length_m(),
-        "variance_factors": result.graph.as_ref().map(|g| &g.variance_factors),
-        "vehicles_looked_for": result.looked_for_vehicles,
+        "variance_factors": result.graph.as_ref().map(|g| g.variance_factors()),
+        "vehicles_looked_for": result.detects_vehicles,
         "unreadable_frames": problems,
         "timings": result.stopwatch.summary(),
         "warnings": result.warnings,

@@ -1,0 +1,134 @@
+//! Camera–vehicle edges, and the priors of a vehicle.
+
+use motorcade_geometry::{Pose, Vehicle, World};
+use motorcade_graph::factors::Between;
+use motorcade_graph::{GraphError, VariableId};
+use motorcade_vehicles::{Sighting, VehicleMeasurement, VehicleState, VehicleTrajectory};
+use nalgebra::{Matrix6, Vector6};
+
+use super::edge::{Edge, EdgeContext, inverse, is_static, weighted};
+use super::motion::{motion_model, road_plane_steps};
+use crate::classes::EdgeClass;
+use crate::scaled_pose_factor::ScaledPoseFactor;
+use crate::track_scales::TrackScales;
+
+/// The nodes of a vehicle.
+#[derive(Clone, Copy)]
+pub(crate) struct TrackNodes<'a> {
+    /// One for each state; a static vehicle repeats its node.
+    pub(crate) nodes: &'a [VariableId],
+    /// Starting values of the nodes.
+    pub(crate) starts: &'a [Pose<World, Vehicle>],
+    /// Scales shared by the measurements.
+    pub(crate) scales: Option<TrackScales>,
+}
+
+/// All edges of a vehicle.
+pub(crate) fn of_vehicle(
+    vehicle: &VehicleTrajectory,
+    track: &TrackNodes<'_>,
+    context: &EdgeContext<'_>,
+) -> Result<Vec<Edge>, GraphError> {
+    let options = context.options;
+    let mut out = Vec::new();
+    if options.camera_vehicle {
+        match &track.scales {
+            Some(scales) => out.extend(scaled_measurements(vehicle, track.nodes, scales, context)),
+            None => out.extend(measurements(vehicle, track.nodes, context)?),
+        }
+    }
+    if let Some(scales) = &track.scales {
+        out.extend(scales.priors(vehicle, context.scale_weight, options)?.into_iter().map(Edge::fixed));
+    }
+    if options.vehicle_vehicle && !is_static(vehicle, options) {
+        out.extend(if options.constant_weights {
+            road_plane_steps(vehicle, track.nodes, context)?
+        } else {
+            motion_model(vehicle, track.nodes, context)
+        });
+    }
+    out.extend(ties(vehicle, track, context)?);
+    Ok(out)
+}
+
+/// Camera–vehicle edges that share scales: one for each source of each frame.
+fn scaled_measurements(
+    vehicle: &VehicleTrajectory,
+    nodes: &[VariableId],
+    scales: &TrackScales,
+    context: &EdgeContext<'_>,
+) -> Vec<Edge> {
+    let of_state = |(state, node): (&VehicleState, &VariableId)| {
+        let (camera, node) = (context.cameras[state.frame], *node);
+        let inflation = inflation(vehicle, state, context);
+        let edge = move |sighting: &Sighting| {
+            let information = inverse(&(sighting.covariance * inflation));
+            let (scale, at) = scales.of(sighting, vehicle);
+            let factor = ScaledPoseFactor::new([camera, node, scale], sighting, at, information);
+            Edge::classed(factor, EdgeClass::of(sighting.source), context)
+        };
+        state.sightings.iter().map(edge).collect::<Vec<_>>()
+    };
+    vehicle.states.iter().zip(nodes).flat_map(of_state).collect()
+}
+
+/// Camera–vehicle edges without a common scale: one for each frame (eqs. 9–14).
+fn measurements(
+    vehicle: &VehicleTrajectory,
+    nodes: &[VariableId],
+    context: &EdgeContext<'_>,
+) -> Result<Vec<Edge>, GraphError> {
+    let edge = |(state, node): (&VehicleState, &VariableId)| {
+        let inflation = inflation(vehicle, state, context);
+        let camera = context.cameras[state.frame];
+        state.measured.as_ref().map(|m| measurement(m, camera, *node, inflation, context))
+    };
+    vehicle.states.iter().zip(nodes).filter_map(edge).collect()
+}
+
+/// Factor on the variances of a camera–vehicle edge: errors of neighbouring frames are correlated.
+fn inflation(vehicle: &VehicleTrajectory, state: &VehicleState, context: &EdgeContext<'_>) -> f64 {
+    let correlated = context.options.correlation_time_s / context.times.interval(state.frame);
+    // All measurements of a static vehicle share their errors of slope, and of size where that is no variable.
+    let seen = || vehicle.states.iter().filter(|s| s.measured.is_some()).count() as f64;
+    let least = if is_static(vehicle, context.options) { seen() } else { 1.0 };
+    correlated.max(least)
+}
+
+fn measurement(
+    measured: &VehicleMeasurement,
+    camera: VariableId,
+    vehicle: VariableId,
+    inflation: f64,
+    context: &EdgeContext<'_>,
+) -> Result<Edge, GraphError> {
+    let (options, pose) = (context.options, *measured.camera_from_vehicle.isometry());
+    if options.constant_weights {
+        let near = pose.translation.vector.z <= options.near_limit_m;
+        let lambda = if near { options.lambda_trusted } else { options.lambda_doubted };
+        return Ok(Edge::fixed(Between::new(camera, vehicle, pose, weighted(lambda))?)); // (15)
+    }
+    let edge = Between::new(camera, vehicle, pose, inverse(&(measured.covariance * inflation)))?;
+    Ok(Edge::classed(edge, EdgeClass::Box, context))
+}
+
+/// Weak ties of the vehicle nodes to their cameras at the starting values, so that no choice of edges leaves a node
+/// undetermined.
+fn ties(
+    vehicle: &VehicleTrajectory,
+    track: &TrackNodes<'_>,
+    context: &EdgeContext<'_>,
+) -> Result<Vec<Edge>, GraphError> {
+    let advanced = &context.options.advanced;
+    let [turn, place] = [advanced.tie_rad, advanced.tie_m].map(|sigma| 1.0 / (sigma * sigma));
+    let weak = Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, place, place, place));
+    let mut out: Vec<Edge> = Vec::new();
+    for (k, ((state, node), start)) in vehicle.states.iter().zip(track.nodes).zip(track.starts).enumerate() {
+        if k > 0 && track.nodes[k - 1] == *node {
+            continue;
+        }
+        let pose = context.ego.frames[state.frame].world_from_camera.inverse() * *start;
+        out.push(Edge::fixed(Between::new(context.cameras[state.frame], *node, *pose.isometry(), weak)?));
+    }
+    Ok(out)
+}

@@ -1,0 +1,96 @@
+//! Writing estimates of the graph into trajectories.
+
+use motorcade_geometry::{Pose, Vehicle, World, lie::se3::adjoint};
+use motorcade_graph::{Graph, GraphError, Marginals, VariableId};
+use motorcade_odometry::{EgoFrame, EgoTrajectory};
+use motorcade_vehicles::{VehicleState, VehicleTrajectory};
+use nalgebra::{Isometry3, Matrix6, Vector3};
+
+/// Solution of a graph.
+#[derive(Clone, Copy)]
+pub(crate) struct Solution<'a> {
+    pub(crate) graph: &'a Graph,
+    pub(crate) marginals: &'a Marginals,
+    /// Node of each frame of the window.
+    pub(crate) cameras: &'a [VariableId],
+}
+
+impl Solution<'_> {
+    fn pose<To, From>(&self, id: VariableId) -> Result<Pose<To, From>, GraphError> {
+        Ok(Pose::new(*self.graph.values().get::<Isometry3<f64>>(id)?))
+    }
+
+    /// Writes the camera poses of the frames from `from` on.
+    pub(crate) fn write_cameras(&self, from: usize, ego: &mut EgoTrajectory) -> Result<(), GraphError> {
+        for (frame, id) in ego.frames.iter_mut().zip(self.cameras).skip(from) {
+            frame.world_from_camera = self.pose(*id)?;
+        }
+        Ok(())
+    }
+
+    /// Writes poses and covariances of the states of a vehicle from frame `from` on; true when there was one.
+    pub(crate) fn write_states(
+        &self,
+        from: usize,
+        vehicle: &mut VehicleTrajectory,
+        nodes: &[VariableId],
+        ego: &EgoTrajectory,
+    ) -> Result<bool, GraphError> {
+        let mut written = false;
+        for (state, id) in vehicle.states.iter_mut().zip(nodes).filter(|(s, _)| s.frame >= from) {
+            let estimate: Pose<World, Vehicle> = self.pose(*id)?;
+            write_pose(state, &estimate);
+            let (frame, camera) = (&ego.frames[state.frame], self.cameras[state.frame]);
+            state.covariance = self.vehicle_covariance(frame, &estimate, [camera, *id])?;
+            written = true;
+        }
+        Ok(written)
+    }
+
+    /// Writes the size of a vehicle, its scale refined by all measurements together, and its covariance. `weight` is that of the
+    /// priors of scales.
+    pub(crate) fn write_size(
+        &self,
+        vehicle: &mut VehicleTrajectory,
+        scale: VariableId,
+        weight: f64,
+    ) -> Result<(), GraphError> {
+        let variance = self.marginals.covariance(scale)?[(0, 0)] * weight;
+        vehicle.rescale(self.graph.values().scalar(scale)? - vehicle.size.height_m.ln(), variance);
+        Ok(())
+    }
+
+    /// Covariance (6×6) of a vehicle in the world: that of its camera, transformed, plus that of the vehicle relative to the
+    /// camera. The graph takes the steps of the camera as independent and would make the first part too small; the trajectory
+    /// has the correlation time of the scale's errors.
+    fn vehicle_covariance(
+        &self,
+        frame: &EgoFrame,
+        world_from_vehicle: &Pose<World, Vehicle>,
+        [camera, vehicle]: [VariableId; 2],
+    ) -> Result<Matrix6<f64>, GraphError> {
+        let camera_from_vehicle =
+            (frame.world_from_camera.inverse() * *world_from_vehicle).isometry().to_owned();
+        let across = adjoint(&camera_from_vehicle.inverse());
+        let of_camera = across * frame.covariance * across.transpose();
+        if self.graph.is_fixed(camera) {
+            let dense = self.marginals.covariance(vehicle)?;
+            return Ok(of_camera + Matrix6::from_fn(|r, c| dense[(r, c)]));
+        }
+        // Error of camera_from_vehicle: δ_vehicle − Ad(camera_from_vehicle⁻¹) δ_camera.
+        let joint = self.marginals.joint(&[camera, vehicle])?;
+        let block = |r: usize, c: usize| Matrix6::from_fn(|i, j| joint[(r + i, c + j)]);
+        let cross = across * block(0, 6);
+        let relative = block(6, 6) + across * block(0, 0) * across.transpose() - cross - cross.transpose();
+        Ok(of_camera + relative)
+    }
+}
+
+/// Writes a pose into a state; the speed counts along the forward axis.
+fn write_pose(state: &mut VehicleState, estimate: &Pose<World, Vehicle>) {
+    let forward = |pose: &Pose<World, Vehicle>| pose.transform_vector(&Vector3::x());
+    if forward(estimate).dot(&forward(&state.world_from_vehicle)) < 0.0 {
+        state.speed_mps = -state.speed_mps;
+    }
+    state.world_from_vehicle = *estimate;
+}

@@ -1,0 +1,74 @@
+//! The scales shared by all measurements of a vehicle: their errors are the same in every frame.
+
+use motorcade_graph::factors::VectorPrior;
+use motorcade_graph::{Graph, GraphError, VariableId};
+use motorcade_vehicles::{Scaling, Sighting, VehicleTrajectory};
+use nalgebra::{DMatrix, DVector};
+
+use crate::options::GraphOptions;
+
+/// Nodes of the scales of a vehicle, logarithms.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TrackScales {
+    /// Size: the logarithm of its height \[m\], its proportions kept.
+    pub(crate) size: VariableId,
+    /// Log factor on the distances of an external source, and its standard deviation.
+    source: Option<(VariableId, f64)>,
+}
+
+impl TrackScales {
+    /// Adds the scales to a graph, at their current values.
+    pub(crate) fn add(graph: &mut Graph, vehicle: &VehicleTrajectory) -> Self {
+        let mut scales = Self { size: graph.add_variable(vehicle.size.height_m.ln()), source: None };
+        scales.complete(graph, vehicle);
+        scales
+    }
+
+    /// Adds the scale of an external source at its first measurement.
+    pub(crate) fn complete(&mut self, graph: &mut Graph, vehicle: &VehicleTrajectory) {
+        let own = |sighting: &Sighting| match sighting.scaling {
+            Scaling::Source { sigma } => Some(sigma),
+            Scaling::Size => None,
+        };
+        let sigma = vehicle.states.iter().flat_map(|s| &s.sightings).find_map(own);
+        self.source = self.source.or_else(|| sigma.map(|sigma| (graph.add_variable(0.0), sigma)));
+    }
+
+    /// All nodes.
+    pub(crate) fn nodes(&self) -> impl Iterator<Item = VariableId> {
+        std::iter::once(self.size).chain(self.source.map(|(id, _)| id))
+    }
+
+    /// The scale that a measurement depends on, and the value at which it was made.
+    pub(crate) fn of(&self, sighting: &Sighting, vehicle: &VehicleTrajectory) -> (VariableId, f64) {
+        match (sighting.scaling, self.source) {
+            (Scaling::Source { .. }, Some((id, _))) => (id, 0.0),
+            _ => (self.size, vehicle.size.height_m.ln()),
+        }
+    }
+
+    /// Priors from the vehicle's class, from single frames and of the external source, at the weight of [`scale_weight`].
+    pub(crate) fn priors(
+        &self,
+        vehicle: &VehicleTrajectory,
+        weight: f64,
+        options: &GraphOptions,
+    ) -> Result<Vec<VectorPrior>, GraphError> {
+        let least_sigma = options.advanced.least_scale_sigma;
+        let prior = |id: VariableId, mean: f64, variance: f64| {
+            let information = weight / variance.max(least_sigma * least_sigma);
+            VectorPrior::new(id, DVector::from_element(1, mean), DMatrix::from_element(1, 1, information))
+        };
+        let size = prior(self.size, vehicle.size.height_m.ln(), vehicle.scale_variance());
+        let source = self.source.map(|(id, sigma)| prior(id, 0.0, sigma * sigma));
+        std::iter::once(size).chain(source).collect()
+    }
+}
+
+/// Weight of the prior of a scale relative to camera–vehicle measurements, which count as one in `correlation_time_s`. Errors of
+/// depth that look like a scale are correlated for longer (plane, slope, habit of the detector), so measurements count for less
+/// against the prior, and the variance found is that many times too small.
+pub(crate) fn scale_weight(mean_interval_s: f64, options: &GraphOptions) -> f64 {
+    let counted_as_one = options.correlation_time_s.max(mean_interval_s);
+    (options.advanced.scale_correlation_time_s / counted_as_one).max(1.0)
+}

@@ -1,0 +1,259 @@
+//! Selected inverse: the blocks of `(L Lᵀ)⁻¹` on the pattern of L, without forming the rest.
+//!
+//! Takahashi's recurrence on supernodes, from the root down. With `Y = L21 L11⁻¹` and Σ_RR the inverse over the rows
+//! below (known from the parent): `Σ_RJ = −Σ_RR Y`, `Σ_JJ = L11⁻ᵀ L11⁻¹ − Yᵀ Σ_RJ`.
+
+use nalgebra::{DMatrix, DMatrixView};
+
+use crate::cholesky::Cholesky;
+use crate::dense::solve_forward;
+use crate::matrix::BlockMatrix;
+use crate::symbolic::{Node, Symbolic};
+use crate::tree::ROOT;
+
+/// Blocks of the inverse, stored like the factor's panels.
+#[derive(Clone, Debug)]
+pub struct SelectedInverse {
+    values: Vec<f64>,
+}
+
+/// The inverse over one front: pivots, then rows below, without padding.
+struct Front {
+    inverse: DMatrix<f64>,
+    /// Children that still need it.
+    waiting: usize,
+}
+
+impl SelectedInverse {
+    /// Of the matrix with this factor.
+    pub fn new(matrix: &BlockMatrix, factor: &Cholesky) -> Self {
+        let symbolic = &matrix.symbolic;
+        let mut out = Self { values: vec![0.0; symbolic.factor_len] };
+        let mut fronts: Vec<Option<Front>> = Vec::new();
+        fronts.resize_with(symbolic.nodes.len(), || None);
+        for s in (0..symbolic.nodes.len()).rev() {
+            let node = &symbolic.nodes[s];
+            let below = match fronts.get_mut(node.parent as usize) {
+                Some(slot) => {
+                    let below = slot.as_ref().map(|front| gather(symbolic, node, &front.inverse));
+                    if let Some(front) = slot {
+                        front.waiting -= 1;
+                    }
+                    slot.take_if(|front| front.waiting == 0);
+                    below.unwrap_or_default()
+                }
+                None => DMatrix::zeros(node.shape.below, node.shape.below),
+            };
+            let inverse = invert(node, factor.panel(node), &below);
+            out.store(node, &inverse);
+            if !node.children.is_empty() {
+                fronts[s] = Some(Front { inverse, waiting: node.children.len() });
+            }
+        }
+        out
+    }
+
+    fn store(&mut self, node: &Node, inverse: &DMatrix<f64>) {
+        let (n, ld) = (node.shape.pivots, node.shape.ld());
+        for j in 0..n {
+            let target = &mut self.values[node.panel + j * ld..node.panel + (j + 1) * ld];
+            let column = inverse.column(j);
+            for (i, &x) in column.iter().enumerate() {
+                target[if i < n { i } else { i - n + node.shape.below_start() }] = x;
+            }
+        }
+    }
+
+    /// Block (i, j) of the inverse, original numbering.
+    ///
+    /// Off the pattern of L it is computed through the lowest front `l` above both: given the variables of `l` the two are
+    /// independent and linear in them, so that `Σ_ij = Xᵢᵀ Σ_ll Xⱼ`. X comes by forward substitution along the path
+    /// from a variable up to `l`, which is short for variables that are near each other.
+    pub fn block(&self, matrix: &BlockMatrix, factor: &Cholesky, i: u32, j: u32) -> DMatrix<f64> {
+        let symbolic = &matrix.symbolic;
+        let (p, q) = (symbolic.position[i as usize], symbolic.position[j as usize]);
+        let (row, column) = (p.max(q), p.min(q));
+        let (rows, cols) = (symbolic.dims[row as usize], symbolic.dims[column as usize]);
+        if let Some((from, ld)) = symbolic.block_in_factor(row, column) {
+            let block = DMatrix::from_fn(rows, cols, |a, b| self.values[from + b * ld + a]);
+            return if p >= q { block } else { block.transpose() };
+        }
+        let (s, t) = (symbolic.node_of[p as usize], symbolic.node_of[q as usize]);
+        let Some(top) = symbolic.lowest_above(s, t) else {
+            return DMatrix::zeros(symbolic.dims[p as usize], symbolic.dims[q as usize]);
+        };
+        let (left, right) = (lift(symbolic, factor, p, top), lift(symbolic, factor, q, top));
+        left.transpose() * (self.front(symbolic, top) * right)
+    }
+
+    /// One diagonal block of the inverse, original numbering: the fronts from the root down to it, no others.
+    pub fn diagonal_block(matrix: &BlockMatrix, factor: &Cholesky, i: u32) -> DMatrix<f64> {
+        let symbolic = &matrix.symbolic;
+        let position = symbolic.position[i as usize];
+        let own = symbolic.node_of[position as usize];
+        let mut path = vec![own];
+        while let Some(&s) = path.last()
+            && symbolic.nodes[s as usize].parent != ROOT
+        {
+            path.push(symbolic.nodes[s as usize].parent);
+        }
+        let mut inverse = DMatrix::zeros(0, 0);
+        for &s in path.iter().rev() {
+            let node = &symbolic.nodes[s as usize];
+            inverse = invert(node, factor.panel(node), &gather(symbolic, node, &inverse));
+        }
+        let first = symbolic.offsets[symbolic.nodes[own as usize].first as usize];
+        let (at, dim) = (symbolic.offsets[position as usize] - first, symbolic.dims[position as usize]);
+        inverse.view((at, at), (dim, dim)).into_owned()
+    }
+
+    /// The inverse over one front, pivots and rows below: all of it lies on the pattern.
+    fn front(&self, symbolic: &Symbolic, s: u32) -> DMatrix<f64> {
+        let node = &symbolic.nodes[s as usize];
+        let n = node.shape.pivots + node.shape.below;
+        let all: Vec<u32> =
+            (node.first..node.first + node.columns).chain(node.rows.iter().copied()).collect();
+        let mut out = DMatrix::zeros(n, n);
+        let mut left = 0;
+        for (k, &column) in all.iter().enumerate() {
+            let width = symbolic.dims[column as usize];
+            let mut top = left;
+            for &row in &all[k..] {
+                let height = symbolic.dims[row as usize];
+                if let Some((from, ld)) = symbolic.block_in_factor(row, column) {
+                    for b in 0..width {
+                        for a in 0..height {
+                            let x = self.values[from + b * ld + a];
+                            out[(top + a, left + b)] = x;
+                            out[(left + b, top + a)] = x;
+                        }
+                    }
+                }
+                top += height;
+            }
+            left += width;
+        }
+        out
+    }
+}
+
+/// Coefficients (front × dof) of the variable at `position` in terms of those of front `top`, an ancestor of its own.
+fn lift(symbolic: &Symbolic, factor: &Cholesky, position: u32, top: u32) -> DMatrix<f64> {
+    let mut s = symbolic.node_of[position as usize];
+    let size = |node: &Node| node.shape.pivots + node.shape.below;
+    let dof = symbolic.dims[position as usize];
+    let mut x = DMatrix::zeros(size(&symbolic.nodes[s as usize]), dof);
+    let at =
+        symbolic.offsets[position as usize] - symbolic.offsets[symbolic.nodes[s as usize].first as usize];
+    x.view_mut((at, 0), (dof, dof)).fill_with_identity();
+    while s != top {
+        let node = &symbolic.nodes[s as usize];
+        let n = node.shape.pivots;
+        let mut above = DMatrix::zeros(size(&symbolic.nodes[node.parent as usize]), dof);
+        let (places, mut padded) = (places_in_parent(symbolic, node), vec![0.0; node.shape.ld()]);
+        let start = node.shape.below_start();
+        for k in 0..dof {
+            let column = x.column(k);
+            let (pivots, below) = column.as_slice().split_at(n);
+            padded[..n].copy_from_slice(pivots);
+            padded[start..start + node.shape.below].copy_from_slice(below);
+            solve_forward(factor.panel(node), node.shape, &mut padded);
+            for (&place, y) in places.iter().zip(&padded[start..]) {
+                above[(place, k)] = *y;
+            }
+        }
+        (x, s) = (above, node.parent);
+    }
+    x
+}
+
+/// Places of the rows below `node` in its parent's front.
+fn places_in_parent(symbolic: &Symbolic, node: &Node) -> Vec<usize> {
+    let parent = symbolic.nodes[node.parent as usize].shape;
+    let mut places = Vec::with_capacity(node.shape.below);
+    for run in &node.runs {
+        let at = run.parent as usize;
+        let at = if at < parent.pivots { at } else { at - parent.below_start() + parent.pivots };
+        places.extend(at..at + run.len as usize);
+    }
+    places
+}
+
+/// The inverse over the rows below `node`, out of its parent's front.
+fn gather(symbolic: &Symbolic, node: &Node, front: &DMatrix<f64>) -> DMatrix<f64> {
+    let m = node.shape.below;
+    if node.parent == ROOT {
+        return DMatrix::zeros(m, m);
+    }
+    let places = places_in_parent(symbolic, node);
+    DMatrix::from_fn(m, m, |i, j| front[(places[i], places[j])])
+}
+
+fn invert(node: &Node, panel: &[f64], below: &DMatrix<f64>) -> DMatrix<f64> {
+    let (n, m, ld) = (node.shape.pivots, node.shape.below, node.shape.ld());
+    let view = DMatrixView::from_slice_with_strides(panel, ld, n, 1, ld);
+    let l11 = view.rows(0, n).lower_triangle();
+    let mut w = DMatrix::identity(n, n);
+    l11.solve_lower_triangular_mut(&mut w); // L11⁻¹
+    let y = view.rows(node.shape.below_start(), m) * &w; // m×n
+    let below_pivots = -(below * &y); // m×n
+    let pivots = w.transpose() * &w - y.transpose() * &below_pivots;
+    let mut out = DMatrix::zeros(n + m, n + m);
+    out.view_mut((0, 0), (n, n)).copy_from(&pivots);
+    out.view_mut((n, 0), (m, n)).copy_from(&below_pivots);
+    out.view_mut((0, n), (n, m)).copy_from(&below_pivots.transpose());
+    out.view_mut((n, n), (m, m)).copy_from(below);
+    out
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    /// Two chains with a few long ties, of blocks of mixed sizes.
+    fn chains() -> (Vec<usize>, Vec<(u32, u32)>) {
+        let dims: Vec<usize> = (0..60).map(|k| [6, 3, 1, 7, 2][k % 5]).collect();
+        let mut pairs: Vec<(u32, u32)> = (1..60).filter(|k| *k != 40).map(|k| (k - 1, k)).collect();
+        pairs.extend([(0, 20), (5, 12), (7, 30), (41, 59), (45, 50)]);
+        (dims, pairs)
+    }
+
+    #[test]
+    fn every_block_is_one_of_the_dense_inverse() {
+        let (dims, pairs) = chains();
+        let mut matrix = BlockMatrix::new(&dims, &pairs);
+        let n = matrix.symbolic.len();
+        let mut dense = DMatrix::<f64>::zeros(n, n);
+        let itself = (0..dims.len() as u32).map(|k| (k, k));
+        for (k, (i, j)) in pairs.iter().copied().chain(itself).enumerate() {
+            let (rows, cols) = (dims[i as usize], dims[j as usize]);
+            let mut block =
+                DMatrix::from_fn(rows, cols, |a, b| ((a * 7 + b * 3 + k * 5) % 11) as f64 / 11.0 - 0.5);
+            if i == j {
+                block = &block * block.transpose() + DMatrix::identity(rows, rows) * 8.0;
+            }
+            let slot = matrix.slot(i, j).unwrap();
+            matrix.add(slot, 1.0, block.as_slice(), rows, (rows, cols));
+            let (at, from) = (matrix.range(i).start, matrix.range(j).start);
+            dense.view_mut((at, from), (rows, cols)).copy_from(&block);
+            dense.view_mut((from, at), (cols, rows)).copy_from(&block.transpose());
+        }
+        let mut factor = Cholesky::default();
+        factor.factorise(&matrix, 0.0, false, None).unwrap();
+        let selected = SelectedInverse::new(&matrix, &factor);
+        let inverse = dense.try_inverse().unwrap();
+        let mut off_pattern = 0;
+        for i in 0..dims.len() as u32 {
+            for j in 0..dims.len() as u32 {
+                let (rows, columns) = (matrix.range(i), matrix.range(j));
+                let expected = inverse.view((rows.start, columns.start), (rows.len(), columns.len()));
+                let block = selected.block(&matrix, &factor, i, j);
+                assert!((block - expected).amax() < 1e-13, "({i}, {j})");
+                let (p, q) = (matrix.symbolic.position[i as usize], matrix.symbolic.position[j as usize]);
+                off_pattern += usize::from(matrix.symbolic.block_in_factor(p.max(q), p.min(q)).is_none());
+            }
+        }
+        assert!(off_pattern > 1000, "{off_pattern}");
+    }
+}
