@@ -72,7 +72,7 @@ impl Row<'_> {
             format!("{} columns", self.fields.len()),
         ))
     }
-    /// Column `index` as whatever `what` names.
+    /// Column `index` as a value; `what` names it in errors.
     pub fn parse<T: FromStr>(&self, index: usize, what: &str) -> Result<T> {
         let column = index + 1;
         let Some(field) = self.fields.get(index) else {

@@ -1,4 +1,4 @@
-//! What is evaluated: the estimates of a run, from memory or from its directory.
+//! Estimates of a run, from memory or from its directory.
 
 use std::path::Path;
 

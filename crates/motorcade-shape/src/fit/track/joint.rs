@@ -1,66 +1,26 @@
-//! One vehicle in many images: a pose per frame, one shape for all.
+//! Joint solution of a track: poses eliminated by the Schur complement.
 
-use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
-use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector6};
+use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
 
-use super::fitter::ShapeFitter;
-use super::model::{Shape, State};
-use super::observation::Observation;
-use super::problem::{Problem, Row};
-use super::quality::{Quality, information};
-use super::result::ShapeFit;
-use super::solver::{Effort, Free, Normal, cost_of, refine, step};
-use super::track_shape::{ShapeMatrix, TrackShape};
-use super::{DOF, MAX_SHAPE};
-use crate::dimensions::Dimensions;
+use super::super::fitter::ShapeFitter;
+use super::super::hypotheses::heading_cosine;
+use super::super::model::{Shape, State};
+use super::super::problem::{Problem, Row};
+use super::super::quality::{Quality, information};
+use super::super::result::ShapeFit;
+use super::super::solver::{Normal, cost_of, step};
+use super::super::track_shape::ShapeMatrix;
+use super::super::{DOF, MAX_SHAPE};
+use super::result::FrameFit;
 use crate::error::FitError;
 
-/// Cost by which the opposite heading must be better under the shared shape.
-const FLIP_GAIN: f64 = 1.0;
-
-/// A vehicle's pose in one frame of its track.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FrameFit {
-    /// Pose \[m\].
-    pub camera_from_vehicle: Pose<Camera, Vehicle>,
-    /// Covariance of the pose (6×6 `[ω, ν]`, vehicle frame), the shared shape marginalised.
-    pub covariance: Matrix6<f64>,
-    /// True for keypoints within the gate, in the order of the observation.
-    pub inliers: Vec<bool>,
-    /// Robust standard deviation of the whitened keypoint residuals.
-    pub residual_sigma: f64,
-    /// True when the network's left and right points were exchanged.
-    pub sides_swapped: bool,
-    /// Cost of the frame without the terms of the shape.
-    pub cost: f64,
-    /// Cost difference to the opposite heading in this frame alone; negative when the track's shape reversed it.
-    pub heading_margin: f64,
-}
-
-/// Fit of a vehicle over its track.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TrackFit {
-    /// One entry per observation: its pose, or its error.
-    pub frames: Vec<Result<FrameFit, FitError>>,
-    /// Shape coefficients λ shared by all frames.
-    pub coefficients: Vec<f64>,
-    /// The shape, to fit further frames with.
-    pub shape: TrackShape,
-    /// Outer size of the shape.
-    pub dimensions: Dimensions,
-    /// Covariance of the outer size (length, width, height) \[m²\].
-    pub size_covariance: Matrix3<f64>,
-    /// Total robust cost.
-    pub cost: f64,
-}
-
 /// A frame during the solution.
-struct Frame<'a> {
-    problem: Problem<'a>,
-    state: State,
-    single: ShapeFit,
-    swapped: bool,
-    index: usize,
+pub(super) struct Frame<'a> {
+    pub(super) problem: Problem<'a>,
+    pub(super) state: State,
+    pub(super) single: ShapeFit,
+    pub(super) swapped: bool,
+    pub(super) index: usize,
 }
 
 /// A frame's part of the normal equations: pose (6), shape (8).
@@ -79,73 +39,8 @@ struct TrackNormal {
 }
 
 impl ShapeFitter {
-    /// Poses of a vehicle in many images with one shape for all: every frame is first fitted alone, then all poses and the
-    /// shape together, poses eliminated by the Schur complement. Unusable frames return their error; the size
-    /// prior of the first usable frame enters once. [`FitError::NoSolution`] when no frame can be used.
-    pub fn fit_track(
-        &self,
-        camera: &PinholeCamera,
-        observations: &[Observation],
-    ) -> Result<TrackFit, FitError> {
-        let mut errors: Vec<Option<FitError>> = vec![None; observations.len()];
-        let mut frames = Vec::new();
-        let mut rows = Vec::new();
-        for (index, observation) in observations.iter().enumerate() {
-            match self.fit(camera, observation) {
-                Err(error) => errors[index] = Some(error),
-                Ok(single) => frames.push(self.frame(camera, observation, single, index)),
-            }
-        }
-        if frames.is_empty() {
-            return Err(errors.into_iter().flatten().next().unwrap_or(FitError::NoSolution));
-        }
-        let count = frames.len() as f64;
-        let shape = frames.iter().fold(Shape::zeros(), |sum, f| sum + f.state.shape / count);
-        frames.iter_mut().for_each(|f| f.state.shape = shape);
-
-        let mut cost = self.solve(&mut frames, &mut rows);
-        if self.turn_flipped(camera, observations, &mut frames, &mut rows) {
-            cost = self.solve(&mut frames, &mut rows);
-        }
-        let (fits, covariance) = self.marginals(&frames, &mut rows)?;
-        let shape = TrackShape { mean: frames[0].state.shape, covariance };
-        let coefficients = self.model.coefficients(&shape.mean);
-        let slope = &self.model.size_slope;
-        let mut out: Vec<Result<FrameFit, FitError>> =
-            errors.into_iter().map(|e| Err(e.unwrap_or(FitError::NoSolution))).collect();
-        for (frame, fit) in frames.iter().zip(fits) {
-            out[frame.index] = Ok(fit);
-        }
-        Ok(TrackFit {
-            frames: out,
-            shape,
-            dimensions: self.prior().dimensions(&coefficients),
-            size_covariance: slope * covariance * slope.transpose(),
-            coefficients,
-            cost,
-        })
-    }
-
-    fn frame<'a>(
-        &'a self,
-        camera: &'a PinholeCamera,
-        observation: &Observation,
-        single: ShapeFit,
-        index: usize,
-    ) -> Frame<'a> {
-        let swapped = single.sides_swapped;
-        let mut problem = Problem::new(&self.model, camera, self.options(), observation, swapped);
-        problem.shape_terms = false;
-        problem.distance_m = single.camera_from_vehicle.translation().z;
-        let state = State {
-            camera_from_vehicle: single.camera_from_vehicle,
-            shape: self.model.whitened(&single.coefficients),
-        };
-        Frame { problem, state, single, swapped, index }
-    }
-
     /// Levenberg–Marquardt over all poses and the shape; returns the cost.
-    fn solve(&self, frames: &mut [Frame<'_>], rows: &mut Vec<Row>) -> f64 {
+    pub(super) fn solve(&self, frames: &mut [Frame<'_>], rows: &mut Vec<Row>) -> f64 {
         let mut damping = 1e-3;
         let Some(mut normal) = self.linearise(frames, rows) else { return f64::INFINITY };
         for _ in 0..2 * self.options().max_iterations {
@@ -239,42 +134,8 @@ impl ShapeFitter {
         (h, normal.g.fixed_rows::<MAX_SHAPE>(6).into_owned(), normal.cost)
     }
 
-    /// Tries the opposite heading of each ambiguous frame under the shared shape; true when one was better.
-    fn turn_flipped<'a>(
-        &'a self,
-        camera: &'a PinholeCamera,
-        observations: &[Observation],
-        frames: &mut [Frame<'a>],
-        rows: &mut Vec<Row>,
-    ) -> bool {
-        let mut turned = false;
-        for frame in frames {
-            let Some(opposite) = frame.single.opposite else { continue };
-            if !frame.single.heading_is_ambiguous() {
-                continue;
-            }
-            if !frame.problem.rows(&frame.state, rows) {
-                continue;
-            }
-            let now = cost_of(&frame.problem, rows) + self.penalty(frame.swapped);
-            let swapped = opposite.sides_swapped;
-            let observation = &observations[frame.index];
-            let mut problem = Problem::new(&self.model, camera, self.options(), observation, swapped);
-            problem.shape_terms = false;
-            problem.distance_m = opposite.camera_from_vehicle.translation().z;
-            let start = State { camera_from_vehicle: opposite.camera_from_vehicle, shape: frame.state.shape };
-            let effort = Effort::full(self.options().max_iterations);
-            let Some(there) = refine(&problem, start, Free::Pose, effort, rows) else { continue };
-            if there.cost + self.penalty(swapped) + FLIP_GAIN < now {
-                (frame.problem, frame.state, frame.swapped) = (problem, there.state, swapped);
-                turned = true;
-            }
-        }
-        turned
-    }
-
     /// Covariances: `Σ_pp = H_pp⁻¹ + H_pp⁻¹ H_ps S⁻¹ H_sp H_pp⁻¹`, and that of the shape, S⁻¹.
-    fn marginals(
+    pub(super) fn marginals(
         &self,
         frames: &[Frame<'_>],
         rows: &mut Vec<Row>,
@@ -303,7 +164,7 @@ impl ShapeFitter {
             let covariance = factor.inverse() + gain * shape.solve(&gain.transpose());
             let overruled = frame.single.opposite.is_some_and(|o| {
                 let other = State { camera_from_vehicle: o.camera_from_vehicle, ..frame.state };
-                super::hypotheses::heading_cosine(&other, &frame.state) > 0.0
+                heading_cosine(&other, &frame.state) > 0.0
             });
             let margin = frame.single.heading_margin();
             FrameFit {
