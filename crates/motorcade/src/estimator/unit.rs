@@ -182,12 +182,13 @@ mod tests {
     }
 
     #[test]
-    fn vehicles_that_stand_agree_on_the_unit() {
+    fn static_vehicles_agree_on_the_unit() {
         let parked =
             [vehicle(3.0, 30.0, 0.0, 0.03), vehicle(-4.0, 40.0, 0.0, -0.04), vehicle(4.0, 45.0, 0.0, 0.0)];
         let traffic =
             [vehicle(0.0, 15.0, 1.0, 0.0), vehicle(-3.0, 60.0, -1.3, 0.0), vehicle(-3.0, 60.0, -0.8, 0.0)];
-        let all: Vec<_> = parked.iter().chain(&traffic).cloned().collect();
+        let numbered = |(id, v): (usize, &VehicleTrajectory)| VehicleTrajectory { id, ..v.clone() };
+        let all: Vec<_> = parked.iter().chain(&traffic).enumerate().map(numbered).collect();
         let found = of(&all, &way()).unwrap();
         assert_eq!(found.vehicles, 3);
         assert!((found.metres / UNIT_M).ln().abs() < 0.03 && found.sigma < 0.12, "{found:?}");
