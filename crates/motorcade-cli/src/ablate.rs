@@ -3,13 +3,14 @@
 mod suites;
 mod table;
 
-use motorcade::{Config, FrontEnd, RunResult, estimate_drive, output, write_run};
+use motorcade::{Config, FrontEndRecord, RunResult, Settings, estimate_drive, output};
 use motorcade_dataset::{Trajectory, read_trajectory};
-use motorcade_evaluate::{EgoReport, VehicleReport, evaluate_run, evaluate_trajectory};
+use motorcade_evaluate::{EgoReport, VehicleReport, evaluate_trajectory};
 use motorcade_geometry::{Camera, Pose, World};
 
 use crate::arguments::{AblateArguments, AblateCommand};
 use crate::drive::{Drive, LoadedDrive};
+use crate::evaluation::evaluate_result;
 use crate::progress::Reporter;
 use crate::run::overlaid;
 use crate::{exit, files};
@@ -17,7 +18,7 @@ use suites::Variant;
 
 /// Errors of one variant.
 pub struct Row {
-    /// What it is.
+    /// Name of the variant.
     pub name: String,
     /// Camera.
     pub ego: EgoReport,
@@ -34,33 +35,35 @@ pub fn ablate(command: &AblateCommand) -> anyhow::Result<u8> {
 }
 
 fn odometry(arguments: &AblateArguments) -> anyhow::Result<u8> {
-    let ablation = Ablation::open(arguments)?;
+    let mut ablation = Ablation::open(arguments)?;
     let mut rows = Vec::new();
     for variant in suites::odometry() {
-        let config = ablation.config(&variant)?;
-        let front_end = ablation.drive.front_end(&config, &ablation.reporter)?;
-        if front_end.interrupted {
+        let (record, settings) = ablation.front_end(&ablation.config(&variant)?)?;
+        if record.interrupted {
             break;
         }
-        rows.push(ablation.row(&variant, &config, front_end)?);
+        let result = estimate_drive(record, &settings, &ablation.reporter);
+        rows.push(ablation.row(&variant, &settings.config, &result)?);
         if rows.len() == 1 {
-            rows.extend(ablation.true_scale(&config)?);
+            rows.extend(ablation.true_scale(&result)?);
         }
     }
     ablation.conclude(&rows, table::odometry(&rows))
 }
 
 fn graph(arguments: &AblateArguments) -> anyhow::Result<u8> {
-    let ablation = Ablation::open(arguments)?;
+    let mut ablation = Ablation::open(arguments)?;
     let base = overlaid(Config::default(), &arguments.run)?;
-    // Nothing a variant changes is looked at before the graph: one pass over the frames serves them all.
-    let front_end = ablation.drive.front_end(&base, &ablation.reporter)?;
+    // The front end does not depend on the options of the graph: one pass over the frames serves all variants.
+    let (record, base) = ablation.front_end(&base)?;
     let mut rows = Vec::new();
     for variant in suites::graph() {
-        if front_end.interrupted || motorcade::Progress::cancelled(&ablation.reporter) {
+        if record.interrupted || motorcade::Progress::cancelled(&ablation.reporter) {
             break;
         }
-        rows.push(ablation.row(&variant, &ablation.config(&variant)?, front_end.clone())?);
+        let settings = Settings { config: ablation.config(&variant)?, ..base.clone() };
+        let result = estimate_drive(record.clone(), &settings, &ablation.reporter);
+        rows.push(ablation.row(&variant, &settings.config, &result)?);
     }
     ablation.conclude(&rows, table::graph(&rows))
 }
@@ -70,17 +73,14 @@ struct Ablation<'a> {
     arguments: &'a AblateArguments,
     drive: LoadedDrive,
     reporter: Reporter,
-    /// Where runs are written to be evaluated.
-    scratch: tempfile::TempDir,
 }
 
 impl<'a> Ablation<'a> {
     fn open(arguments: &'a AblateArguments) -> anyhow::Result<Self> {
         let run = &arguments.run;
         output::prepare_folder(&run.out)?;
-        let drive = Drive::open(run)?.load(run)?.remember()?;
-        let scratch = tempfile::Builder::new().prefix(".motorcade-").tempdir_in(&run.out)?;
-        Ok(Self { arguments, drive, reporter: Reporter::new(run.progress), scratch })
+        let drive = Drive::open(run)?.load(run)?.record()?;
+        Ok(Self { arguments, drive, reporter: Reporter::new(run.progress) })
     }
 
     fn config(&self, variant: &Variant) -> anyhow::Result<Config> {
@@ -91,31 +91,28 @@ impl<'a> Ablation<'a> {
         Ok(config)
     }
 
-    /// Runs what follows the frames, and evaluates.
-    fn row(&self, variant: &Variant, config: &Config, front_end: FrontEnd) -> anyhow::Result<Row> {
-        let (height_m, threads) = (self.drive.height_m(), self.drive.threads());
-        let result = estimate_drive(front_end, &self.drive.given, height_m, config, threads, &self.reporter);
-        let row = self.evaluate(variant, config, &result)?;
-        tracing::info!("{}: ATE {:.3} m, SE(3)", row.name, row.ego.ate_se3_m);
-        Ok(row)
+    /// Passes over the frames.
+    fn front_end(&mut self, config: &Config) -> anyhow::Result<(FrontEndRecord, Settings)> {
+        let mut slam = self.drive.slam(config)?;
+        self.drive.push_all(&mut slam, &self.reporter, &mut |_| ())?;
+        Ok(slam.into_record())
     }
 
-    fn evaluate(&self, variant: &Variant, config: &Config, result: &RunResult) -> anyhow::Result<Row> {
+    fn row(&self, variant: &Variant, config: &Config, result: &RunResult) -> anyhow::Result<Row> {
         let name = variant.name.clone();
-        let Some(kitti) = &self.arguments.kitti else {
-            let poses: Vec<_> = result.ego.frames.iter().map(|f| f.world_from_camera).collect();
-            let numbers: Vec<u64> = result.frames.iter().map(|f| f.number).collect();
-            let ego = evaluate_trajectory(&poses, &self.truth(&numbers)?)?;
-            return Ok(Row { name, ego, vehicles: Vec::new() });
+        let (ego, vehicles) = match &self.arguments.kitti {
+            Some(kitti) => {
+                let report = evaluate_result(result, &self.drive.context(*config, String::new()), kitti)?;
+                (report.ego, report.vehicles.unwrap_or_default())
+            }
+            None => {
+                let poses: Vec<_> = result.ego.frames.iter().map(|f| f.world_from_camera).collect();
+                let numbers: Vec<u64> = result.frames.iter().map(|f| f.number).collect();
+                (evaluate_trajectory(&poses, &self.truth(&numbers)?)?, Vec::new())
+            }
         };
-        let context = self.drive.context(*config, String::new());
-        let folder = self.scratch.path().join("run");
-        write_run(&folder, result, &context, &[])?;
-        let sequence = context.input.sequence.clone().unwrap_or_default();
-        let camera = context.input.camera.unwrap_or(2);
-        let first = result.frames.first().map_or(0, |f| f.number);
-        let report = evaluate_run(&folder, kitti, &sequence, camera, first)?;
-        Ok(Row { name, ego: report.ego, vehicles: report.vehicles.unwrap_or_default() })
+        tracing::info!("{name}: ATE {:.3} m, SE(3)", ego.ate_se3_m);
+        Ok(Row { name, ego, vehicles })
     }
 
     /// True poses of the frames of the run, from `--ground-truth`.
@@ -137,15 +134,12 @@ impl<'a> Ablation<'a> {
     }
 
     /// The floor: the same odometry with the true scale of ±5 frames put in. Only with the camera's own ground truth.
-    fn true_scale(&self, config: &Config) -> anyhow::Result<Option<Row>> {
+    fn true_scale(&self, result: &RunResult) -> anyhow::Result<Option<Row>> {
         if self.arguments.ground_truth.is_none() {
             return Ok(None);
         }
-        let front_end = self.drive.front_end(config, &self.reporter)?;
-        let (height_m, threads) = (self.drive.height_m(), self.drive.threads());
-        let numbers: Vec<u64> = front_end.frames.iter().map(|f| f.number).collect();
+        let numbers: Vec<u64> = result.frames.iter().map(|f| f.number).collect();
         let truth = self.truth(&numbers)?;
-        let result = estimate_drive(front_end, &self.drive.given, height_m, config, threads, &self.reporter);
         let poses: Vec<_> = result.ego.frames.iter().map(|f| f.world_from_camera).collect();
         let ego = evaluate_trajectory(&suites::with_true_scale(&poses, &truth), &truth)?;
         Ok(Some(Row { name: "floor: true scale of ±5 frames".to_owned(), ego, vehicles: Vec::new() }))

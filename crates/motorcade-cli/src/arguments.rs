@@ -17,7 +17,7 @@ pub use self::evaluate::EvaluateArguments;
 pub use self::graph::{CompareArguments, GraphCommand, InfoArguments, OptimiseArguments};
 pub use self::kernel::KernelChoice;
 pub use self::shape::ShapeCommand;
-pub use self::simulate::{DemoArguments, SimulateArguments};
+pub use self::simulate::{DemoArguments, SimulateArguments, Training};
 
 /// Monocular multi-body SLAM for driving video: one camera in, metric trajectories of the camera and of every vehicle out.
 #[derive(Debug, Parser)]
@@ -33,7 +33,7 @@ pub use self::simulate::{DemoArguments, SimulateArguments};
 Exit codes: 0 fine, 1 usage, 2 a bug, 3 input unreadable, 4 tracking failed on too many frames (results written),
 5 resources, 130 interrupted (results written).")]
 pub struct Cli {
-    /// What to do.
+    /// The command.
     #[command(subcommand)]
     pub command: Command,
 }
@@ -43,7 +43,7 @@ pub struct Cli {
 pub enum Command {
     /// Trajectories of the camera and of every vehicle from driving video.
     Run(Box<RunArguments>),
-    /// What an input is recognised as: frames, size, calibration, gaps, duplicates.
+    /// Describes an input: frames, size, calibration, gaps, duplicates.
     Inspect(InspectArguments),
     /// Errors of a run against the ground truth of a KITTI tracking sequence.
     Evaluate(EvaluateArguments),
@@ -60,6 +60,14 @@ pub enum Command {
     /// Writes, converts and describes shape priors of vehicles.
     #[command(subcommand)]
     Shape(ShapeCommand),
+    /// All settings as commented TOML on stdout; `run --config` accepts it, and a `run.json` too.
+    #[command(
+        after_help = "Examples:\n  motorcade config > settings.toml\n  motorcade config --set vehicles.traffic_side=left"
+    )]
+    Config(ConfigArguments),
+    /// Lists networks with kind, licence and hash.
+    #[command(after_help = "Examples:\n  motorcade models\n  motorcade models --models my-networks")]
+    Models(ModelsArguments),
     /// Shell completions on stdout.
     #[command(
         after_help = "Example:\n  motorcade completions bash > ~/.local/share/bash-completion/completions/motorcade"
@@ -70,7 +78,29 @@ pub enum Command {
     },
 }
 
-/// Which frames of which input.
+/// `motorcade models`.
+#[derive(Debug, Args)]
+pub struct ModelsArguments {
+    /// Folder of ONNX networks instead of those inside the program.
+    #[arg(long, env = "MOTORCADE_MODELS")]
+    pub models: Option<PathBuf>,
+}
+
+/// `motorcade config`.
+#[derive(Debug, Args)]
+pub struct ConfigArguments {
+    /// Settings to start from.
+    #[arg(long, value_enum, default_value_t)]
+    pub preset: PresetName,
+    /// Configuration file over the preset.
+    #[arg(long)]
+    pub config: Option<PathBuf>,
+    /// One setting over both, stage.key=value; may be given several times.
+    #[arg(long)]
+    pub set: Vec<String>,
+}
+
+/// Input and selection of its frames.
 #[derive(Debug, Args)]
 pub struct InputArguments {
     /// KITTI tracking split, KITTI odometry or raw folder, folder of images, or video file.
@@ -141,7 +171,7 @@ pub struct RunArguments {
     /// Height of the camera above the road in metres; KITTI input knows its own (1.65).
     #[arg(long)]
     pub height: Option<f64>,
-    /// Folder of ONNX networks.
+    /// Folder of ONNX networks, or `none`; the networks inside the program by default.
     #[arg(long, env = "MOTORCADE_MODELS")]
     pub models: Option<PathBuf>,
     /// Detections instead of a network: KITTI tracking labels, MOT Challenge, or frame,x1,y1,x2,y2,score.
@@ -166,7 +196,7 @@ pub struct RunArguments {
     /// Shape prior (JSON, see motorcade shape) in place of our own for keypoints of its number.
     #[arg(long, requires = "keypoints")]
     pub shape_prior: Option<PathBuf>,
-    /// Tell camera and vehicles of every frame as it comes, from that frame and those before it alone: one JSON object a
+    /// Estimates camera and vehicles of every frame as it comes, from that frame and those before it alone: one JSON object a
     /// frame on stdout. The results are then those estimates.
     #[arg(long)]
     pub online: bool,
@@ -185,7 +215,7 @@ pub struct RunArguments {
     /// Seed of all random choices.
     #[arg(long)]
     pub seed: Option<u64>,
-    /// How progress is told on stderr.
+    /// Form of the progress on stderr.
     #[arg(long, value_enum, default_value_t)]
     pub progress: ProgressKind,
     /// Replace an earlier run in --out.

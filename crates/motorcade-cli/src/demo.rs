@@ -2,13 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use motorcade::{Config, External, KeypointTable, Progress, RunContext, output, write_run};
+use motorcade::{
+    Config, External, KeypointTable, Motorcade, Progress, RunContext, output, push_sequence, write_run,
+};
 use motorcade_dataset::{Sequence, SequenceOptions};
-use motorcade_evaluate::evaluate_run;
 use motorcade_perception::{Perception, PerceptionOptions};
 use motorcade_simulate::{KeypointOptions, RenderOptions, WriteOptions};
 
 use crate::arguments::DemoArguments;
+use crate::evaluation::evaluate_result;
 use crate::exit;
 use crate::progress::Reporter;
 use crate::run::{code, threads};
@@ -37,20 +39,6 @@ pub fn demo(arguments: &DemoArguments) -> anyhow::Result<u8> {
     };
     let perception = Perception::open(&perception, sequence.size())?;
     let config = Config::default();
-    let height_m = sequence.height_m(None)?;
-    let result = motorcade::run(
-        &sequence,
-        &perception,
-        &External {
-            keypoints: written.keypoints.as_deref().map(KeypointTable::read).transpose()?,
-            ..Default::default()
-        },
-        height_m,
-        &config,
-        threads(arguments.threads),
-        &reporter,
-    )?;
-    reporter.finish();
     let context = RunContext {
         config,
         camera_from_cam0: sequence.camera_from_cam0(),
@@ -59,9 +47,19 @@ pub fn demo(arguments: &DemoArguments) -> anyhow::Result<u8> {
         command: std::env::args().collect(),
         fingerprint: String::new(),
     };
-    // Written once for the evaluation to read, then again with its report.
-    write_run(&arguments.out, &result, &context, &[])?;
-    let evaluation = evaluate_run(&arguments.out, &written.training, &written.sequence, 2, 0)?;
+    let threads = threads(arguments.threads);
+    let keypoints = written.keypoints.as_deref().map(KeypointTable::read).transpose()?;
+    let mut slam = Motorcade::builder(sequence.camera()?)
+        .height_m(sequence.height_m(None)?)
+        .config(config)
+        .external(External { keypoints, ..External::default() })
+        .perception(perception)
+        .threads(threads)
+        .build()?;
+    push_sequence(&mut slam, &sequence, threads, &reporter, &mut |_| ())?;
+    let result = slam.finish_with(&reporter);
+    reporter.finish();
+    let evaluation = evaluate_result(&result, &context, &written.training)?;
     let extras = [
         extra("report.html", motorcade_viewer::report(&result, &context, Some(&evaluation))),
         extra("evaluation.json", serde_json::to_string_pretty(&evaluation)?),

@@ -1,16 +1,18 @@
 //! The drive a command works on: frames, or files alone.
 
-use motorcade::{Config, External, FrontEnd, RunContext, Watch};
+use std::sync::Arc;
+
+use motorcade::{Config, External, FrameCallback, Motorcade, Progress, RunContext, push_sequence};
 use motorcade_dataset::{KITTI_HEIGHT_M, Sequence, Summary};
 use motorcade_geometry::PinholeCamera;
-use motorcade_perception::{ModelOptions, Perception, PerceptionOptions};
+use motorcade_perception::{ModelOptions, Observations, Perception, PerceptionOptions, Recording};
 
 use crate::arguments::RunArguments;
-use crate::pixel_free::{self, Files};
+use crate::frameless::{self, Files};
 use crate::progress::Reporter;
-use crate::{given, run::threads};
+use crate::{external, models, run::threads};
 
-/// Where the drive comes from.
+/// Source of the drive.
 enum Source {
     Frames(Box<Sequence>),
     Files(Box<Files>),
@@ -23,19 +25,26 @@ pub struct Drive {
     pub height_m: f64,
 }
 
+/// Detectors of a run, or their recorded output for several runs.
+enum Detectors {
+    Live(Perception),
+    Recorded(Arc<Recording>),
+}
+
 /// A drive with all it needs, ready to run.
 pub struct LoadedDrive {
     drive: Drive,
-    perception: Perception,
-    /// What files give in place of stages.
-    pub given: External,
+    detectors: Detectors,
+    /// Sources of vehicles and road in words.
+    perception: (String, String),
+    external: External,
     threads: usize,
 }
 
 impl Drive {
     /// Recognises the drive of a run.
     pub fn open(arguments: &RunArguments) -> anyhow::Result<Self> {
-        if let Some(files) = pixel_free::open(arguments)? {
+        if let Some(files) = frameless::open(arguments)? {
             let height_m = arguments.height.unwrap_or(KITTI_HEIGHT_M);
             return Ok(Self { source: Source::Files(Box::new(files)), height_m });
         }
@@ -44,7 +53,7 @@ impl Drive {
         Ok(Self { source: Source::Frames(Box::new(sequence)), height_m })
     }
 
-    /// What it was recognised as.
+    /// Description of the recognised input.
     pub fn summary(&self) -> Summary {
         match &self.source {
             Source::Frames(sequence) => sequence.summary(),
@@ -62,69 +71,73 @@ impl Drive {
                 (perception, sequence.numbers().collect(), sequence.timestamps_ns().collect())
             }
             Source::Files(files) => {
-                let frames = &files.input.frames;
+                let frames = &files.frames;
                 let numbers = frames.iter().map(|f| f.number).collect();
                 (Perception::none(), numbers, frames.iter().map(|f| f.timestamp_ns).collect())
             }
         };
-        let given = given::read(arguments, &numbers, &times)?;
-        Ok(LoadedDrive { drive: self, perception, given, threads: threads(arguments.threads) })
+        let external = external::read(arguments, &numbers, &times)?;
+        let words = perception.describe();
+        let (detectors, threads) = (Detectors::Live(perception), threads(arguments.threads));
+        Ok(LoadedDrive { drive: self, detectors, perception: words, external, threads })
     }
 }
 
 impl LoadedDrive {
-    /// Height of the camera \[m\].
-    pub fn height_m(&self) -> f64 {
-        self.drive.height_m
-    }
-
-    /// Threads to use.
-    pub fn threads(&self) -> usize {
-        self.threads
-    }
-
-    /// Looks at every frame once and answers from memory from then on.
-    pub fn remember(mut self) -> anyhow::Result<Self> {
-        if let Source::Frames(sequence) = &self.drive.source {
-            // A frame that does not read is told by the pass over the frames.
-            self.perception = self.perception.remember(sequence.frames().flatten())?;
+    /// Runs the detectors on every frame once; runs answer from memory from then on.
+    pub fn record(mut self) -> anyhow::Result<Self> {
+        if let (Source::Frames(sequence), Detectors::Live(perception)) =
+            (&self.drive.source, &mut self.detectors)
+        {
+            // A frame that does not read is a warning of the pass over the frames.
+            let recording = perception.record(sequence.frames().flatten())?;
+            self.detectors = Detectors::Recorded(Arc::new(recording));
         }
         Ok(self)
     }
 
-    /// Intrinsics.
-    pub fn camera(&self) -> anyhow::Result<PinholeCamera> {
+    /// The estimator for this drive; live detectors go to the first one asked for.
+    pub fn slam(&mut self, config: &Config) -> anyhow::Result<Motorcade> {
+        let perception = match &mut self.detectors {
+            Detectors::Live(perception) => std::mem::take(perception),
+            Detectors::Recorded(recording) => recording.replay(),
+        };
+        let builder = Motorcade::builder(self.camera()?).height_m(self.drive.height_m).config(*config);
+        let builder = builder.external(self.external.clone()).perception(perception).threads(self.threads);
+        Ok(builder.build()?)
+    }
+
+    /// Pushes all frames.
+    pub fn push_all(
+        &self,
+        slam: &mut Motorcade,
+        reporter: &Reporter,
+        each: FrameCallback<'_>,
+    ) -> motorcade::Result<()> {
+        let files = match &self.drive.source {
+            Source::Frames(sequence) => return push_sequence(slam, sequence, self.threads, reporter, each),
+            Source::Files(files) => files,
+        };
+        reporter.begin("odometry", Some(files.frames.len()));
+        for (frame, detections) in files.frames.iter().zip(&files.detections) {
+            let observations = Observations { detections: detections.clone(), ..Observations::default() };
+            slam.push_without_image(frame.clone(), observations)?;
+            each(slam);
+        }
+        Ok(())
+    }
+
+    fn camera(&self) -> anyhow::Result<PinholeCamera> {
         Ok(match &self.drive.source {
             Source::Frames(sequence) => sequence.camera()?,
-            Source::Files(files) => files.input.camera,
+            Source::Files(files) => files.camera,
         })
     }
 
-    /// Passes over the frames.
-    pub fn front_end(&self, config: &Config, reporter: &Reporter) -> motorcade::Result<FrontEnd> {
-        self.watched_front_end(config, reporter, &mut |_| ())
-    }
-
-    /// Passes over the frames; `watch` is told of each.
-    pub fn watched_front_end(
-        &self,
-        config: &Config,
-        reporter: &Reporter,
-        watch: Watch<'_>,
-    ) -> motorcade::Result<FrontEnd> {
-        let (given, threads) = (&self.given, self.threads);
-        match &self.drive.source {
-            Source::Frames(sequence) => {
-                FrontEnd::pass(sequence, &self.perception, given, config, threads, reporter, watch)
-            }
-            Source::Files(files) => FrontEnd::without_frames(files.input.clone(), given, config, watch),
-        }
-    }
-
-    /// What the outputs need to know.
+    /// Facts about the input that stand in the outputs.
     pub fn context(&self, config: Config, fingerprint: String) -> RunContext {
         let (camera_from_cam0, perception) = match &self.drive.source {
-            Source::Frames(sequence) => (sequence.camera_from_cam0(), self.perception.describe()),
+            Source::Frames(sequence) => (sequence.camera_from_cam0(), self.perception.clone()),
             Source::Files(files) => {
                 (files.camera_from_cam0, ("file".to_owned(), "level plane: no frames".to_owned()))
             }
@@ -143,7 +156,7 @@ impl LoadedDrive {
 
 fn perception_options(arguments: &RunArguments) -> PerceptionOptions {
     PerceptionOptions {
-        models: arguments.models.clone(),
+        models: models::source(arguments.models.as_deref()),
         detections: arguments.detections.clone(),
         road_masks: arguments.road_masks.clone(),
         networks: ModelOptions::default(),

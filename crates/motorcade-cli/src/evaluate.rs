@@ -13,13 +13,13 @@ pub fn evaluate(arguments: &EvaluateArguments) -> anyhow::Result<u8> {
     let record = record(run);
     warn_of_another(&record, arguments);
     let input = &record["input"];
-    let told = input["sequence"].as_str().map(str::to_owned);
-    let Some(sequence) = arguments.sequence.clone().or(told) else {
-        let problem = "its run.json tells no KITTI sequence; give --sequence";
+    let recorded = input["sequence"].as_str().map(str::to_owned);
+    let Some(sequence) = arguments.sequence.clone().or(recorded) else {
+        let problem = "its run.json names no KITTI sequence; give --sequence";
         return Err(motorcade::Error::Config(format!("{}: {problem}", run.display())).into());
     };
-    let told = input["camera"].as_u64().and_then(|camera| u8::try_from(camera).ok());
-    let camera = arguments.camera.or(told).unwrap_or(2);
+    let recorded = input["camera"].as_u64().and_then(|camera| u8::try_from(camera).ok());
+    let camera = arguments.camera.or(recorded).unwrap_or(2);
     let first = arguments.first.or_else(|| first_in_table(run)).or_else(|| input["numbers"][0].as_u64());
     let json =
         arguments.json.as_deref().map(|path| files::beside(path).map(|file| (file, path))).transpose()?;

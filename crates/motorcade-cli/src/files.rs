@@ -6,7 +6,7 @@ use std::path::Path;
 use tempfile::NamedTempFile;
 
 /// An empty file beside `path`, to be filled and then [`put`] in its place. Asked for before long work, so that a place that
-/// cannot be written is told at once.
+/// cannot be written is reported at once.
 pub fn beside(path: &Path) -> Result<NamedTempFile, motorcade::Error> {
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -37,7 +37,7 @@ pub fn write(mut file: NamedTempFile, path: &Path, text: &str) -> Result<(), mot
 }
 
 fn error(path: &Path, error: &io::Error) -> motorcade::Error {
-    // tempfile adds the name of its own file, which nobody asked for.
+    // tempfile adds the name of its own file.
     let inner = error.get_ref().and_then(|e| e.source()).and_then(|e| e.downcast_ref::<io::Error>());
     let error = inner.unwrap_or(error);
     let full = matches!(error.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded);

@@ -84,7 +84,7 @@ fn why(termination: Termination) -> &'static str {
     }
 }
 
-/// What reading a file met that its owner should know.
+/// Findings while reading a file, for its owner.
 fn met(clamped: usize, unknown: &std::collections::BTreeMap<String, usize>) -> Vec<String> {
     let mut lines = Vec::new();
     if clamped > 0 {

@@ -5,13 +5,15 @@ mod arguments;
 mod demo;
 mod drive;
 mod evaluate;
+mod evaluation;
 mod exit;
+mod external;
 mod files;
 mod fingerprint;
-mod given;
+mod frameless;
 mod graph;
 mod inspect;
-mod pixel_free;
+mod models;
 mod progress;
 mod run;
 mod shape;
@@ -41,6 +43,8 @@ fn main() -> ExitCode {
         Command::Evaluate(arguments) => evaluate::evaluate(&arguments),
         Command::Shape(command) => shape::shape(&command),
         Command::Graph(command) => graph::graph(&command),
+        Command::Models(arguments) => models::models(&arguments),
+        Command::Config(arguments) => run::print_configuration(&arguments),
         Command::Completions { shell } => {
             clap_complete::generate(shell, &mut Cli::command(), "motorcade", &mut std::io::stdout());
             Ok(exit::FINE)

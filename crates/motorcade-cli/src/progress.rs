@@ -11,7 +11,7 @@ use motorcade::Progress;
 use crate::arguments::ProgressKind;
 use crate::exit::eprint;
 
-/// Tells a terminal, a log or a program how far a run is.
+/// Progress for a terminal, a log or a program.
 pub struct Reporter {
     kind: ProgressKind,
     bar: ProgressBar,

@@ -1,10 +1,12 @@
 //! `motorcade run`.
 
-use anyhow::Context;
-use motorcade::{Config, Online, Preset, RunContext, RunResult, output, write_run};
+use std::path::Path;
 
-use crate::arguments::{PresetName, RunArguments};
-use crate::drive::{Drive, LoadedDrive};
+use anyhow::Context;
+use motorcade::{Config, Motorcade, Preset, RunContext, RunResult, output, write_run};
+
+use crate::arguments::{ConfigArguments, PresetName, RunArguments};
+use crate::drive::Drive;
 use crate::exit;
 use crate::fingerprint::{already_done, fingerprint};
 use crate::progress::Reporter;
@@ -18,25 +20,25 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
         return Ok(exit::FINE);
     }
     output::prepare(&arguments.out, arguments.force)?;
-    let drive = drive.load(arguments)?;
+    let mut drive = drive.load(arguments)?;
     let reporter = Reporter::new(arguments.progress);
+    let mut slam = drive.slam(&config)?;
     let result = if config.online.enabled {
-        online(&drive, &config, &reporter)?
+        drive.push_all(&mut slam, &reporter, &mut |slam| print_estimate(slam, &reporter))?;
+        slam.finish_online(&reporter)
     } else {
-        let front_end = drive.front_end(&config, &reporter)?;
-        let (height_m, threads) = (drive.height_m(), drive.threads());
-        motorcade::estimate_drive(front_end, &drive.given, height_m, &config, threads, &reporter)
+        drive.push_all(&mut slam, &reporter, &mut |_| ())?;
+        slam.finish_with(&reporter)
     };
     reporter.finish();
-    conclude(arguments, &result, &drive.context(config, fingerprint))
+    write(arguments, &result, &drive.context(config, fingerprint))
 }
 
-/// Tells every frame on stdout as it comes.
-fn online(drive: &LoadedDrive, config: &Config, reporter: &Reporter) -> anyhow::Result<RunResult> {
-    let mut online = Online::new(drive.camera()?, &drive.given, drive.height_m(), config);
-    let mut tell = |so_far: &motorcade::FrontEndView<'_>| reporter.print(&online.advance(so_far).to_json());
-    let front_end = drive.watched_front_end(config, reporter, &mut tell)?;
-    Ok(online.finish(front_end, reporter))
+/// The newest frame as a line on stdout.
+fn print_estimate(slam: &mut Motorcade, reporter: &Reporter) {
+    if let Some(estimate) = slam.estimate() {
+        reporter.print(&estimate.to_json());
+    }
 }
 
 /// True, and said, when --out holds this very run already.
@@ -49,7 +51,7 @@ fn finished_before(arguments: &RunArguments, fingerprint: &str) -> bool {
 }
 
 /// Writes the results and says where they are.
-fn conclude(arguments: &RunArguments, result: &RunResult, context: &RunContext) -> anyhow::Result<u8> {
+fn write(arguments: &RunArguments, result: &RunResult, context: &RunContext) -> anyhow::Result<u8> {
     let report = motorcade_viewer::report(result, context, None).into_bytes();
     let extras = [output::Extra { name: "report.html".into(), content: report }];
     write_run(&arguments.out, result, context, &extras)?;
@@ -76,20 +78,20 @@ pub fn code(result: &RunResult, config: &Config) -> u8 {
 
 /// Preset, file and single settings, in that order.
 pub fn configuration(arguments: &RunArguments) -> anyhow::Result<Config> {
-    let preset = match arguments.preset {
-        PresetName::Default => Preset::Default,
-        PresetName::Paper => Preset::Paper,
-    };
-    overlaid(Config::preset(preset), arguments)
+    overlaid(Config::preset(preset(arguments.preset)), arguments)
+}
+
+/// `motorcade config`.
+pub fn print_configuration(arguments: &ConfigArguments) -> anyhow::Result<u8> {
+    let config = with_file(Config::preset(preset(arguments.preset)), arguments.config.as_deref())?;
+    let config = arguments.set.iter().try_fold(config, |config, assignment| config.set(assignment))?;
+    exit::print(config.to_commented_toml().trim_end());
+    Ok(exit::FINE)
 }
 
 /// A configuration with the file and the settings of the command line over it.
-pub fn overlaid(mut config: Config, arguments: &RunArguments) -> anyhow::Result<Config> {
-    if let Some(path) = &arguments.config {
-        let text =
-            std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
-        config = config.overlay(&text, &path.display().to_string())?;
-    }
+pub fn overlaid(config: Config, arguments: &RunArguments) -> anyhow::Result<Config> {
+    let mut config = with_file(config, arguments.config.as_deref())?;
     config.online.enabled |= arguments.online;
     if let Some(seed) = arguments.seed {
         config.run.seed = seed;
@@ -98,6 +100,19 @@ pub fn overlaid(mut config: Config, arguments: &RunArguments) -> anyhow::Result<
         config = config.set(assignment)?;
     }
     Ok(config)
+}
+
+fn preset(name: PresetName) -> Preset {
+    match name {
+        PresetName::Default => Preset::Default,
+        PresetName::Paper => Preset::Paper,
+    }
+}
+
+fn with_file(config: Config, path: Option<&Path>) -> anyhow::Result<Config> {
+    let Some(path) = path else { return Ok(config) };
+    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    Ok(config.overlay(&text, &path.display().to_string())?)
 }
 
 /// Asked for, or all cores.
@@ -109,7 +124,7 @@ fn summary(result: &RunResult, arguments: &RunArguments) -> String {
     let times = result.stopwatch.summary();
     let spent: f64 = times.values().map(|t| t.total_s).sum();
     let moving = result.vehicles.iter().filter(|v| v.p_moving > 0.5).count();
-    let vehicles = if result.looked_for_vehicles {
+    let vehicles = if result.detects_vehicles {
         format!("{} vehicles ({moving} moving)", result.vehicles.len())
     } else {
         "no vehicles looked for".to_owned()

@@ -8,12 +8,16 @@ use motorcade_dataset::{Cam0, KittiCalibration, read_labels, read_trajectory};
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
 use motorcade_simulate::{
     Drive, KeypointOptions, MeasureOptions, ReenactOptions, RenderOptions, Scenario, SensorOptions,
-    WriteOptions, labels_in_camera, reenact, scenarios, simulate as plan,
+    VehicleCropOptions, WriteOptions, labels_in_camera, reenact, scenarios, simulate as plan,
+    write_vehicle_crops,
 };
 
-use crate::arguments::SimulateArguments;
+use crate::arguments::{SimulateArguments, Training};
 use crate::exit;
 use crate::progress::Reporter;
+
+/// Length of a scenario when no number of frames is given \[s\].
+const SCENARIO_S: f64 = 12.0;
 
 /// Lists scenarios, or renders a scenario or a real drive.
 pub fn simulate(arguments: &SimulateArguments) -> anyhow::Result<u8> {
@@ -27,23 +31,32 @@ pub fn simulate(arguments: &SimulateArguments) -> anyhow::Result<u8> {
     if arguments.trajectory.is_none() && (arguments.labels.is_some() || arguments.calibration.is_some()) {
         bail!("--labels and --calibration belong to a --trajectory");
     }
+    if !(2.0..=60.0).contains(&arguments.fps) {
+        bail!("--fps must lie in [2, 60], got {}", arguments.fps);
+    }
     // clap asks for it unless --list is given.
     let Some(out) = &arguments.out else { bail!("--out is needed") };
     let occupied = std::fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_some());
     if occupied && !arguments.force {
         bail!("{} is not empty; choose another --out or add --force to write over it", out.display());
     }
+    if let Some(Training::Vehicle) = arguments.training {
+        return crops(arguments, out);
+    }
     let drive = match (&arguments.trajectory, &arguments.scenario) {
         (Some(trajectory), _) => real(trajectory, arguments)?,
         (None, Some(name)) => {
-            built_in(name, arguments.frames.unwrap_or(120), arguments.seed, &render(arguments))?
+            let frames = arguments.frames.unwrap_or((SCENARIO_S * arguments.fps).round() as usize);
+            built_in(name, frames, arguments.seed, &render(arguments))?
         }
         (None, None) => bail!("--scenario or --trajectory is needed"),
     };
     let options = WriteOptions {
         depth: arguments.depth,
         instance: arguments.instance,
-        keypoints: arguments.keypoints.then(KeypointOptions::default),
+        keypoints: arguments
+            .keypoints
+            .then(|| KeypointOptions { exact: arguments.exact, ..Default::default() }),
         ..WriteOptions::default()
     };
     let written = if arguments.geometry_only {
@@ -70,6 +83,17 @@ pub fn simulate(arguments: &SimulateArguments) -> anyhow::Result<u8> {
     Ok(exit::FINE)
 }
 
+/// Training crops of single vehicles.
+fn crops(arguments: &SimulateArguments, out: &Path) -> anyhow::Result<u8> {
+    let options = VehicleCropOptions { count: arguments.count, seed: arguments.seed, ..Default::default() };
+    let reporter = Reporter::new(arguments.progress);
+    reporter.begin("rendering", Some(options.count));
+    write_vehicle_crops(&options, out, &|done| reporter.advance(done))?;
+    reporter.finish();
+    exit::print(&format!("{} crops\n{}", options.count, out.display()));
+    Ok(exit::FINE)
+}
+
 /// A built-in scenario driven.
 pub fn built_in(name: &str, frames: usize, seed: u64, render: &RenderOptions) -> anyhow::Result<Drive> {
     let Some(scenario) = Scenario::by_name(name) else {
@@ -86,7 +110,7 @@ fn render(arguments: &SimulateArguments) -> RenderOptions {
         shutter_s: arguments.shutter,
         ..SensorOptions::default()
     };
-    RenderOptions { weather: arguments.weather, sensor, ..RenderOptions::default() }
+    RenderOptions { weather: arguments.weather, sensor, fps: arguments.fps, ..RenderOptions::default() }
         .with_width(arguments.width)
 }
 

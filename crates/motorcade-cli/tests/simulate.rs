@@ -72,6 +72,18 @@ fn geometry_alone_writes_tables_and_no_pictures() {
 }
 
 #[test]
+fn training_crops_are_arrays_that_say_what_they_hold() {
+    let folder = tempfile::tempdir().unwrap();
+    answer(folder.path(), "simulate --training vehicle --count 3 --out crops").expect(0, &["3 crops"]);
+    let header = std::fs::read(folder.path().join("crops/crops.npy")).unwrap();
+    assert!(String::from_utf8_lossy(&header[..128]).contains("'shape': (3, 96, 96, 3,)"));
+    let told = std::fs::read_to_string(folder.path().join("crops/crops.json")).unwrap();
+    assert!(told.contains("\"count\": 3") && told.contains("heading_rad"), "{told}");
+    // A second one does not write over it.
+    answer(folder.path(), "simulate --training vehicle --count 3 --out crops").expect(1, &["not empty"]);
+}
+
+#[test]
 fn what_cannot_be_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     small_drive(folder.path(), 3);
@@ -86,6 +98,9 @@ fn what_cannot_be_is_refused() {
         ("simulate --labels labels.txt --scenario demo --out d", 1, "--trajectory"),
         ("simulate --trajectory poses.txt --scenario demo --out d", 1, "cannot be used with"),
         ("simulate --scenario demo --weather hail --out d", 1, "known are clear, overcast, rain"),
+        ("simulate --training vehicle --count 0 --out d", 1, "at least one crop"),
+        ("simulate --training vehicle --scenario demo --out d", 1, "cannot be used with"),
+        ("simulate --scenario demo --exact --out d", 1, "--keypoints"),
         ("simulate --scenario demo --exposure-drift=-1 --out d", 1, "exposure"),
         ("simulate --scenario demo --geometry-only --outliers 2 --out d", 1, "outliers"),
     ] {

@@ -1,55 +1,55 @@
-//! What can go wrong with input, always naming the file, the line or frame, and what to do.
+//! Errors of input; each names the file, the line or frame, and what to do.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Why input was refused.
+/// Error of an input.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The command line asked for something that cannot be.
+    /// Invalid options.
     #[error("{0}")]
     Usage(String),
-    /// The operating system refused.
+    /// Error of the operating system.
     #[error("{path}: {source}", path = .path.display())]
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// Its error.
         source: io::Error,
     },
-    /// A folder or file is not what was looked for.
+    /// A folder or file without the expected content.
     #[error("{path}: {problem}", path = .path.display())]
     Input {
         /// The file or folder.
         path: PathBuf,
-        /// What is wrong and what to do.
+        /// The problem and what to do.
         problem: String,
     },
-    /// A line of a text file does not read.
+    /// An invalid line of a text file.
     #[error("{path}:{line}: expected {expected}, found {found}", path = .path.display())]
     Line {
         /// The file.
         path: PathBuf,
         /// Its line, counted from 1.
         line: usize,
-        /// What should stand there.
+        /// Expected content.
         expected: String,
-        /// What stands there.
+        /// Found content.
         found: String,
     },
-    /// Two sizes that must be equal are not.
+    /// Two sizes that must be equal differ.
     #[error("{path}: {what} is {found_width}x{found_height} but {against} is {width}x{height}; {advice}", path = .path.display())]
     Size {
         /// The offending file.
         path: PathBuf,
-        /// What it holds.
+        /// Its content.
         what: &'static str,
         /// Its width \[px\].
         found_width: u32,
         /// Its height \[px\].
         found_height: u32,
-        /// What it is compared with.
+        /// The file it is compared with.
         against: &'static str,
         /// The other width \[px\].
         width: u32,
@@ -58,12 +58,12 @@ pub enum Error {
         /// What to do.
         advice: &'static str,
     },
-    /// A program that must be there is not.
+    /// A required program is missing or fails.
     #[error("the program `{program}` {problem}; {advice}")]
     Program {
         /// Its name.
         program: String,
-        /// What happened.
+        /// The problem.
         problem: String,
         /// What to do.
         advice: &'static str,

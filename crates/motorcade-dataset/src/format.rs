@@ -1,4 +1,4 @@
-//! What kind of input a path is.
+//! Kinds of input.
 
 use std::path::Path;
 
@@ -42,7 +42,7 @@ impl Format {
         matches!(self, Self::KittiTracking | Self::KittiOdometry | Self::KittiRaw)
     }
 
-    /// Looks at a path and tells what it is.
+    /// Recognises the kind of input at a path.
     pub fn recognise(path: &Path) -> Result<Self> {
         let metadata = std::fs::metadata(path).map_err(Error::io(path))?;
         if metadata.is_file() {

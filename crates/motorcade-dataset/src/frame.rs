@@ -1,4 +1,4 @@
-//! One picture of the drive.
+//! Frames.
 
 use std::borrow::Cow;
 use std::path::PathBuf;
@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::error::Error;
 
-/// Pixels as they came, grey or colour.
+/// Pixels, grey or colour as in the source.
 #[derive(Clone, Debug)]
 pub enum Pixels {
     /// One channel.
@@ -26,13 +26,13 @@ pub struct Frame {
     pub number: u64,
     /// Time \[ns\].
     pub timestamp_ns: i64,
-    /// The picture.
+    /// The image.
     pub pixels: Pixels,
-    /// Nonzero where pixels are to be ignored; same size as the picture.
+    /// Nonzero where pixels are to be ignored; same size as the image.
     pub ignore: Option<GrayImage>,
 }
 
-/// A frame that could not be had. It keeps its row, so that a pipeline can bridge it.
+/// An unavailable frame. It keeps its row, so that a pipeline can bridge it.
 #[derive(Debug, thiserror::Error)]
 #[error("frame {number}: {reason}")]
 pub struct BadFrame {
@@ -44,7 +44,7 @@ pub struct BadFrame {
     pub timestamp_ns: i64,
     /// The file, when there is one.
     pub path: Option<PathBuf>,
-    /// What happened.
+    /// The problem.
     #[source]
     pub reason: Error,
 }
@@ -60,18 +60,26 @@ impl Pixels {
 }
 
 impl Frame {
+    /// A grey image in memory, taken at a time \[ns\]. Row and number are 0: a caller that numbers frames sets `number`.
+    pub fn from_gray(image: GrayImage, timestamp_ns: i64) -> Self {
+        Self { index: 0, number: 0, timestamp_ns, pixels: Pixels::Gray(image), ignore: None }
+    }
+    /// A colour image in memory, otherwise as [`from_gray`](Self::from_gray).
+    pub fn from_rgb(image: RgbImage, timestamp_ns: i64) -> Self {
+        Self { index: 0, number: 0, timestamp_ns, pixels: Pixels::Rgb(image), ignore: None }
+    }
     /// Width and height \[px\].
     pub fn size(&self) -> (u32, u32) {
         self.pixels.size()
     }
-    /// The picture in grey; free when it came grey.
+    /// The image in grey; without a copy when the source is grey.
     pub fn gray(&self) -> Cow<'_, GrayImage> {
         match &self.pixels {
             Pixels::Gray(image) => Cow::Borrowed(image),
             Pixels::Rgb(image) => Cow::Owned(gray_from_rgb(image)),
         }
     }
-    /// The picture in colour; free when it came in colour.
+    /// The image in colour; without a copy when the source is colour.
     pub fn rgb(&self) -> Cow<'_, RgbImage> {
         match &self.pixels {
             Pixels::Rgb(image) => Cow::Borrowed(image),

@@ -1,12 +1,12 @@
-//! What was recognised, for `inspect` and for the record of a run.
+//! Summary of an input, for `inspect` and for the record of a run.
 
 use std::path::Path;
 
 use crate::format::Format;
-use crate::sequence::Inner;
+use crate::input::Input;
 use crate::source::Store;
 
-/// What an input was recognised as. Lengths in pixels, times in seconds.
+/// Summary of a recognised input. Lengths in pixels, times in seconds.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Summary {
     /// Kind of input.
@@ -46,10 +46,10 @@ pub struct Summary {
 }
 
 impl Summary {
-    pub(crate) fn of(inner: &Inner) -> Self {
-        let survey = &inner.survey;
-        let calibration = inner.calibration.as_ref().map(|(_, calibration)| calibration);
-        let (first, last) = (inner.slots.first(), inner.slots.last());
+    pub(crate) fn of(input: &Input) -> Self {
+        let survey = &input.survey;
+        let calibration = input.calibration.as_ref().map(|(_, calibration)| calibration);
+        let (first, last) = (input.slots.first(), input.slots.last());
         let span_ns = last.zip(first).map_or(0, |(last, first)| last.timestamp_ns - first.timestamp_ns);
         let shift = calibration.map(|c| c.camera_from_cam0.translation()).unwrap_or_default();
         let names = |paths: &[std::path::PathBuf]| paths.iter().map(|path| name(path)).collect();
@@ -57,12 +57,12 @@ impl Summary {
             format: survey.format,
             sequence: survey.sequence.clone(),
             camera: survey.camera,
-            frames: inner.slots.len(),
+            frames: input.slots.len(),
             numbers: (first.map_or(0, |s| s.number), last.map_or(0, |s| s.number)),
             duration_s: span_ns as f64 * 1e-9,
-            width: inner.size.0,
-            height: inner.size.1,
-            colour: inner.colour,
+            width: input.size.0,
+            height: input.size.1,
+            colour: input.colour,
             calibration: calibration.map(|c| c.dialect),
             intrinsics_px: calibration.map(|c| [c.fx, c.fy, c.cx, c.cy]),
             distortion: calibration
@@ -73,7 +73,7 @@ impl Summary {
             gaps: survey.gaps.clone(),
             duplicates: names(&survey.listing.duplicates),
             unnumbered: names(&survey.listing.unnumbered),
-            input_hash: format!("{:016x}", fingerprint(inner)),
+            input_hash: format!("{:016x}", fingerprint(input)),
         }
     }
 }
@@ -82,9 +82,9 @@ fn name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-fn fingerprint(inner: &Inner) -> u64 {
+fn fingerprint(input: &Input) -> u64 {
     let mut hash = Fnv::new();
-    for slot in &inner.slots {
+    for slot in &input.slots {
         hash.add(&slot.number.to_le_bytes());
         hash.add(&slot.timestamp_ns.to_le_bytes());
         if let Some(path) = &slot.path {
@@ -92,19 +92,19 @@ fn fingerprint(inner: &Inner) -> u64 {
             hash.add(&std::fs::metadata(path).map_or(0, |m| m.len()).to_le_bytes());
         }
     }
-    if let Store::Video(path) = &inner.survey.store {
+    if let Store::Video(path) = &input.survey.store {
         hash.add(name(path).as_bytes());
         hash.add(&std::fs::metadata(path).map_or(0, |m| m.len()).to_le_bytes());
     }
     // Debug prints every digit of every number.
-    hash.add(format!("{:?}", inner.calibration.as_ref().map(|(_, calibration)| calibration)).as_bytes());
-    if let Some(masks) = &inner.masks {
+    hash.add(format!("{:?}", input.calibration.as_ref().map(|(_, calibration)| calibration)).as_bytes());
+    if let Some(masks) = &input.masks {
         masks.describe(&mut |bytes| hash.add(bytes));
     }
     hash.0
 }
 
-/// FNV-1a: enough to tell inputs apart; no defence against forgery is meant.
+/// FNV-1a: distinguishes inputs; it is not cryptographic.
 struct Fnv(u64);
 
 impl Fnv {

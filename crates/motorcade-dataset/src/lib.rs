@@ -1,11 +1,11 @@
 //! Driving video as one [`Sequence`]: image folders, KITTI tracking / odometry / raw, video files.
 //!
-//! Three types to know: [`SequenceOptions`] says what to open, [`Sequence`] has looked at it, [`Frame`] is what it
-//! hands out, undistorted and with its ignore mask. A frame that is missing, truncated or of another size comes as a
-//! [`BadFrame`] in its place, so that a pipeline can bridge it; only an input that cannot start is an [`Error`].
+//! Three types to know: [`SequenceOptions`] selects an input, [`Sequence`] is an opened one, and it yields [`Frame`]s,
+//! undistorted and with their ignore masks. A frame that is missing, truncated or of another size is a [`BadFrame`] in its
+//! place, so that a pipeline can bridge it; only an input that cannot start is an [`Error`].
 //!
-//! Beside frames: [`Calibration`] files of four dialects, KITTI [labels](read_labels), TUM and KITTI
-//! [trajectories](read_trajectory). Calibrations of our own are flat TOML:
+//! Other files: [`Calibration`]s in four formats, KITTI [labels](read_labels), TUM and KITTI [trajectories](read_trajectory),
+//! [vehicle poses](read_vehicle_poses) of other systems. The project's own calibration format is flat TOML:
 //!
 //! ```toml
 //! fx = 721.5377      # px
@@ -24,7 +24,7 @@
 //! k3 = 0.0           # r⁶
 //! ```
 //!
-//! A whole drive, made here so that the example runs:
+//! Opening and reading a drive:
 //!
 //! ```
 //! use motorcade_dataset::{Sequence, SequenceOptions};
@@ -48,13 +48,16 @@
 //! # }
 //! ```
 
+pub mod atomic_file;
 mod calibration;
 mod error;
 mod format;
 mod frame;
+mod input;
 mod inspect;
 mod labels;
 mod masks;
+mod options;
 mod selection;
 mod sequence;
 mod source;
@@ -63,6 +66,7 @@ mod survey;
 pub mod text;
 mod trajectory;
 mod undistort;
+mod vehicle_poses;
 
 pub use calibration::{Calibration, Cam0, KittiCalibration};
 pub use error::{Error, Result};
@@ -71,8 +75,10 @@ pub use frame::{BadFrame, Frame, Pixels, gray_from_rgb};
 pub use inspect::Summary;
 pub use labels::{Label, read_labels};
 pub use masks::{numbered_images, read_mask};
+pub use options::SequenceOptions;
 pub use selection::{FrameRange, InvalidRange};
-pub use sequence::{KITTI_HEIGHT_M, Sequence, SequenceOptions};
+pub use sequence::{KITTI_HEIGHT_M, Sequence};
 pub use stream::{FrameResult, Frames};
 pub use trajectory::{Trajectory, read_trajectory, write_kitti, write_tum};
 pub use undistort::Undistortion;
+pub use vehicle_poses::{ExternalVehiclePose, read_vehicle_poses};

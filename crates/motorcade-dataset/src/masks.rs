@@ -57,7 +57,7 @@ impl IgnoreMasks {
         })
     }
 
-    /// Hands out what tells one set of masks from another.
+    /// Adds the content that identifies the masks to a fingerprint.
     pub(crate) fn describe(&self, add: &mut dyn FnMut(&[u8])) {
         match self {
             Self::All(_, mask) => add(mask.as_raw()),
@@ -71,12 +71,12 @@ impl IgnoreMasks {
     }
 }
 
-/// The images of a folder by the number in their names, in order; of several with one number the first name counts.
+/// Images of a folder by the number in their names, in order; of duplicate numbers the first name counts.
 pub fn numbered_images(folder: &Path) -> Result<Vec<(u64, PathBuf)>> {
     Ok(images::list(folder)?.entries.into_iter().map(|entry| (entry.number, entry.path)).collect())
 }
 
-/// Reads an image as a mask: what is not black stays nonzero.
+/// Reads an image as a mask: pixels that are not black are nonzero.
 pub fn read_mask(path: &Path) -> Result<GrayImage> {
     decode::read_mask(path)
 }

@@ -1,4 +1,4 @@
-//! Which frames to process.
+//! Ranges of frames.
 
 use std::fmt;
 use std::str::FromStr;
@@ -9,20 +9,20 @@ use std::str::FromStr;
 pub struct FrameRange {
     /// First number.
     pub start: Option<u64>,
-    /// First number that is not taken any more.
+    /// First number after the range.
     pub end: Option<u64>,
 }
 
 impl FrameRange {
-    /// True when the number is wanted.
+    /// True for numbers in the range.
     pub fn contains(&self, number: u64) -> bool {
         self.start.is_none_or(|start| number >= start) && self.end.is_none_or(|end| number < end)
     }
 }
 
-/// The text is no range.
+/// Text that is not a range.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("`{0}` is no range of frames; write A..B (without B), A..=B (with B), A.. or ..B")]
+#[error("`{0}` is not a range of frames; write A..B (without B), A..=B (with B), A.. or ..B")]
 pub struct InvalidRange(String);
 
 impl FromStr for FrameRange {

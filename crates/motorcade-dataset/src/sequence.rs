@@ -1,6 +1,6 @@
 //! A drive: its frames, its camera, its numbering.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose};
@@ -9,9 +9,10 @@ use crate::calibration::{Calibration, Cam0};
 use crate::error::{Error, Result};
 use crate::format::Format;
 use crate::frame::Pixels;
+use crate::input::Input;
 use crate::inspect::Summary;
 use crate::masks::IgnoreMasks;
-use crate::selection::FrameRange;
+use crate::options::SequenceOptions;
 use crate::source::{Slot, Store, decode, video::VideoReader};
 use crate::stream::{Decoder, Frames};
 use crate::survey::{Survey, survey};
@@ -20,67 +21,14 @@ use crate::undistort::Undistortion;
 /// Height of the cameras of the KITTI car above the road \[m\] (Geiger et al., CVPR 2012).
 pub const KITTI_HEIGHT_M: f64 = 1.65;
 
-/// How to open a drive. The default looks at the path and takes every frame.
-#[derive(Clone, Debug)]
-pub struct SequenceOptions {
-    /// Kind of input; recognised when absent.
-    pub format: Option<Format>,
-    /// Name of the sequence in a KITTI tracking split.
-    pub sequence: Option<String>,
-    /// Camera of a KITTI rig; tracking defaults to 2, others to the first one present.
-    pub camera: Option<u8>,
-    /// Calibration file; KITTI input brings its own.
-    pub calibration: Option<PathBuf>,
-    /// Frames per second where the input has no times of its own (then 10), and instead of a video's own rate.
-    pub fps: Option<f64>,
-    /// Frames to take, by the input's own numbers.
-    pub frames: FrameRange,
-    /// Take every `stride`-th of them; at least 1.
-    pub stride: usize,
-    /// Mask or folder of masks of pixels to ignore.
-    pub ignore: Option<PathBuf>,
-    /// Frames decoded ahead on a thread of their own; 0 decodes where they are asked for.
-    pub prefetch: usize,
-}
-
-impl Default for SequenceOptions {
-    fn default() -> Self {
-        Self {
-            format: None,
-            sequence: None,
-            camera: None,
-            calibration: None,
-            fps: None,
-            frames: FrameRange::default(),
-            stride: 1,
-            ignore: None,
-            // Hides decoding behind computing without holding many frames.
-            prefetch: 3,
-        }
-    }
-}
-
-/// A drive that has been looked at: its first frame reads, its calibration fits.
+/// An opened drive: its first frame is readable and its calibration fits.
 #[derive(Clone, Debug)]
 pub struct Sequence {
-    pub(crate) inner: Arc<Inner>,
-}
-
-#[derive(Debug)]
-pub(crate) struct Inner {
-    pub survey: Survey,
-    pub slots: Vec<Slot>,
-    pub size: (u32, u32),
-    pub calibration: Option<(PathBuf, Calibration)>,
-    pub camera: Option<PinholeCamera>,
-    pub undistortion: Option<Undistortion>,
-    pub masks: Option<IgnoreMasks>,
-    pub colour: bool,
-    prefetch: usize,
+    input: Arc<Input>,
 }
 
 impl Sequence {
-    /// Looks at `path` and reads its first selected frame.
+    /// Opens `path` and reads its first selected frame.
     ///
     /// # Errors
     /// An input that is not recognised, holds no frames, whose first frame does not read or whose calibration is
@@ -113,46 +61,46 @@ impl Sequence {
         }
         let colour = matches!(first, Pixels::Rgb(_));
         let prefetch = options.prefetch;
-        let inner = Inner { survey, slots, size, calibration, camera, undistortion, masks, colour, prefetch };
-        Ok(Self { inner: Arc::new(inner) })
+        let input = Input { survey, slots, size, calibration, camera, undistortion, masks, colour, prefetch };
+        Ok(Self { input: Arc::new(input) })
     }
 
-    /// What the input was recognised as.
+    /// Format of the input.
     pub fn format(&self) -> Format {
-        self.inner.survey.format
+        self.input.survey.format
     }
     /// Number of selected frames, gaps and unreadable ones included.
     #[expect(clippy::len_without_is_empty, reason = "an empty sequence does not open")]
     pub fn len(&self) -> usize {
-        self.inner.slots.len()
+        self.input.slots.len()
     }
     /// The input's own frame numbers, row by row.
     pub fn numbers(&self) -> impl ExactSizeIterator<Item = u64> + '_ {
-        self.inner.slots.iter().map(|slot| slot.number)
+        self.input.slots.iter().map(|slot| slot.number)
     }
     /// Times \[ns\], row by row.
     pub fn timestamps_ns(&self) -> impl ExactSizeIterator<Item = i64> + '_ {
-        self.inner.slots.iter().map(|slot| slot.timestamp_ns)
+        self.input.slots.iter().map(|slot| slot.timestamp_ns)
     }
     /// Width and height of the frames \[px\].
     pub fn size(&self) -> (u32, u32) {
-        self.inner.size
+        self.input.size
     }
-    /// The pinhole camera of the frames as they are handed out, undistorted.
+    /// The pinhole camera of the undistorted frames.
     ///
     /// # Errors
     /// When no calibration was given and the input has none.
     pub fn camera(&self) -> Result<PinholeCamera> {
-        self.inner.camera.ok_or_else(|| {
+        self.input.camera.ok_or_else(|| {
             Error::Usage(format!(
                 "{} has no calibration; give one with --calibration FILE (TOML, KITTI calib.txt, OpenCV or ROS YAML)",
-                self.inner.survey.root.display()
+                self.input.survey.root.display()
             ))
         })
     }
-    /// The calibration as its file has it.
+    /// The calibration file's content.
     pub fn calibration(&self) -> Option<&Calibration> {
-        self.inner.calibration.as_ref().map(|(_, calibration)| calibration)
+        self.input.calibration.as_ref().map(|(_, calibration)| calibration)
     }
     /// `camera_from_cam0` of a KITTI rig, to write results in rectified cam0 coordinates; identity elsewhere.
     pub fn camera_from_cam0(&self) -> Pose<Camera, Cam0> {
@@ -161,7 +109,7 @@ impl Sequence {
     /// Height of the camera above the road \[m\]: the one given, else the calibration's, else 1.65 for KITTI.
     ///
     /// # Errors
-    /// A height that is no positive number, or none for input that is not KITTI's.
+    /// A height that is not positive, or an unknown height of input that is not KITTI's.
     pub fn height_m(&self, given: Option<f64>) -> Result<f64> {
         let known = given.or_else(|| self.calibration().and_then(|calibration| calibration.height_m));
         match known {
@@ -173,17 +121,17 @@ impl Sequence {
             )),
         }
     }
-    /// What was recognised, for people and programs.
+    /// Summary of the input.
     pub fn summary(&self) -> Summary {
-        Summary::of(&self.inner)
+        Summary::of(&self.input)
     }
-    /// The frames in order. A frame that cannot be had is an `Err` item in its place, and the stream goes on.
+    /// The frames in order. An unavailable frame is an `Err` item in its place, and the iteration continues.
     pub fn frames(&self) -> Frames {
-        Frames::start(Decoder::new(Arc::clone(&self.inner)), self.inner.prefetch)
+        Frames::start(Decoder::new(Arc::clone(&self.input)), self.input.prefetch)
     }
 }
 
-/// Chooses slots by number and stride.
+/// Slots selected by number and stride.
 fn select(
     path: &Path,
     survey: &Survey,
@@ -210,7 +158,7 @@ fn first_pixels(survey: &Survey, slot: &Slot) -> Result<Pixels> {
         (Store::Files, Some(path)) => decode::read(path),
         (Store::Files, None) => Err(Error::input(
             &survey.root,
-            format!("has no file for frame {}, with which the run would start", slot.number),
+            format!("has no file for frame {}, the first selected one", slot.number),
         )),
     }
 }

@@ -1,14 +1,14 @@
-//! Frames one after the other, decoded ahead on a thread.
+//! Iteration over frames, decoded ahead on a thread.
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, sync_channel};
 
 use crate::error::{Error, Result};
 use crate::frame::{BadFrame, Frame, Pixels};
-use crate::sequence::Inner;
+use crate::input::Input;
 use crate::source::{Slot, Store, decode, video::VideoReader};
 
-/// What comes out of a sequence, in order.
+/// Item of a sequence.
 pub type FrameResult = std::result::Result<Frame, BadFrame>;
 
 /// Iterator over the frames of a [`Sequence`](crate::Sequence). Dropping it stops the decoding.
@@ -24,22 +24,22 @@ enum Source {
 
 impl Frames {
     pub(crate) fn start(decoder: Decoder, prefetch: usize) -> Self {
-        let left = decoder.inner.slots.len();
+        let left = decoder.input.slots.len();
         if prefetch == 0 {
             return Self { source: Source::Inline(Box::new(decoder)), left };
         }
-        let spare = Decoder::new(Arc::clone(&decoder.inner));
+        let spare = Decoder::new(Arc::clone(&decoder.input));
         let (sender, receiver) = sync_channel(prefetch);
         let thread = std::thread::Builder::new().name("motorcade-decode".into());
         let started = thread.spawn(move || {
             for frame in decoder {
-                // The reader has gone: so do we.
+                // The receiver was dropped.
                 if sender.send(frame).is_err() {
                     break;
                 }
             }
         });
-        // Without a thread to spare it goes slower, not wrong.
+        // Without a thread, frames are decoded on demand.
         let source = if started.is_ok() { Source::Ahead(receiver) } else { Source::Inline(Box::new(spare)) };
         Self { source, left }
     }
@@ -62,20 +62,20 @@ impl Iterator for Frames {
 
 impl ExactSizeIterator for Frames {}
 
-/// Decodes where it is called.
+/// Decoder on the calling thread.
 pub(crate) struct Decoder {
-    inner: Arc<Inner>,
+    input: Arc<Input>,
     next: usize,
     video: Option<VideoReader>,
 }
 
 impl Decoder {
-    pub(crate) fn new(inner: Arc<Inner>) -> Self {
-        Self { inner, next: 0, video: None }
+    pub(crate) fn new(input: Arc<Input>) -> Self {
+        Self { input, next: 0, video: None }
     }
 
     fn raw(&mut self, slot: &Slot) -> Result<Pixels> {
-        let pixels = match (&self.inner.survey.store, &slot.path) {
+        let pixels = match (&self.input.survey.store, &slot.path) {
             (Store::Video(path), _) => {
                 let reader = match self.video.take() {
                     Some(reader) => reader,
@@ -85,15 +85,15 @@ impl Decoder {
             }
             (Store::Files, Some(path)) => decode::read(path)?,
             (Store::Files, None) => {
-                return Err(Error::input(&self.inner.survey.root, "is missing this number".to_owned()));
+                return Err(Error::input(&self.input.survey.root, "is missing this number".to_owned()));
             }
         };
-        let ((found_width, found_height), (width, height)) = (pixels.size(), self.inner.size);
+        let ((found_width, found_height), (width, height)) = (pixels.size(), self.input.size);
         if (found_width, found_height) == (width, height) {
             return Ok(pixels);
         }
         Err(Error::Size {
-            path: slot.path.clone().unwrap_or_else(|| self.inner.survey.root.clone()),
+            path: slot.path.clone().unwrap_or_else(|| self.input.survey.root.clone()),
             what: "the frame",
             found_width,
             found_height,
@@ -106,9 +106,9 @@ impl Decoder {
 
     fn frame(&mut self, index: usize, slot: &Slot) -> Result<Frame> {
         let raw = self.raw(slot)?;
-        let masks = self.inner.masks.as_ref();
+        let masks = self.input.masks.as_ref();
         let mask = masks.map_or(Ok(None), |masks| masks.get(slot.number, raw.size()))?;
-        let (pixels, ignore) = match &self.inner.undistortion {
+        let (pixels, ignore) = match &self.input.undistortion {
             Some(table) => (table.pixels(&raw), table.mask(mask.as_ref())),
             None => (raw, mask),
         };
@@ -120,7 +120,7 @@ impl Iterator for Decoder {
     type Item = FrameResult;
     fn next(&mut self) -> Option<FrameResult> {
         let index = self.next;
-        let slot = self.inner.slots.get(index)?.clone();
+        let slot = self.input.slots.get(index)?.clone();
         self.next += 1;
         Some(self.frame(index, &slot).map_err(|reason| BadFrame {
             index,

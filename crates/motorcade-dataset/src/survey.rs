@@ -1,19 +1,19 @@
-//! What lies at a path: files, numbers, times, before any pixel is read.
+//! Inventory of an input: files, numbers and times, before any pixel is read.
 
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::format::Format;
-use crate::sequence::SequenceOptions;
+use crate::options::SequenceOptions;
 use crate::source::images::{Listing, gaps, list, numbering_step};
 use crate::source::{Slot, Store, kitti, video};
 
-/// Names beside the frames that are taken for their calibration.
+/// File names beside the frames that are used as their calibration.
 const CALIBRATION_NAMES: [&str; 5] =
     ["calibration.toml", "calib.txt", "camera.yaml", "camera_info.yaml", "calibration.yaml"];
-/// Rate of input that does not say its own.
+/// Frame rate of input without one \[1/s\].
 const DEFAULT_FPS: f64 = 10.0;
-/// Names of this size or more are times in nanoseconds (after 1973), not counts.
+/// File numbers from here on are times in nanoseconds (after 1973), not counts.
 const TIME_NAMES_FROM: u64 = 100_000_000_000_000_000;
 
 #[derive(Debug)]

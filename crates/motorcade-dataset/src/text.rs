@@ -1,4 +1,4 @@
-//! Text tables: rows of numbers whose errors name file and line. Public, because other crates read tables too.
+//! Text tables: rows of numbers whose errors name file and line. Other crates read their tables with it too.
 
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -22,14 +22,14 @@ pub struct Row<'a> {
 }
 
 impl TextFile {
-    /// Reads a file; what is not UTF-8 is an error that says so.
+    /// Reads a UTF-8 file.
     pub fn read(path: &Path) -> Result<Self> {
         let bytes = std::fs::read(path).map_err(Error::io(path))?;
         let text =
             String::from_utf8(bytes).map_err(|_| Error::input(path, "is not a text file (not UTF-8)"))?;
         Ok(Self { path: path.to_path_buf(), text })
     }
-    /// The text as it stands.
+    /// The unparsed text.
     pub fn text(&self) -> &str {
         &self.text
     }
@@ -61,7 +61,7 @@ impl Row<'_> {
             found: found.to_string(),
         }
     }
-    /// Refuses a row with another number of columns.
+    /// Checks the number of columns.
     pub fn require_columns(&self, allowed: &[usize], layout: &str) -> Result<()> {
         if allowed.contains(&self.fields.len()) {
             return Ok(());
@@ -72,7 +72,7 @@ impl Row<'_> {
             format!("{} columns", self.fields.len()),
         ))
     }
-    /// Column `index` as whatever `what` names.
+    /// Column `index` as a value; `what` names it in errors.
     pub fn parse<T: FromStr>(&self, index: usize, what: &str) -> Result<T> {
         let column = index + 1;
         let Some(field) = self.fields.get(index) else {

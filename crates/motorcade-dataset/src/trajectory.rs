@@ -18,7 +18,7 @@ pub struct Trajectory<To: Frame, From: Frame> {
     pub poses: Vec<Pose<To, From>>,
 }
 
-/// Reads either format; the number of columns tells which.
+/// Reads either format, recognised by the number of columns.
 pub fn read_trajectory<To: Frame, From: Frame>(path: &Path) -> Result<Trajectory<To, From>> {
     let file = TextFile::read(path)?;
     let columns = file.rows().next().map(|row| row.fields.len());
@@ -51,7 +51,7 @@ fn tum<To, From>(row: &Row<'_>) -> Result<(i64, Pose<To, From>)> {
     Ok((nanoseconds(row)?, pose))
 }
 
-/// Digits by digits, because a double has too few for nanoseconds since 1970.
+/// Parsed as integers, because a double cannot hold nanoseconds since 1970.
 fn nanoseconds(row: &Row<'_>) -> Result<i64> {
     let text = row.fields[0];
     let (whole, fraction) = text.split_once('.').unwrap_or((text, ""));
@@ -72,9 +72,10 @@ fn kitti<To, From>(row: &Row<'_>) -> Result<Pose<To, From>> {
     let rotation = Matrix3::new(m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]);
     let off = (rotation * rotation.transpose() - Matrix3::identity()).norm();
     if off > 1e-2 || rotation.determinant() < 0.0 {
-        return Err(
-            row.error("a rotation matrix in columns 1-3, 5-7, 9-11", format!("one that is off by {off:.2e}"))
-        );
+        return Err(row.error(
+            "a rotation matrix in columns 1-3, 5-7, 9-11",
+            format!("a matrix that deviates from orthogonality by {off:.2e}"),
+        ));
     }
     Ok(Pose::from_matrix(&rotation, &Vector3::new(m[3], m[7], m[11])))
 }

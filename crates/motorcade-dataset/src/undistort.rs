@@ -1,4 +1,4 @@
-//! Takes lens distortion out of frames by a table computed once.
+//! Undistortion of frames by a remap table computed once.
 
 use image::{GrayImage, RgbImage};
 use motorcade_geometry::{Distortion, PinholeCamera};
@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::frame::Pixels;
 
-/// Where each undistorted pixel comes from. Keeps the camera matrix.
+/// Remap table from undistorted to distorted pixels. The camera matrix stays the same.
 #[derive(Clone, Debug)]
 pub struct Undistortion {
     width: u32,
@@ -47,7 +47,7 @@ impl Undistortion {
         }
     }
 
-    /// Undistorts an ignore mask: nearest pixel, and pixels without a source are ignored too. `None` when nothing is.
+    /// Undistorts an ignore mask: nearest pixel, and pixels without a source are ignored too. `None` when no pixel is.
     pub fn mask(&self, mask: Option<&GrayImage>) -> Option<GrayImage> {
         let mut to = GrayImage::new(self.width, self.height);
         let mut any = false;

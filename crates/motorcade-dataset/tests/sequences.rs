@@ -97,7 +97,7 @@ fn a_truncated_jpeg_is_an_error_not_grey_pixels() {
 }
 
 #[test]
-fn what_cannot_start_is_refused() {
+fn unusable_inputs_are_errors() {
     let empty = tempfile::tempdir().unwrap();
     let options = SequenceOptions::default();
     let (message, code) = refusal(empty.path(), &options);

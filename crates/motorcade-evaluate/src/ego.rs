@@ -2,19 +2,20 @@
 
 use motorcade_geometry::alignment::umeyama;
 use motorcade_geometry::lie::sim3::Similarity;
+use motorcade_geometry::robust::{median_midpoint, quantile};
 use motorcade_geometry::{Camera, Pose, World};
 use nalgebra::{Point3, Vector3};
 
 use crate::error::{Error, Result};
-use crate::statistics::{median, quantile, rms};
+use crate::statistics::rms;
 
-/// Steps of the true motion shorter than this \[m\] say nothing about scale: noise of the ground truth.
+/// True steps shorter than this are excluded from the scale error: they are within the noise of the ground truth \[m\].
 const MOVING_M: f64 = 0.2;
-/// Half the window of scale over time, in frames.
+/// Half the window of scale over time \[frames\].
 const SCALE_HALF_WINDOW: usize = 5;
-/// A window whose true path is shorter than this \[m\] has no scale.
+/// Windows with a shorter true path are excluded \[m\].
 const SCALE_PATH_M: f64 = 1.0;
-/// Rotation drift a length is not given for drives shorter than this \[m\].
+/// Shortest true path for which a rotation drift per length is given \[m\].
 const DRIFT_PATH_M: f64 = 20.0;
 
 /// Scale around one frame.
@@ -53,21 +54,21 @@ pub struct EgoReport {
     pub rpe_deg: Option<f64>,
     /// Rotation error of the last frame, first poses identified \[deg\].
     pub rotation_end_deg: f64,
-    /// The same a length \[deg/100 m\]; none under 20 m.
+    /// The same per length \[deg/100 m\]; none under 20 m.
     pub rotation_deg_per_100m: Option<f64>,
     /// Scale error along the drive, where the camera moves.
     pub scale_over_time: Vec<ScalePoint>,
 }
 
-/// Trajectories brought to a common first pose, and the SE(3) alignment between them.
-pub(crate) struct Compared {
+/// Trajectories with a common first pose, and the SE(3) alignment between them.
+pub(crate) struct AlignedTrajectories {
     pub estimate: Vec<Pose<World, Camera>>,
     pub truth: Vec<Pose<World, Camera>>,
     /// `truth_from_estimate`, scale 1.
     pub se3: Similarity,
 }
 
-impl Compared {
+impl AlignedTrajectories {
     pub(crate) fn new(estimate: &[Pose<World, Camera>], truth: &[Pose<World, Camera>]) -> Result<Self> {
         if estimate.len() != truth.len() {
             let (n, m) = (estimate.len(), truth.len());
@@ -105,27 +106,28 @@ pub fn evaluate_trajectory(
     estimate: &[Pose<World, Camera>],
     truth: &[Pose<World, Camera>],
 ) -> Result<EgoReport> {
-    Compared::new(estimate, truth).map(|compared| report(&compared))
+    AlignedTrajectories::new(estimate, truth).map(|aligned| report(&aligned))
 }
 
-pub(crate) fn report(compared: &Compared) -> EgoReport {
-    let (estimate, truth) = (&compared.estimate, &compared.truth);
-    let (found, wanted) = (positions(estimate), positions(truth));
-    let (found_steps, wanted_steps) = (steps(&found), steps(&wanted));
-    let length_m: f64 = wanted_steps.iter().sum();
+pub(crate) fn report(aligned: &AlignedTrajectories) -> EgoReport {
+    let (estimate, truth) = (&aligned.estimate, &aligned.truth);
+    let (estimated, true_positions) = (positions(estimate), positions(truth));
+    let (estimated_steps, true_steps) = (steps(&estimated), steps(&true_positions));
+    let length_m: f64 = true_steps.iter().sum();
     let ate = |alignment: &Similarity| {
-        let errors = found.iter().zip(&wanted);
+        let errors = estimated.iter().zip(&true_positions);
         rms(errors.map(|(e, t)| alignment.transform_point(&Point3::from(*e)).coords - t))
     };
-    let sim3 = umeyama(&found, &wanted, true);
-    let moving = found_steps.iter().zip(&wanted_steps).filter(|(_, wanted)| **wanted > MOVING_M);
+    let sim3 = umeyama(&estimated, &true_positions, true);
+    let moving = estimated_steps.iter().zip(&true_steps).filter(|(_, true_step)| **true_step > MOVING_M);
+    let mut scale_errors: Vec<f64> = moving.map(|(e, t)| (e / t - 1.0).abs() * 100.0).collect();
     let relative: Vec<Pose<Camera, Camera>> = estimate
         .windows(2)
         .zip(truth.windows(2))
         .map(|(e, t)| (t[0].inverse() * t[1]).inverse() * (e[0].inverse() * e[1]))
         .collect();
-    let scale_over_time = scale_over_time(&found_steps, &wanted_steps);
-    let windows: Vec<f64> = scale_over_time.iter().map(|point| point.error_pct.abs()).collect();
+    let scale_over_time = scale_over_time(&estimated_steps, &true_steps);
+    let mut windows: Vec<f64> = scale_over_time.iter().map(|point| point.error_pct.abs()).collect();
     let end = estimate.last().zip(truth.last());
     let rotation_end_deg = end.map_or(0.0, |(e, t)| e.rotation().angle_to(&t.rotation()).to_degrees());
     let angle = |pose: &Pose<Camera, Camera>| Vector3::new(pose.rotation().angle().to_degrees(), 0.0, 0.0);
@@ -133,12 +135,12 @@ pub(crate) fn report(compared: &Compared) -> EgoReport {
         frames: estimate.len(),
         length_m,
         ate_origin_m: ate(&Similarity::identity()).unwrap_or(0.0),
-        ate_se3_m: ate(&compared.se3).unwrap_or(0.0),
+        ate_se3_m: ate(&aligned.se3).unwrap_or(0.0),
         ate_sim3_m: sim3.as_ref().and_then(ate),
         best_scale: sim3.as_ref().map(|similarity| similarity.scale),
-        scale_error_pct_median: median(moving.map(|(e, t)| (e / t - 1.0).abs() * 100.0).collect()),
-        scale_window_pct_median: median(windows.clone()),
-        scale_window_pct_p95: quantile(windows, 0.95),
+        scale_error_pct_median: median_midpoint(&mut scale_errors),
+        scale_window_pct_median: median_midpoint(&mut windows),
+        scale_window_pct_p95: quantile(&mut windows, 0.95),
         rpe_m: rms(relative.iter().map(Pose::translation)),
         rpe_deg: rms(relative.iter().map(angle)),
         rotation_end_deg,
@@ -147,14 +149,15 @@ pub(crate) fn report(compared: &Compared) -> EgoReport {
     }
 }
 
-fn scale_over_time(found: &[f64], wanted: &[f64]) -> Vec<ScalePoint> {
+fn scale_over_time(estimated: &[f64], truth: &[f64]) -> Vec<ScalePoint> {
     let point = |row: usize| {
-        let window = row.saturating_sub(SCALE_HALF_WINDOW)..(row + SCALE_HALF_WINDOW).min(wanted.len());
+        let window = row.saturating_sub(SCALE_HALF_WINDOW)..(row + SCALE_HALF_WINDOW).min(truth.len());
         let path = |steps: &[f64]| steps[window.clone()].iter().sum::<f64>();
-        let truth = path(wanted);
-        (truth > SCALE_PATH_M).then(|| ScalePoint { row, error_pct: (path(found) / truth - 1.0) * 100.0 })
+        let true_path = path(truth);
+        (true_path > SCALE_PATH_M)
+            .then(|| ScalePoint { row, error_pct: (path(estimated) / true_path - 1.0) * 100.0 })
     };
-    (0..=wanted.len()).filter_map(point).collect()
+    (0..=truth.len()).filter_map(point).collect()
 }
 
 #[cfg(test)]

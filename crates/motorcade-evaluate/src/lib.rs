@@ -1,7 +1,8 @@
-//! How good a run is: errors of the camera's and the vehicles' trajectories against ground truth.
+//! Errors of the camera's and the vehicles' trajectories against ground truth.
 //!
 //! [`evaluate_run`] compares a run directory with a KITTI tracking sequence and gives a [`Report`], which prints as a
-//! table and serialises. [`evaluate_trajectory`] compares two lists of poses. Every absolute error names its alignment:
+//! table and serialises; [`evaluate`] does the same with [`Estimates`] in memory. [`evaluate_trajectory`] compares two lists of
+//! poses, [`nees`] tests their covariances. Every absolute error names its alignment:
 //! first poses identified, SE(3), or Sim(3), because they differ by an order of magnitude.
 //!
 //! ```
@@ -18,17 +19,21 @@
 //! # Ok::<(), motorcade_evaluate::Error>(())
 //! ```
 
-mod consistency;
 mod ego;
 mod error;
+mod estimates;
+mod ground_truth;
 mod matching;
+mod nees;
 mod run;
 mod statistics;
 mod table;
 mod vehicles;
 
-pub use consistency::ConsistencyReport;
 pub use ego::{EgoReport, ScalePoint, evaluate_trajectory};
 pub use error::{Error, Result};
-pub use run::{Report, evaluate_run};
+pub use estimates::Estimates;
+pub use ground_truth::GroundTruth;
+pub use nees::{ConsistencyReport, evaluate_consistency, nees};
+pub use run::{Report, evaluate, evaluate_run};
 pub use vehicles::{VehicleMeans, VehicleReport};

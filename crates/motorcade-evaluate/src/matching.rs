@@ -1,4 +1,4 @@
-//! Which estimate answers which label.
+//! Assignment of estimates to labels by overlap of their boxes.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ const MIN_IOU: f64 = 0.5;
 /// Objects by frame and identity, in the order of the file.
 pub(crate) type ByFrame = BTreeMap<u64, Vec<Label>>;
 
-/// Groups labels by frame; of two with one identity in one frame the later line counts.
+/// Groups labels by frame; of duplicate identities in a frame the later line counts.
 pub(crate) fn by_frame(labels: impl IntoIterator<Item = Label>) -> ByFrame {
     let mut frames = ByFrame::new();
     for label in labels {
@@ -33,7 +33,7 @@ fn iou(a: &[f64; 4], b: &[f64; 4]) -> f64 {
     width * height / (area(a) + area(b) - width * height)
 }
 
-/// One to one, best overlap first: index into `estimates` for each of `labels`.
+/// One-to-one assignment, largest overlap first: index into `estimates` for each of `labels`.
 pub(crate) fn assign(labels: &[Label], estimates: &[Label]) -> Vec<Option<usize>> {
     let mut pairs = Vec::new();
     for (i, label) in labels.iter().enumerate() {

@@ -1,23 +1,16 @@
-//! A run directory against a KITTI tracking sequence.
+//! Evaluation of a run against a KITTI tracking sequence.
 
 use std::path::Path;
 
-use motorcade_dataset::{Cam0, Error as InputError, KittiCalibration, Label, read_labels, read_trajectory};
-use motorcade_geometry::{Camera, Pose, World};
-
-use crate::consistency::{ConsistencyReport, consistency, read_covariances};
-use crate::ego::{Compared, EgoReport, report};
-use crate::error::{Error, Result};
+use crate::ego::{AlignedTrajectories, EgoReport, report};
+use crate::error::Result;
+use crate::estimates::Estimates;
+use crate::ground_truth::GroundTruth;
 use crate::matching::by_frame;
+use crate::nees::{ConsistencyReport, consistency};
 use crate::vehicles::{VehicleMeans, VehicleReport, Vehicles, means};
 
-/// Labelled vehicles farther than this \[m\] do not count.
-const RANGE_M: f64 = 50.0;
-/// Labels that are no vehicles.
-const NO_VEHICLES: [&str; 7] =
-    ["DontCare", "Pedestrian", "Cyclist", "Person", "Person_sitting", "Misc", "Tram"];
-
-/// How good a run is.
+/// Errors of a run.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Report {
     /// KITTI tracking sequence.
@@ -28,9 +21,9 @@ pub struct Report {
     pub first: u64,
     /// The camera's trajectory.
     pub ego: EgoReport,
-    /// Whether the poses' covariances fit their errors; none when the run gives no covariances.
+    /// Consistency of the poses with their covariances; none when the run gives no covariances.
     pub consistency: Option<ConsistencyReport>,
-    /// Labelled vehicles by identity; none when the run gives no tracks.
+    /// Labelled vehicles by identity; none without tracks or labels.
     pub vehicles: Option<Vec<VehicleReport>>,
     /// Their means; none when no labelled vehicle has an estimate.
     pub vehicles_mean: Option<VehicleMeans>,
@@ -39,91 +32,39 @@ pub struct Report {
     pub truth_path_m: Vec<[f64; 3]>,
 }
 
-/// Evaluates a run directory (`ego.kitti.txt` or `ego.tum`, and `tracks.kitti.txt` when there) against the KITTI
-/// tracking split at `kitti_root` (`calib/`, `gt_poses/`, `label_02/`, and `label_03/` for camera 3). `first` is the
-/// KITTI frame number of the run's first row.
+/// Evaluates a run directory (see [`Estimates::read`]) against a KITTI tracking sequence (see [`GroundTruth::read_kitti`]).
 ///
 /// # Errors
-/// Files that do not read, and runs with another number of poses than the ground truth has frames.
+/// Files that do not read, and runs with more poses than the ground truth has frames.
 pub fn evaluate_run(run: &Path, kitti_root: &Path, sequence: &str, camera: u8, first: u64) -> Result<Report> {
-    // The benchmark's own archive unpacks to a folder above.
-    let inner = kitti_root.join("training");
-    let root = if inner.join("calib").is_dir() { inner.as_path() } else { kitti_root };
-    let file = |folder: &str| root.join(folder).join(format!("{sequence}.txt"));
-    let calibration = file("calib");
-    let camera_from_cam0 =
-        KittiCalibration::read(&calibration)?.camera(&calibration, camera)?.camera_from_cam0;
-    let estimate = ego(run)?;
-    let truth = truth(&file("gt_poses"), camera_from_cam0, first, estimate.len())?;
-    let compared = Compared::new(&estimate, &truth)?;
+    evaluate(&Estimates::read(run)?, &GroundTruth::read_kitti(kitti_root, sequence, camera, first)?)
+}
 
-    let tracks = run.join("tracks.kitti.txt");
-    let vehicles = if tracks.is_file() {
-        let labels = by_frame(read_labels(&file("label_02"))?.into_iter().filter(is_vehicle));
-        let other = file("label_03");
-        let moved = match camera {
-            3 => Some(by_frame(read_labels(&other)?.into_iter().filter(is_vehicle))),
-            _ => None,
-        };
-        let estimates = by_frame(read_labels(&tracks)?);
-        let boxes = moved.as_ref().unwrap_or(&labels);
+/// Evaluates estimates against the ground truth of the same frames.
+///
+/// # Errors
+/// Estimates without poses, or with more poses than the ground truth has frames.
+pub fn evaluate(estimates: &Estimates, truth: &GroundTruth) -> Result<Report> {
+    let estimate = &estimates.world_from_camera;
+    let aligned = AlignedTrajectories::new(estimate, truth.poses(estimate.len())?)?;
+    let vehicles = estimates.tracks.as_ref().zip(truth.labels.as_ref()).map(|(tracks, labels)| {
         let drive = Vehicles {
-            labels: &labels,
-            boxes,
-            estimates: &estimates,
-            camera_from_cam0,
-            first,
-            range_m: RANGE_M,
+            labels,
+            boxes: truth.moved.as_ref().unwrap_or(labels),
+            estimates: &by_frame(tracks.iter().cloned()),
+            camera_from_cam0: truth.camera_from_cam0,
+            first: truth.first,
         };
-        Some(drive.evaluate(&compared))
-    } else {
-        None
-    };
+        drive.evaluate(&aligned)
+    });
     Ok(Report {
-        sequence: sequence.to_owned(),
-        camera,
-        first,
-        ego: report(&compared),
-        consistency: match run.join("ego_covariance.csv") {
-            path if path.is_file() => consistency(&compared, &read_covariances(&path)?),
-            _ => None,
-        },
+        sequence: truth.sequence.clone(),
+        camera: truth.camera,
+        first: truth.first,
+        ego: report(&aligned),
+        consistency: estimates.covariances.as_ref().and_then(|all| consistency(&aligned, all)),
         vehicles_mean: vehicles.as_deref().and_then(means),
         vehicles,
-        truth_path_m: compared.truth.iter().map(|pose| pose.translation().into()).collect(),
+        truth_path_m: aligned.truth.iter().map(|pose| pose.translation().into()).collect(),
     })
-}
-
-fn is_vehicle(label: &Label) -> bool {
-    !NO_VEHICLES.contains(&label.class.as_str())
-}
-
-fn ego(run: &Path) -> Result<Vec<Pose<World, Camera>>> {
-    let names = ["ego.kitti.txt", "ego.tum"];
-    let Some(path) = names.iter().map(|name| run.join(name)).find(|path| path.is_file()) else {
-        let problem = "is no run directory: it holds neither ego.kitti.txt nor ego.tum".into();
-        return Err(InputError::Input { path: run.to_path_buf(), problem }.into());
-    };
-    Ok(read_trajectory(&path)?.poses)
-}
-
-/// Poses of the processed camera for `count` frames from `first` on.
-fn truth(
-    path: &Path,
-    camera_from_cam0: Pose<Camera, Cam0>,
-    first: u64,
-    count: usize,
-) -> Result<Vec<Pose<World, Camera>>> {
-    let world_from_cam0: Vec<Pose<World, Cam0>> = read_trajectory(path)?.poses;
-    let cam0_from_camera = camera_from_cam0.inverse();
-    let wanted: Vec<_> =
-        world_from_cam0.iter().skip(first as usize).take(count).map(|p| *p * cam0_from_camera).collect();
-    if wanted.len() == count {
-        return Ok(wanted);
-    }
-    Err(Error::Mismatch(format!(
-        "the run has {count} poses, but {} has {} from frame {first} on; give the number of the run's first frame",
-        path.display(),
-        wanted.len()
-    )))
 }

@@ -1,4 +1,4 @@
-//! Reports for people.
+//! Reports as text tables.
 
 use std::fmt::{self, Display};
 
@@ -6,7 +6,7 @@ use crate::ego::EgoReport;
 use crate::run::Report;
 use crate::vehicles::VehicleReport;
 
-/// A number with its digits, or a dash.
+/// A number with a fixed number of digits, or a dash.
 fn cell(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"))
 }
@@ -62,7 +62,7 @@ impl Display for Report {
         if let Some(c) = &self.consistency {
             let (allowed, band) = (100.0 * c.nees_allowed, 100.0 * c.nees_in_band);
             let text = format!(
-                "median {:.1} of 6, {allowed:.0} % allowed at 95 %, {band:.0} % in the band",
+                "median {:.1} of 6, {allowed:.0} % within the 95 % bound, {band:.0} % in the band",
                 c.nees_median
             );
             writeln!(f, "  {:<24}{text}", "NEES of the poses")?;

@@ -7,27 +7,29 @@ use motorcade_dataset::{Cam0, Label};
 use motorcade_geometry::{Camera, Pose};
 use nalgebra::{Point3, Vector3};
 
-use crate::ego::Compared;
+use crate::ego::AlignedTrajectories;
 use crate::matching::{ByFrame, assign};
 use crate::statistics::{mean, rms};
 
-/// Labelled boxes lower than this \[px\] do not count.
+/// Labelled vehicles farther away than this are not evaluated \[m\].
+const MAX_RANGE_M: f64 = 50.0;
+/// Labelled boxes lower than this are not evaluated \[px\].
 const MIN_HEIGHT_PX: f64 = 40.0;
-/// Vehicles labelled in fewer counting frames than this are not reported.
+/// Vehicles with fewer evaluated frames are not reported.
 const MIN_FRAMES: usize = 10;
 
-/// Errors of one labelled vehicle, over the frames that count: unoccluded, untruncated, box ≥ 40 px high, in range.
+/// Errors of one labelled vehicle over its evaluated frames: unoccluded, untruncated, box ≥ 40 px high, in range.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct VehicleReport {
     /// Identity in the labels.
     pub label: i64,
-    /// Counting frames.
+    /// Evaluated frames.
     pub frames: usize,
-    /// Part of them with an estimate whose box overlaps by IoU ≥ 0.5.
+    /// Share of them with an estimate whose box overlaps by IoU ≥ 0.5.
     pub coverage: f64,
-    /// How often the identity of the estimate changes.
+    /// Changes of the estimate's identity.
     pub id_switches: usize,
-    /// Length of its true way in the world over the answered frames \[m\].
+    /// Length of its true path in the world over the frames with an estimate \[m\].
     pub driven_m: f64,
     /// Nearest and farthest distance along the optical axis \[m\].
     pub depth_m: Option<[f64; 2]>,
@@ -46,7 +48,7 @@ pub struct VehicleReport {
 pub struct VehicleMeans {
     /// Reported vehicles.
     pub vehicles: usize,
-    /// Covered frames / counting frames.
+    /// Covered frames / evaluated frames.
     pub coverage: f64,
     /// Mean of the vehicles' ATE, first camera poses identified \[m\].
     pub ate_origin_m: f64,
@@ -62,7 +64,7 @@ pub struct VehicleMeans {
 
 /// Ground truth and estimates of a drive.
 pub(crate) struct Vehicles<'a> {
-    /// Labels of the left camera: places and sizes.
+    /// Labels of camera 2: positions and sizes.
     pub labels: &'a ByFrame,
     /// The same labels with boxes in the processed camera.
     pub boxes: &'a ByFrame,
@@ -70,7 +72,6 @@ pub(crate) struct Vehicles<'a> {
     pub camera_from_cam0: Pose<Camera, Cam0>,
     /// Frame number of row 0.
     pub first: u64,
-    pub range_m: f64,
 }
 
 /// One matched frame of one vehicle.
@@ -91,24 +92,24 @@ struct Track {
 }
 
 impl Vehicles<'_> {
-    pub(crate) fn evaluate(&self, ego: &Compared) -> Vec<VehicleReport> {
-        // Results may count frames from the run's row 0.
-        let counts_rows = self.estimates.keys().next().is_some_and(|frame| *frame < self.first);
-        let shift = if counts_rows { self.first } else { 0 };
+    pub(crate) fn evaluate(&self, ego: &AlignedTrajectories) -> Vec<VehicleReport> {
+        // Results may number frames by the run's rows.
+        let numbered_by_row = self.estimates.keys().next().is_some_and(|frame| *frame < self.first);
+        let shift = if numbered_by_row { self.first } else { 0 };
         let mut tracks: BTreeMap<i64, Track> = BTreeMap::new();
         let of = |frames: &'_ ByFrame, frame: u64| frames.get(&frame).cloned().unwrap_or_default();
         for row in 0..ego.truth.len() {
             let frame = self.first + row as u64;
             let (labels, boxes) = (of(self.labels, frame), of(self.boxes, frame));
             let estimates = of(self.estimates, frame - shift);
-            for (shown, answer) in boxes.iter().zip(assign(&boxes, &estimates)) {
+            for (shown, assigned) in boxes.iter().zip(assign(&boxes, &estimates)) {
                 let label = labels.iter().find(|label| label.track == shown.track).unwrap_or(shown);
-                if !self.counts(label, shown) {
+                if !is_evaluated(label, shown) {
                     continue;
                 }
                 let track = tracks.entry(shown.track).or_default();
                 track.frames += 1;
-                if let Some(j) = answer {
+                if let Some(j) = assigned {
                     track.samples.push(self.sample(ego, row, label, &estimates[j]));
                 }
             }
@@ -117,28 +118,28 @@ impl Vehicles<'_> {
         long.map(|(label, track)| track.report(label)).collect()
     }
 
-    fn counts(&self, label: &Label, shown: &Label) -> bool {
-        label.occluded <= 0.0
-            && label.truncated <= 0.0
-            && shown.bbox_px[3] - shown.bbox_px[1] >= MIN_HEIGHT_PX
-            && label.location_m[2] <= self.range_m
-    }
-
-    fn sample(&self, ego: &Compared, row: usize, label: &Label, estimate: &Label) -> Sample {
-        let (found, wanted) = (Point3::from(estimate.location_m), Point3::from(label.location_m));
-        let found_in_world = (ego.estimate[row] * self.camera_from_cam0).transform_point(&found);
-        let wanted_in_world = (ego.truth[row] * self.camera_from_cam0).transform_point(&wanted);
+    fn sample(&self, ego: &AlignedTrajectories, row: usize, label: &Label, estimate: &Label) -> Sample {
+        let (estimated, labelled) = (Point3::from(estimate.location_m), Point3::from(label.location_m));
+        let estimate_in_world = (ego.estimate[row] * self.camera_from_cam0).transform_point(&estimated);
+        let truth_in_world = (ego.truth[row] * self.camera_from_cam0).transform_point(&labelled);
         let turn = (estimate.ry_rad - label.ry_rad + PI).rem_euclid(2.0 * PI) - PI;
         Sample {
             id: estimate.track,
-            truth_in_world: wanted_in_world,
-            in_world: found_in_world - wanted_in_world,
-            in_aligned_world: ego.se3.transform_point(&found_in_world) - wanted_in_world,
-            in_camera: found - wanted,
+            truth_in_world,
+            in_world: estimate_in_world - truth_in_world,
+            in_aligned_world: ego.se3.transform_point(&estimate_in_world) - truth_in_world,
+            in_camera: estimated - labelled,
             heading_rad: turn.abs(),
             depth_m: label.location_m[2],
         }
     }
+}
+
+fn is_evaluated(label: &Label, shown: &Label) -> bool {
+    label.occluded <= 0.0
+        && label.truncated <= 0.0
+        && shown.bbox_px[3] - shown.bbox_px[1] >= MIN_HEIGHT_PX
+        && label.location_m[2] <= MAX_RANGE_M
 }
 
 impl Track {

@@ -90,7 +90,7 @@ fn make(root: &Path, rows_from_zero: bool) {
     write_labels(&root.join("run/tracks.kitti.txt"), answers);
 }
 
-/// What the judge printed for this drive.
+/// The judge's output for this drive.
 const JUDGED: &str = include_str!("judged.json");
 
 /// Numbers side by side; `tolerance` in the unit of the field.
@@ -201,7 +201,7 @@ fn tum_poses_and_runs_without_tracks() {
 }
 
 #[test]
-fn what_does_not_fit_is_refused() {
+fn mismatched_inputs_are_errors() {
     let folder = tempfile::tempdir().unwrap();
     make(folder.path(), false);
     let run = folder.path().join("run");
@@ -224,7 +224,7 @@ fn we_agree_on_real_ground_truth() {
         return;
     };
     for (sequence, camera, first, count) in [("0005", 3, 0, 297), ("0003", 2, 16, 85)] {
-        // The ground truth itself, bent, stands for an estimate; its labels, moved, for the tracks.
+        // The estimate is the bent ground truth, the tracks are its moved labels.
         let folder = tempfile::tempdir().unwrap();
         let text = std::fs::read_to_string(kitti.join(format!("gt_poses/{sequence}.txt"))).unwrap();
         let rows = text.lines().skip(first as usize).take(count);

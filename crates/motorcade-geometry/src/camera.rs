@@ -102,7 +102,7 @@ impl Distortion {
     pub fn is_none(&self) -> bool {
         *self == Self::default()
     }
-    /// Where the ray (x, y, 1) really lands, in normalised coordinates.
+    /// Distorted position of the ray (x, y, 1), in normalised coordinates.
     pub fn distort(&self, x: f64, y: f64) -> (f64, f64) {
         let r2 = x * x + y * y;
         let radial = 1.0 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3));

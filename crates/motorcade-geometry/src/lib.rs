@@ -16,6 +16,7 @@
 //! ```
 
 pub mod alignment;
+mod bounding_box;
 mod camera;
 pub mod five_point;
 pub mod lie;
@@ -23,8 +24,10 @@ pub mod numeric;
 mod pose;
 mod relative_pose;
 pub mod robust;
+pub mod rts;
 mod triangulation;
 
+pub use bounding_box::BoundingBox;
 pub use camera::{Distortion, InvalidCamera, PinholeCamera};
 pub use pose::{Camera, Frame, Pose, Vehicle, World};
 pub use relative_pose::{RelativePose, RelativePoseOptions, relative_pose};

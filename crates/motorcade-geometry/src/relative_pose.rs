@@ -14,7 +14,7 @@ use crate::pose::{Frame, Pose};
 use crate::robust::{Kernel, sigma_from_absolute};
 use crate::triangulation::triangulate_midpoint;
 
-/// How the relative pose is searched.
+/// Options of the search for the relative pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelativePoseOptions {
     /// Largest standard deviation of an inlier's reprojection noise, in normalised units (pixels / focal length).
@@ -39,7 +39,7 @@ impl RelativePoseOptions {
 pub struct RelativePose<B: Frame, A: Frame> {
     /// Rotation and unit translation, `b_from_a`.
     pub b_from_a: Pose<B, A>,
-    /// Which matches agree (squared Sampson distance under (3 σ_max)², point in front of both).
+    /// Inliers by match (squared Sampson distance under (3 σ_max)², point in front of both).
     pub inliers: Vec<bool>,
     /// Number of inliers.
     pub inlier_count: usize,

@@ -162,6 +162,18 @@ pub fn median(values: &mut [f64]) -> Option<f64> {
     Some(*value)
 }
 
+/// The median with NumPy's convention: the mean of the two middle values of an even number; `None` when there is none. Reorders
+/// its input.
+pub fn median_midpoint(values: &mut [f64]) -> Option<f64> {
+    let lower = median(values)?;
+    // `median` leaves the larger values behind the middle one.
+    let upper = values.get(values.len().div_ceil(2)..)?.iter().copied().min_by(f64::total_cmp);
+    Some(match upper.filter(|_| values.len().is_multiple_of(2)) {
+        Some(upper) => 0.5 * (lower + upper),
+        None => lower,
+    })
+}
+
 /// Standard deviation of the inliers from the median absolute value, for residuals centred at zero.
 pub fn sigma_from_absolute(absolute_residuals: &mut [f64]) -> Option<f64> {
     median(absolute_residuals).map(|m| 1.4826 * m)
@@ -190,6 +202,18 @@ mod tests {
                 assert!((slope - kernel.weight(s)).abs() < 1e-6, "{kernel:?} at {s}");
             }
         }
+    }
+
+    #[test]
+    fn medians_of_odd_and_even_numbers() {
+        let both = |values: &[f64]| {
+            let mut values = values.to_vec();
+            (median(&mut values), median_midpoint(&mut values))
+        };
+        assert_eq!(both(&[3.0, 1.0, 2.0]), (Some(2.0), Some(2.0)));
+        assert_eq!(both(&[4.0, 1.0, 8.0, 2.0]), (Some(2.0), Some(3.0)));
+        assert_eq!(both(&[5.0]), (Some(5.0), Some(5.0)));
+        assert_eq!(both(&[]), (None, None));
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// Settings of the multi-object graph that rarely need to change: unit, source and trade-off of each.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AdvancedGraphOptions {
     /// P(moving) below which a vehicle is static: one landmark node seen from many cameras. Half: the more probable

@@ -16,6 +16,7 @@ pub enum EdgeClass {
     /// Camera–vehicle, from keypoints.
     Keypoints,
     /// Camera–vehicle, from a pose of a file.
+    #[serde(rename = "given")]
     External,
     /// Steady motion of a vehicle.
     SteadyMotion,

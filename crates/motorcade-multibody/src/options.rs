@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::advanced::AdvancedGraphOptions;
 
 /// Robust kernels of camera–vehicle edges.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum GraphKernel {
     /// Least squares.
@@ -36,7 +36,7 @@ impl GraphKernel {
 }
 
 /// Influence of vehicles on the camera's trajectory.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum CameraCoupling {
     /// None: all camera poses are fixed.
@@ -52,7 +52,7 @@ pub enum CameraCoupling {
 }
 
 /// Settings of the multi-object graph.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct GraphOptions {
     /// False leaves the estimates of the front end as they are.

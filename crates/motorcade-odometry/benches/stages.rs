@@ -11,7 +11,8 @@ use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use image::GrayImage;
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
 use motorcade_odometry::stages::{
-    BundleProblem, Observation, PoseRefiner, RoadPixels, RoadScratch, RoadView, Sighting, align_road,
+    BundleProblem, KeyframeObservation, Observation, PoseRefiner, RoadPixels, RoadScratch, RoadView,
+    align_road,
 };
 use motorcade_odometry::{
     BundleOptions, CornerOptions, KltOptions, Odometry, OdometryOptions, PoseOnlyOptions, Pyramid, Request,
@@ -24,7 +25,7 @@ use rand_chacha::ChaCha8Rng;
 const CAMERA: PinholeCamera =
     PinholeCamera { fx: 720.0, fy: 720.0, cx: 610.0, cy: 175.0, width: 1242, height: 375 };
 const LEVELS: usize = 4;
-/// Way between two frames \[m\]: 36 km/h at 10 frames a second.
+/// Distance between two frames \[m\]: 36 km/h at 10 frames a second.
 const STEP_M: f64 = 1.0;
 
 fn pyramid_at(along_m: f64) -> Pyramid {
@@ -36,7 +37,7 @@ fn ahead(way_m: f64) -> Pose<Camera, World> {
     Pose::exp(&Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, -way_m))
 }
 
-/// Corners seen from the origin and what they show in the world.
+/// Corners in the image at the origin, and their points in the world.
 fn corners(pyramid: &Pyramid, count: usize) -> Vec<(Point2<f64>, Point3<f64>)> {
     // Denser than a drive needs, for a street that is smooth.
     let options = CornerOptions {
@@ -98,7 +99,7 @@ fn pose(criterion: &mut Criterion) {
     });
 }
 
-/// 13 keyframes 2 m apart, 3 of them fixed, and 800 points, each seen from 6 of them.
+/// 13 keyframes 2 m apart, 3 of them fixed, and 800 points, each observed from 6 of them.
 fn window() -> BundleProblem {
     let mut rng = ChaCha8Rng::seed_from_u64(2);
     let truth: Vec<_> = (0..13).map(|k| ahead(2.0 * f64::from(k))).collect();
@@ -116,9 +117,12 @@ fn window() -> BundleProblem {
         );
         let mut see = |pose: usize| {
             let off = Vector2::from_fn(|_, _| rng.random_range(-0.8..0.8));
-            Some(Sighting { pose, pixel: CAMERA.project(&truth[pose].transform_point(&point))? + off })
+            Some(KeyframeObservation {
+                pose,
+                pixel: CAMERA.project(&truth[pose].transform_point(&point))? + off,
+            })
         };
-        problem.sightings.push((first..first + 6).filter_map(&mut see).collect());
+        problem.observations.push((first..first + 6).filter_map(&mut see).collect());
         problem.points.push(point + Vector3::from_fn(|_, _| rng.random_range(-0.3..0.3)));
     }
     // The newest pose is the one that tracking alone has placed.
@@ -178,11 +182,19 @@ impl<'a> Drive<'a> {
 
     fn frame(&mut self) {
         let Self { images, odometry, road, next } = self;
-        let pyramid = odometry.process(&images[*next], &StaticMask::default());
-        let so_far = odometry.so_far();
-        let segment = so_far.frames[*next].segment;
-        let sight = RoadInput { pyramid: &pyramid, vehicles: &[], masked: false };
-        road.process(*next, segment, &sight, |k| so_far.camera_from_world(k), |_| true);
+        let timestamp_ns = *next as i64 * 100_000_000;
+        let pyramid = odometry.process(timestamp_ns, &images[*next], &StaticMask::default());
+        let trajectory = odometry.trajectory();
+        let segment = trajectory.frames[*next].segment;
+        let input = RoadInput {
+            frame: *next,
+            timestamp_ns,
+            segment,
+            pyramid: &pyramid,
+            vehicles: &[],
+            masked: false,
+        };
+        road.process(&input, |k| trajectory.camera_from_world(k), |_| true);
         *next += 1;
     }
 

@@ -1,78 +1,69 @@
 //! Monocular odometry for driving video, metric by the height of the camera above the road.
 //!
-//! Three types to know: [`Odometry`] follows corners and gives camera motion up to scale, [`RoadTracker`] finds the road
-//! plane in the same images, [`EgoTrajectory`] puts both together into metres.
+//! Three types to know: [`Odometry`] tracks corners and gives camera motion up to scale, [`RoadTracker`] measures the road
+//! plane in the same images, [`EgoTrajectory`] combines both into metres.
 //!
 //! ```
 //! use image::GrayImage;
 //! use motorcade_geometry::PinholeCamera;
 //! use motorcade_odometry::{
-//!     EgoTrajectory, Odometry, OdometryOptions, RoadOptions, RoadInput, RoadTracker, StaticMask,
+//!     EgoTrajectory, MetricOptions, Odometry, OdometryOptions, RoadFeedback, RoadInput, RoadOptions, RoadTracker, StaticMask,
 //! };
 //!
 //! let camera = PinholeCamera { fx: 720.0, fy: 720.0, cx: 160.0, cy: 80.0, width: 320, height: 160 };
 //! let mut odometry = Odometry::new(camera, OdometryOptions::default());
 //! let mut road = RoadTracker::new(camera, RoadOptions::default());
 //! for frame in 0..3 {
-//!     let pyramid = odometry.process(&GrayImage::new(320, 160), &StaticMask::default());
-//!     let so_far = odometry.so_far();
-//!     let segment = so_far.frames[frame].segment;
-//!     let sight = RoadInput { pyramid: &pyramid, vehicles: &[], masked: false };
-//!     road.process(frame, segment, &sight, |k| so_far.camera_from_world(k), |_| true);
+//!     let timestamp_ns = frame as i64 * 100_000_000;
+//!     let pyramid = odometry.process(timestamp_ns, &GrayImage::new(320, 160), &StaticMask::default());
+//!     let trajectory = odometry.trajectory();
+//!     let segment = trajectory.frames[frame].segment;
+//!     let input = RoadInput { frame, timestamp_ns, segment, pyramid: &pyramid, vehicles: &[], masked: false };
+//!     let measured = road.process(&input, |k| trajectory.camera_from_world(k), |_| true);
+//!     odometry.apply_road(&RoadFeedback { measurement: measured.as_ref(), plane: road.plane(), vehicles: &[] });
 //! }
-//! // Black images: nothing is known, but every frame is there.
-//! let ego = EgoTrajectory::new(&odometry.finish(), road.measurements(), 1.65);
+//! // Black images: nothing is known, but every frame has an estimate.
+//! let ego = EgoTrajectory::new(&odometry.finish(), road.measurements(), 1.65, &MetricOptions::default());
 //! assert_eq!(ego.frames.len(), 3);
 //! ```
+//!
+//! Modules, lowest first: `tracking` (pyramids, corners, KLT), `map` (landmarks, bundle adjustment), `road` (alignment,
+//! measurements), `scale` (metres), `odometry` (the step).
 
-mod bundle;
-mod closed_form;
-mod corners;
-mod ego;
-mod klt;
-mod landmark;
-mod nearby_depths;
+mod buffer;
+mod map;
 mod odometry;
-mod on_road;
-mod options;
-mod pose_only;
-mod pyramid;
-mod pyramid_pool;
-mod record;
 mod road;
-mod road_measurement;
-mod road_pixels;
-mod road_profile;
-mod road_track;
-mod scale_smoother;
-mod static_mask;
-mod uncertainty;
-mod window;
+mod scale;
+mod time;
+mod tracking;
+mod trajectory;
 
-pub use bundle::BundleOptions;
-pub use closed_form::{ClosedFormScale, ScaleAverage};
-pub use corners::{CornerOptions, detect};
-pub use ego::{EgoFrame, EgoTrajectory};
-pub use klt::{KltOptions, Request, track, track_checked};
-pub use landmark::Landmark;
-pub use odometry::Odometry;
-pub use options::{OdometryOptions, PolicyOptions};
-pub use pose_only::PoseOnlyOptions;
-pub use pyramid::{Plane, Pyramid};
-pub use record::{FrameRecord, FrameStatus, OdometryTrajectory};
-pub use road::{RoadOptions, RoadPlane};
-pub use road_measurement::{Reading, RoadCurvature, RoadMeasurement, road_normal};
-pub use road_track::{RoadInput, RoadTracker};
-pub use scale_smoother::NoiseModel;
-pub use static_mask::{Rectangle, StaticMask};
-pub use uncertainty::Uncertainty;
-pub use window::WindowOptions;
+pub use map::{
+    AdvancedBundleOptions, AdvancedPoseOnlyOptions, AdvancedWindowOptions, BundleOptions, Carrier, Landmark,
+    PoseOnlyOptions, WindowOptions,
+};
+pub use odometry::{
+    AdvancedPolicyOptions, FeedbackOptions, Odometry, OdometryOptions, PolicyOptions, RoadFeedback,
+};
+pub use road::{
+    AdvancedRoadOptions, AlignmentOptions, ClosedFormOptions, ClosedFormScale, PlaneSearchOptions,
+    PlaneTrackingOptions, ProfileOptions, RoadCurvature, RoadEstimate, RoadInput, RoadMeasurement,
+    RoadOptions, RoadPlane, RoadState, RoadTracker, ScaleAverage, road_normal,
+};
+pub use scale::{EgoFrame, EgoTrajectory, MetricOptions, NoiseModel, SmootherOptions, Uncertainty};
+pub use tracking::{
+    AdvancedKltOptions, CornerOptions, KltOptions, Pyramid, PyramidLevel, Request, StaticMask, detect, track,
+    track_checked,
+};
+pub use trajectory::{FrameRecord, FrameStatus, OdometryTrajectory};
 
-/// Stages by themselves, for the benchmarks; no promise is made of them.
+/// Single stages, for the benchmarks; not a stable interface.
 #[doc(hidden)]
 pub mod stages {
-    pub use crate::bundle::{BundleProblem, Sighting};
-    pub use crate::pose_only::{Observation, PoseRefiner};
-    pub use crate::road::{RoadScratch, RoadView, align_road};
-    pub use crate::road_pixels::RoadPixels;
+    pub use crate::map::{
+        BaselineLength, BundleProblem, BundleReport, KeyframeObservation, Observation, PoseEstimate,
+        PoseRefiner, RoadPoint,
+    };
+    pub use crate::road::{RoadPixels, RoadScratch, RoadView, align_road};
 }

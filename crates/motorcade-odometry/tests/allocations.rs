@@ -1,4 +1,4 @@
-//! Once warm, a frame that becomes no keyframe takes no memory but for the lists of results.
+//! Once warm, a frame that becomes no keyframe allocates nothing but the lists of results.
 
 #![allow(unsafe_code, reason = "a global allocator can be counted in no other way")]
 
@@ -8,12 +8,13 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use common::{CAMERA, Place, street};
+use motorcade_geometry::BoundingBox;
 use motorcade_odometry::{
-    Odometry, OdometryOptions, Rectangle, RoadInput, RoadOptions, RoadTracker, StaticMask,
+    Odometry, OdometryOptions, RoadFeedback, RoadInput, RoadOptions, RoadTracker, StaticMask,
 };
 
 thread_local! {
-    /// Blocks this thread has asked for, growths included.
+    /// Allocations of this thread, reallocations included.
     static TAKEN: Cell<usize> = const { Cell::new(0) };
 }
 
@@ -37,47 +38,46 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// Way between two frames \[m\]: walking pace at 5 frames a second, so that most frames become no keyframe.
+/// Distance between two frames \[m\]: walking pace at 5 frames a second, so that most frames become no keyframe.
 const STEP_M: f64 = 0.3;
 const FRAMES: usize = 60;
-/// Until then the map begins, the plane is found and the road's memory of earlier images, 15 of them, fills.
+/// Until then the map is initialised, the plane is found and the road's history of 15 images is filled.
 const WARM: usize = 25;
 
-/// Blocks taken by every frame of a drive, and whether it became a keyframe.
-fn drive(boxes: &[Rectangle]) -> Vec<(usize, bool)> {
-    let mask = StaticMask { boxes, boxes_may_stand: true, ignore: None };
+/// Allocations of every frame of a drive, and true for keyframes.
+fn drive(boxes: &[BoundingBox]) -> Vec<(usize, bool)> {
+    let mask = StaticMask { boxes, boxes_may_stand: true, ..StaticMask::default() };
     let mut odometry = Odometry::new(CAMERA, OdometryOptions::default());
     let mut road = RoadTracker::new(CAMERA, RoadOptions::default());
     let mut keyframes = 0;
     let mut one = |frame: usize| {
         let image = street(&CAMERA, &Place::along(STEP_M * frame as f64));
         let before = TAKEN.with(Cell::get);
-        let pyramid = odometry.process(&image, &mask);
-        let so_far = odometry.so_far();
-        let segment = so_far.frames[frame].segment;
-        let sight = RoadInput { pyramid: &pyramid, vehicles: &[], masked: false };
-        road.process(frame, segment, &sight, |k| so_far.camera_from_world(k), |_| true);
-        if let Some(measured) = road.measurements().last().filter(|m| m.frame == frame) {
-            odometry.constrain_scale(measured);
-        }
-        if let Some(plane) = road.plane() {
-            odometry.classify_static_vehicles(boxes, &plane);
-        }
+        let timestamp_ns = frame as i64 * 100_000_000;
+        let pyramid = odometry.process(timestamp_ns, &image, &mask);
+        let trajectory = odometry.trajectory();
+        let segment = trajectory.frames[frame].segment;
+        let input =
+            RoadInput { frame, timestamp_ns, segment, pyramid: &pyramid, vehicles: &[], masked: false };
+        let measured = road.process(&input, |k| trajectory.camera_from_world(k), |_| true);
+        let plane = road.plane();
+        odometry.apply_road(&RoadFeedback { measurement: measured.as_ref(), plane, vehicles: boxes });
         let taken = TAKEN.with(Cell::get) - before;
-        let keyframes_then = std::mem::replace(&mut keyframes, odometry.so_far().keyframes.concat().len());
+        let keyframes_then =
+            std::mem::replace(&mut keyframes, odometry.trajectory().keyframes.concat().len());
         (taken, keyframes > keyframes_then)
     };
     let taken = (0..FRAMES).map(&mut one).collect();
     assert!(road.measurements().len() > FRAMES / 2, "the road was not followed");
-    assert!(boxes.is_empty() || odometry.landmarks().iter().any(|l| l.on_vehicle.is_some()));
+    assert!(boxes.is_empty() || odometry.landmarks().iter().any(|l| l.is_on_vehicle()));
     taken
 }
 
 #[test]
-fn a_warm_frame_takes_no_memory() {
+fn a_warm_frame_allocates_nothing() {
     let parked = [
-        Rectangle { x1: 20.0, y1: 60.0, x2: 150.0, y2: 180.0 },
-        Rectangle { x1: 300.0, y1: 80.0, x2: 420.0, y2: 190.0 },
+        BoundingBox { x1: 20.0, y1: 60.0, x2: 150.0, y2: 180.0 },
+        BoundingBox { x1: 300.0, y1: 80.0, x2: 420.0, y2: 190.0 },
     ];
     for boxes in [&parked[..0], &parked[..]] {
         let frames = drive(boxes);

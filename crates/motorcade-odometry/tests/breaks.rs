@@ -3,8 +3,10 @@
 #![allow(clippy::unwrap_used, reason = "a test")]
 
 use motorcade_geometry::{Camera, Pose, World};
-use motorcade_odometry::{EgoTrajectory, FrameRecord, FrameStatus, OdometryTrajectory, RoadMeasurement};
-use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+use motorcade_odometry::{
+    EgoTrajectory, FrameRecord, FrameStatus, MetricOptions, OdometryTrajectory, RoadMeasurement, RoadState,
+};
+use nalgebra::{Matrix3, Matrix6, Vector6};
 
 const HEIGHT_M: f64 = 1.6;
 /// Frames of the break.
@@ -36,6 +38,7 @@ fn odometry(truth: &[Pose<World, Camera>]) -> OdometryTrajectory {
             keyframes[segment].push(own.scaled(1.0 / UNITS_M[segment]).inverse());
         }
         frames.push(FrameRecord {
+            timestamp_ns: k as i64 * 100_000_000,
             status: if lost { FrameStatus::Bridged } else { FrameStatus::Tracked },
             segment,
             keyframe: keyframes[segment].len() - 1,
@@ -60,7 +63,10 @@ fn measurements(odometry: &OdometryTrajectory) -> Vec<RoadMeasurement> {
             frame: k,
             reference,
             // The logarithm of one over the camera's height in the unit.
-            value: Vector3::new((UNITS_M[segment(k)] / HEIGHT_M).ln() + 0.01 * (k as f64).sin(), 0.0, 0.0),
+            state: RoadState {
+                log_inverse_height: (UNITS_M[segment(k)] / HEIGHT_M).ln() + 0.01 * (k as f64).sin(),
+                ..RoadState::default()
+            },
             baseline: (pose(reference) * pose(k).inverse()).translation().norm(),
             covariance: Matrix3::identity() * 1e-5,
             curvature: None,
@@ -75,7 +81,7 @@ fn measurements(odometry: &OdometryTrajectory) -> Vec<RoadMeasurement> {
 fn a_break_costs_no_jump_of_scale() {
     let truth = truth(150);
     let odometry = odometry(&truth);
-    let ego = EgoTrajectory::new(&odometry, &measurements(&odometry), HEIGHT_M);
+    let ego = EgoTrajectory::new(&odometry, &measurements(&odometry), HEIGHT_M, &MetricOptions::default());
     let own = |k: usize| ego.frames[k].world_from_camera.translation();
     let right = |k: usize| truth[k].translation();
     for k in 1..150 {

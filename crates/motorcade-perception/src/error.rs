@@ -1,4 +1,4 @@
-//! What can go wrong with networks and perception files.
+//! Errors of networks and perception files.
 
 use std::path::{Path, PathBuf};
 
@@ -14,13 +14,16 @@ pub enum Error {
     Model {
         /// The file.
         path: PathBuf,
-        /// What is wrong and what to do.
+        /// Problem and remedy.
         problem: String,
     },
-    /// What runs networks is not there.
+    /// A detector of the caller failed.
+    #[error(transparent)]
+    Detector(Box<dyn std::error::Error + Send + Sync>),
+    /// The inference engine is missing.
     #[error("{problem}")]
     Engine {
-        /// What is missing and how to get it.
+        /// Missing part and how to get it.
         problem: String,
     },
 }
@@ -30,7 +33,7 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Input(error) => error.exit_code(),
-            Self::Model { .. } => 3,
+            Self::Model { .. } | Self::Detector(_) => 3,
             Self::Engine { .. } => 5,
         }
     }

@@ -30,19 +30,19 @@ pub struct ModelEntry {
     pub sha256: Option<String>,
     /// Licence of the weights.
     pub licence: String,
-    /// What goes in.
+    /// Input.
     pub input: InputSpec,
-    /// What comes out.
+    /// Output.
     pub output: OutputSpec,
 }
 
-/// How pixels become numbers: `(pixel · scale − mean) / std` a channel, in the order of `colour`, laid out N C H W.
+/// Normalisation of pixels: `(pixel · scale − mean) / std` a channel, in the order of `colour`, laid out N C H W.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InputSpec {
     /// Channel order.
     pub colour: ColourOrder,
-    /// How the image is brought to the size of the input.
+    /// Resizing of the image to the input.
     pub resize: Resize,
     /// Factor on pixel values 0..255.
     #[serde(default = "one")]
@@ -80,7 +80,7 @@ pub enum ColourOrder {
     Bgr,
 }
 
-/// How an image is brought to another size.
+/// Resizing of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Resize {
@@ -90,7 +90,7 @@ pub enum Resize {
     Stretch,
 }
 
-/// How the output is read.
+/// Decoding of the output.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
 pub enum OutputSpec {
@@ -104,6 +104,19 @@ pub enum OutputSpec {
         /// Class numbers that are road.
         road: Vec<usize>,
     },
+    /// Boxes by centre at strides 8 and 16 and the road at stride 4, in one pass (`training/README.md`).
+    Scene {
+        /// Pixels of the input, nearly; its shape follows the image.
+        #[serde(default = "scene_pixels")]
+        pixels: usize,
+    },
+    /// Heat maps and visibilities of the 36 keypoints of `car-36`, in crops of 64×64 px (`training/README.md`).
+    Keypoints {},
+}
+
+/// 832 × 256: KITTI's images at two thirds.
+fn scene_pixels() -> usize {
+    832 * 256
 }
 
 /// Describes the development networks (YOLOX-Nano and road-segmentation-adas-0001, both Apache-2.0).
@@ -133,7 +146,7 @@ impl Manifest {
         Ok(manifest)
     }
 
-    fn parse(path: &Path, text: &str) -> Result<Self> {
+    pub(crate) fn parse(path: &Path, text: &str) -> Result<Self> {
         let manifest: Self = toml::from_str(text).map_err(|e| Error::model(path, e.to_string()))?;
         for model in &manifest.models {
             let wrong = |problem: &str| Err(Error::model(path, format!("model {}: {problem}", model.name)));
@@ -148,6 +161,9 @@ impl Manifest {
                     return wrong("names no vehicle class");
                 }
                 OutputSpec::Segmentation { road } if road.is_empty() => return wrong("names no road class"),
+                OutputSpec::Scene { pixels } if !(10_000..=10_000_000).contains(pixels) => {
+                    return wrong("pixels must lie between 10000 and 10000000");
+                }
                 _ => {}
             }
         }

@@ -1,23 +1,27 @@
 //! The networks of a folder.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rten::ThreadPool;
 
 use crate::detection::VehicleClass;
+use crate::detectors::{KeypointDetector, RoadSegmenter, VehicleDetector};
+use crate::embedded;
 use crate::error::Result;
-use crate::manifest::{Manifest, OutputSpec, Resize};
-use crate::network::{Engine, Network, RoadSegmenter, VehicleDetector};
+use crate::manifest::{Manifest, ModelEntry, OutputSpec, Resize};
+use crate::network::{
+    CropOptions, Engine, KeypointNetwork, Network, RoadNetwork, SceneNetwork, YoloxDetector,
+};
 
-/// How networks run.
+/// Options of inference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModelOptions {
     /// Threads of one network; at least 1. The result is the same for any number.
     pub threads: usize,
-    /// Vehicles less certain than this are not handed out, 0 to 1. Low, because tracking tells chance from vehicles.
+    /// Vehicles less certain than this are not handed out, 0 to 1. Low, because tracking rejects chance detections.
     pub min_score: f64,
-    /// What runs them.
+    /// Inference engine.
     pub engine: Engine,
 }
 
@@ -27,47 +31,121 @@ impl Default for ModelOptions {
     }
 }
 
-/// One network a purpose, those of the folder that suit the image best.
-#[derive(Debug)]
+/// Source of the networks.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum ModelSource {
+    /// The networks inside the binary.
+    #[default]
+    Embedded,
+    /// A folder of ONNX files with a `models.toml`.
+    Folder(PathBuf),
+    /// No networks.
+    None,
+}
+
+/// One network a purpose, those that suit the image best.
+#[derive(Default)]
 pub struct ModelSet {
     /// Finds vehicles.
-    pub vehicles: Option<VehicleDetector>,
+    pub vehicles: Option<Box<dyn VehicleDetector>>,
     /// Finds the road.
-    pub road: Option<RoadSegmenter>,
+    pub road: Option<Box<dyn RoadSegmenter>>,
+    /// Finds keypoints of vehicles.
+    pub keypoints: Option<Box<dyn KeypointDetector>>,
+}
+
+impl std::fmt::Debug for ModelSet {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let vehicles = self.vehicles.as_ref().map(|network| network.description());
+        let road = self.road.as_ref().map(|network| network.description());
+        let keypoints = self.keypoints.as_ref().map(|network| network.description());
+        f.debug_struct("ModelSet")
+            .field("vehicles", &vehicles)
+            .field("road", &road)
+            .field("keypoints", &keypoints)
+            .finish()
+    }
+}
+
+/// A network of a purpose and how badly it suits the image.
+struct Candidate<T: ?Sized> {
+    misfit: f64,
+    network: Box<T>,
+}
+
+/// Keeps the better one; of equals the first.
+fn keep<T: ?Sized>(best: &mut Option<Candidate<T>>, misfit: f64, network: Box<T>) {
+    if best.as_ref().is_none_or(|b| misfit < b.misfit) {
+        *best = Some(Candidate { misfit, network });
+    }
 }
 
 impl ModelSet {
+    /// Opens the networks of a source for images of this size (width, height) \[px\].
+    ///
+    /// # Errors
+    /// As [`load`](Self::load).
+    pub fn open(source: &ModelSource, image_size: (u32, u32), options: &ModelOptions) -> Result<Self> {
+        match source {
+            ModelSource::Folder(folder) => Self::load(folder, image_size, options),
+            ModelSource::Embedded => embedded::load(image_size, options),
+            ModelSource::None => Ok(Self::default()),
+        }
+    }
+
     /// Loads the networks of a folder for images of this size (width, height) \[px\].
     ///
     /// # Errors
     /// A manifest that does not read, a network that does not load or takes no images.
     pub fn load(folder: &Path, image_size: (u32, u32), options: &ModelOptions) -> Result<Self> {
         let manifest = Manifest::of_folder(folder)?;
+        let load =
+            |entry: &ModelEntry, threads: &Arc<ThreadPool>| Network::load(folder, entry, options, threads);
+        Self::build(&manifest, image_size, options, load)
+    }
+
+    pub(crate) fn build(
+        manifest: &Manifest,
+        image_size: (u32, u32),
+        options: &ModelOptions,
+        load: impl Fn(&ModelEntry, &Arc<ThreadPool>) -> Result<Network>,
+    ) -> Result<Self> {
         let threads = Arc::new(ThreadPool::with_num_threads(options.threads.max(1)));
-        let mut vehicles: Option<(f64, VehicleDetector)> = None;
-        let mut road: Option<(f64, RoadSegmenter)> = None;
+        let mut vehicles: Option<Candidate<dyn VehicleDetector>> = None;
+        let mut road: Option<Candidate<dyn RoadSegmenter>> = None;
+        let mut keypoints: Option<Candidate<dyn KeypointDetector>> = None;
         for entry in &manifest.models {
-            let network = Network::load(folder, entry, options, &threads)?;
-            let fit = misfit(&network, entry.input.resize, image_size);
+            let network = load(entry, &threads)?;
             match &entry.output {
                 OutputSpec::Yolox { classes } => {
-                    if vehicles.as_ref().is_none_or(|(best, _)| fit < *best) {
-                        let detector = VehicleDetector::new(network, numbered(classes), options.min_score);
-                        vehicles = Some((fit, detector));
-                    }
+                    let misfit = misfit(&network, entry.input.resize, image_size);
+                    let detector = YoloxDetector::new(network, numbered(classes), options.min_score);
+                    keep(&mut vehicles, misfit, Box::new(detector));
                 }
                 OutputSpec::Segmentation { road: classes } => {
-                    if road.as_ref().is_none_or(|(best, _)| fit < *best) {
-                        road = Some((fit, RoadSegmenter::new(network, classes.clone())));
-                    }
+                    let misfit = misfit(&network, entry.input.resize, image_size);
+                    keep(&mut road, misfit, Box::new(RoadNetwork::new(network, classes.clone())));
+                }
+                OutputSpec::Scene { pixels } => {
+                    let scene = SceneNetwork::new(network, image_size, *pixels, options.min_score);
+                    keep(&mut vehicles, 0.0, Box::new(scene.clone()));
+                    keep(&mut road, 0.0, Box::new(scene));
+                }
+                OutputSpec::Keypoints {} => {
+                    let network = KeypointNetwork::new(network, CropOptions::default());
+                    keep(&mut keypoints, 0.0, Box::new(network));
                 }
             }
         }
-        Ok(Self { vehicles: vehicles.map(|(_, network)| network), road: road.map(|(_, network)| network) })
+        Ok(Self {
+            vehicles: vehicles.map(|c| c.network),
+            road: road.map(|c| c.network),
+            keypoints: keypoints.map(|c| c.network),
+        })
     }
 }
 
-/// How badly an input suits an image; smaller is better, and of equals the smaller input.
+/// Misfit between an input and an image; of equals the smaller input is preferred.
 fn misfit(network: &Network, resize: Resize, (image_width, image_height): (u32, u32)) -> f64 {
     let (width, height) = network.input_size();
     let (x, y) = (f64::from(image_width) / width as f64, f64::from(image_height) / height as f64);

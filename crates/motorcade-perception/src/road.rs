@@ -1,4 +1,4 @@
-//! Where the road is in a frame.
+//! The road in a frame.
 
 use image::GrayImage;
 

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use motorcade_dataset::{Frame, Sequence, SequenceOptions};
-use motorcade_perception::{Engine, ModelOptions, Perception, PerceptionOptions, Percepts};
+use motorcade_perception::{Engine, ModelOptions, ModelSource, Observations, Perception, PerceptionOptions};
 
 const KITTI: (u32, u32) = (1242, 375);
 /// Runs a time is the best of: other programs may run beside the test.
@@ -26,7 +26,7 @@ fn shared() -> Option<PathBuf> {
 
 fn perception(shared: &Path, engine: Engine, threads: usize) -> Perception {
     let networks = ModelOptions { threads, engine, ..ModelOptions::default() };
-    let models = Some(shared.join("models"));
+    let models = ModelSource::Folder(shared.join("models"));
     Perception::open(&PerceptionOptions { models, networks, ..PerceptionOptions::default() }, KITTI).unwrap()
 }
 
@@ -37,12 +37,12 @@ fn frame(shared: &Path) -> Frame {
     drive.frames().nth(150).unwrap().unwrap()
 }
 
-/// What is seen, and the shortest time it took \[s\].
-fn timed(perception: &Perception, frame: &Frame) -> (Percepts, f64) {
-    let percepts = perception.perceive(frame).unwrap();
+/// Observations, and the shortest time they took \[s\].
+fn timed(perception: &mut Perception, frame: &Frame) -> (Observations, f64) {
+    let percepts = perception.observe(frame).unwrap();
     let once = |_| {
         let started = Instant::now();
-        perception.perceive(frame).unwrap();
+        perception.observe(frame).unwrap();
         started.elapsed().as_secs_f64()
     };
     (percepts, (0..REPEATS).map(once).fold(f64::INFINITY, f64::min))
@@ -52,10 +52,10 @@ fn timed(perception: &Perception, frame: &Frame) -> (Percepts, f64) {
 fn both_engines_see_the_same() {
     let Some(shared) = shared() else { return };
     let frame = frame(&shared);
-    let (ours, ours_s) = timed(&perception(&shared, Engine::Rten, 1), &frame);
-    let other = perception(&shared, Engine::OnnxRuntime, 1);
+    let (ours, ours_s) = timed(&mut perception(&shared, Engine::Rten, 1), &frame);
+    let mut other = perception(&shared, Engine::OnnxRuntime, 1);
     assert_eq!(other.describe().0, "network yolox-nano-1248 by ONNX Runtime");
-    let (theirs, theirs_s) = timed(&other, &frame);
+    let (theirs, theirs_s) = timed(&mut other, &frame);
     assert!(!ours.detections.is_empty());
     assert_eq!(ours.detections.len(), theirs.detections.len());
     let (mut furthest_px, mut score) = (0.0_f64, 0.0_f64);
@@ -82,7 +82,7 @@ fn both_engines_see_the_same() {
 fn onnx_runtime_repeats_itself_on_any_number_of_threads() {
     let Some(shared) = shared() else { return };
     let frame = frame(&shared);
-    let one = perception(&shared, Engine::OnnxRuntime, 1).perceive(&frame).unwrap();
-    assert_eq!(one, perception(&shared, Engine::OnnxRuntime, 1).perceive(&frame).unwrap());
-    assert_eq!(one, perception(&shared, Engine::OnnxRuntime, 2).perceive(&frame).unwrap());
+    let one = perception(&shared, Engine::OnnxRuntime, 1).observe(&frame).unwrap();
+    assert_eq!(one, perception(&shared, Engine::OnnxRuntime, 1).observe(&frame).unwrap());
+    assert_eq!(one, perception(&shared, Engine::OnnxRuntime, 2).observe(&frame).unwrap());
 }

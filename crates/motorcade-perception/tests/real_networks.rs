@@ -7,7 +7,8 @@ use std::time::Instant;
 
 use motorcade_dataset::{Frame, Label, Sequence, SequenceOptions, read_labels};
 use motorcade_perception::{
-    BoundingBox, Engine, Error, ModelOptions, ModelSet, Perception, PerceptionOptions, Percepts,
+    BoundingBox, Engine, Error, ModelOptions, ModelSet, ModelSource, Observations, Perception,
+    PerceptionOptions,
 };
 
 const KITTI: (u32, u32) = (1242, 375);
@@ -34,8 +35,11 @@ fn drive(shared: &Path, stride: usize) -> Sequence {
 
 fn perception(shared: &Path, threads: usize) -> Perception {
     let networks = ModelOptions { threads, engine: Engine::Rten, ..ModelOptions::default() };
-    let options =
-        PerceptionOptions { models: Some(shared.join("models")), networks, ..PerceptionOptions::default() };
+    let options = PerceptionOptions {
+        models: ModelSource::Folder(shared.join("models")),
+        networks,
+        ..PerceptionOptions::default()
+    };
     Perception::open(&options, KITTI).unwrap()
 }
 
@@ -52,14 +56,14 @@ fn is_clear(label: &Label, frame: &Frame) -> bool {
 fn clear_cars_are_found_and_the_road_is_road() {
     let Some(shared) = shared() else { return };
     let labels = read_labels(&shared.join("kitti/tracking/training/label_03/0005.txt")).unwrap();
-    let perception = perception(&shared, 1);
+    let mut perception = perception(&shared, 1);
     assert_eq!(perception.describe().0, "network yolox-nano-1248");
     assert_eq!(perception.describe().1, "network road-segmentation-adas-0001-832");
     let (mut wanted, mut found, mut frames, mut iou_sum) = (0, 0, 0, 0.0);
     let (mut road_on_cars, mut cars, mut seconds) = (0, 0, 0.0);
     for frame in drive(&shared, 10).frames().map(Result::unwrap) {
         let started = Instant::now();
-        let Percepts { detections, road } = perception.perceive(&frame).unwrap();
+        let Observations { detections, road, .. } = perception.observe(&frame).unwrap();
         seconds += started.elapsed().as_secs_f64();
         frames += 1;
         let road = road.unwrap();
@@ -91,9 +95,9 @@ fn clear_cars_are_found_and_the_road_is_road() {
 fn any_number_of_threads_gives_the_same_bytes() {
     let Some(shared) = shared() else { return };
     let frame = drive(&shared, 150).frames().nth(1).unwrap().unwrap();
-    let one = perception(&shared, 1).perceive(&frame).unwrap();
+    let one = perception(&shared, 1).observe(&frame).unwrap();
     assert!(!one.detections.is_empty());
-    assert_eq!(one, perception(&shared, 2).perceive(&frame).unwrap());
+    assert_eq!(one, perception(&shared, 2).observe(&frame).unwrap());
 }
 
 #[test]
@@ -112,7 +116,8 @@ fn a_network_of_another_kind_or_shape_is_refused() {
         ModelSet::load(folder.path(), KITTI, &options)
     };
     let cars = "kind = \"yolox\", classes = { 2 = \"Car\" }";
-    let picture = image::RgbImage::new(1242, 375);
+    let pixels = motorcade_dataset::Pixels::Rgb(image::RgbImage::new(1242, 375));
+    let picture = Frame { index: 0, number: 0, timestamp_ns: 0, pixels, ignore: None };
     let good = load("", "", cars).unwrap();
     assert!(good.vehicles.unwrap().detect(&picture).unwrap().is_empty());
     let error = load(", size = [256, 256]", "", cars).unwrap_err();

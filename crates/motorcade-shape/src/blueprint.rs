@@ -1,8 +1,9 @@
-//! One car as a drawing: a few lengths from which every named point follows.
+//! One car as a blueprint: a few lengths from which every named point follows.
 
 use nalgebra::{Point3, Vector3};
 
 use crate::dimensions::Dimensions;
+use crate::keypoint::Layout;
 
 /// The lengths of one car \[m\]. Heights are over the road; "behind" and "ahead of" are along the vehicle's x axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,17 +43,17 @@ pub struct Blueprint {
 pub(crate) struct SidePoint {
     /// Name without the side.
     pub name: &'static str,
-    /// Place in the vehicle frame \[m\].
+    /// Position in the vehicle frame \[m\].
     pub position: Point3<f64>,
     /// Outward directions of the faces it lies on (unit); it is seen when one of them faces the camera.
     pub faces: &'static [[f64; 3]],
 }
 
-/// How far the wheel arch's edge stands off the tyre \[m\].
+/// Gap between the edge of the wheel arch and the tyre \[m\].
 const ARCH_GAP_M: f64 = 0.09;
-/// How far the tyre's outer wall stands behind the body's widest place \[m\].
+/// Distance of the tyre's outer wall inside the body's largest width \[m\].
 const TYRE_INSET_M: f64 = 0.03;
-/// How far the roof's corners (the top of the pillars) lie under the crown of the roof \[m\].
+/// Distance of the roof's corners (the top of the pillars) below the crown of the roof \[m\].
 const ROOF_CORNER_DROP_M: f64 = 0.11;
 
 const SIDE: [f64; 3] = [0.0, 1.0, 0.0];
@@ -79,7 +80,23 @@ impl Blueprint {
         self.length_m - self.wheelbase_m - self.front_overhang_m
     }
 
-    /// The average drawing; `None` of none.
+    /// The keypoints of a layout (vehicle frame) \[m\], in its order.
+    pub fn keypoints(&self, layout: Layout) -> Vec<Point3<f64>> {
+        let side = match layout {
+            Layout::Car36 => self.side_36(),
+            Layout::Car14 => self.side_14(),
+        };
+        let mut points = vec![Point3::origin(); layout.count()];
+        for (i, point) in side.iter().enumerate() {
+            let (left, right) = layout.pair(i);
+            let p = point.position;
+            points[left] = p;
+            points[right] = Point3::new(p.x, -p.y, p.z);
+        }
+        points
+    }
+
+    /// The mean blueprint; `None` of an empty list.
     pub(crate) fn average(plans: &[&Self]) -> Option<Self> {
         if plans.is_empty() {
             return None;
@@ -190,7 +207,7 @@ impl Blueprint {
         foot + Vector3::y() * beyond_m
     }
 
-    /// Points on the left side that bound the body in any view: no network looks for them, but boxes end there.
+    /// Points on the left side that bound the body, and so its image box, in any view.
     pub(crate) fn side_outline(&self) -> Vec<SidePoint> {
         let (front, rear) = (self.front_axle_m(), self.rear_axle_m());
         let (nose, tail) = (0.5 * self.length_m, -0.5 * self.length_m);
@@ -219,7 +236,21 @@ impl Blueprint {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
     use crate::family::FAMILY;
+
+    #[test]
+    fn keypoints_of_a_drawing_are_those_of_the_prior_in_the_same_order() {
+        let prior = crate::ShapePrior::of_family(Layout::Car36);
+        for named in prior.named_shapes() {
+            let drawn = named.blueprint.unwrap().keypoints(Layout::Car36);
+            let fitted = prior.points(&named.coefficients);
+            // The prior keeps 99 % of the variance of its drawings.
+            for (i, (a, b)) in drawn.iter().zip(&fitted).enumerate() {
+                assert!((a - b).norm() < 0.08, "{:?} keypoint {i}: {a} {b}", named.body_type);
+            }
+        }
+    }
 
     #[test]
     fn every_car_of_the_family_is_drawn_inside_its_own_box() {

@@ -38,7 +38,7 @@ impl BodyType {
         }
     }
 
-    /// Rough share of European traffic: keeps rare bodies from shaping the mean as much as common ones. The shares sum to 1.
+    /// Approximate share of European traffic, the weight of the type in the mean. The shares sum to 1.
     pub fn share(self) -> f64 {
         match self {
             Self::City => 0.10,

@@ -1,5 +1,5 @@
-//! What the command `shape convert` does, without a command line. Requests are plain structs, answers can be serialised;
-//! nothing is printed here.
+//! Conversion, export and summary of shape priors, for command lines. Requests are plain structs, reports can be serialised;
+//! nothing is printed.
 
 use std::path::{Path, PathBuf};
 
@@ -11,12 +11,12 @@ use crate::error::PriorError;
 use crate::keypoint::Layout;
 use crate::prior::ShapePrior;
 
-/// What to convert.
+/// Request of a conversion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConvertRequest {
-    /// Table of the mean: a row of three coordinates a keypoint.
+    /// Table of the mean: a row of three coordinates per keypoint.
     pub mean: PathBuf,
-    /// Table of the basis: a row a deformation.
+    /// Table of the basis: a row per deformation.
     pub basis: PathBuf,
     /// JSON file to write.
     pub output: PathBuf,
@@ -24,7 +24,7 @@ pub struct ConvertRequest {
     pub options: ConvertOptions,
 }
 
-/// What was written, or what a file holds.
+/// Summary of a prior.
 #[derive(Clone, Debug, Serialize)]
 pub struct PriorReport {
     /// The JSON file.
@@ -37,8 +37,8 @@ pub struct PriorReport {
     pub deformations: usize,
     /// Size of the mean.
     pub mean_size: Dimensions,
-    /// Similarity-aligned RMS distance of the mean's keypoints from our own prior of the same layout \[m\]; none when no
-    /// layout of ours has as many keypoints.
+    /// Similarity-aligned RMS distance of the mean's keypoints from the built-in prior of the same layout \[m\]; none when
+    /// no built-in layout has as many keypoints.
     pub rms_to_own_m: Option<f64>,
 }
 
@@ -49,14 +49,14 @@ pub fn convert(request: &ConvertRequest) -> Result<PriorReport, PriorError> {
     Ok(report(&prior, &request.output))
 }
 
-/// `shape export`: the project's own prior as JSON, to start one's own from.
+/// `shape export`: the built-in prior as JSON, as a start for others.
 pub fn export(layout: Layout, output: &Path) -> Result<PriorReport, PriorError> {
     let prior = ShapePrior::of_family(layout);
     prior.write(output)?;
     Ok(report(&prior, output))
 }
 
-/// `shape info`: what a JSON file holds.
+/// `shape info`: summary of a JSON file.
 pub fn info(path: &Path) -> Result<PriorReport, PriorError> {
     Ok(report(&ShapePrior::read(path)?, path))
 }

@@ -1,9 +1,9 @@
 //! Priors published as two tables of numbers, brought into the vehicle frame and into metres.
 //!
-//! The tables: the mean, a row of three coordinates a keypoint; the basis, a row a deformation, three numbers a keypoint.
-//! Their unit is arbitrary and they say nothing of how much vehicles vary along a deformation, nor of the road. What is
-//! missing is taken from the project's own [family](crate::FAMILY): the scale from a length, the road from the tyres, and
-//! the variances as those of the family's own cars along the deformations.
+//! The tables: the mean, a row of three coordinates per keypoint; the basis, a row per deformation of three numbers per keypoint.
+//! Their unit is arbitrary, and they have neither variances of the deformations nor the road. These follow from the built-in
+//! [family](crate::FAMILY): the scale from a length, the road from the tyres, the variances from the family's cars along the
+//! deformations.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use crate::keypoint::Layout;
 use crate::prior::{Deformation, NamedShape, PriorParts, ShapePrior};
 use crate::table;
 
-/// How the unit of the tables becomes metres.
+/// Conversion of the tables' unit to metres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Proportions {
@@ -27,7 +27,7 @@ pub enum Proportions {
     ByLayout,
 }
 
-/// What [`convert`] is to do.
+/// Options of [`convert`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConvertOptions {
     /// The order of keypoints and the axes of the tables.
@@ -47,7 +47,7 @@ impl ConvertOptions {
     }
 }
 
-/// Reads the tables of a mean and a basis and makes a prior of them.
+/// Reads the tables of a mean and a basis as a prior.
 pub fn convert(mean: &Path, basis: &Path, options: &ConvertOptions) -> Result<ShapePrior, PriorError> {
     let refuse = |path: &Path, field: &str, expected: String, found: String| PriorError::Field {
         origin: path.display().to_string(),
@@ -113,7 +113,7 @@ pub fn convert(mean: &Path, basis: &Path, options: &ConvertOptions) -> Result<Sh
     ShapePrior::new(parts, &origin)
 }
 
-/// Turns the axes of the tables into the vehicle's.
+/// Axes of the tables to those of the vehicle frame.
 fn axes(layout: Layout) -> Matrix3<f64> {
     match layout {
         Layout::Car36 => Matrix3::new(1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 1.0, 0.0),

@@ -25,7 +25,7 @@ impl Dimensions {
     }
 }
 
-/// What is known of a vehicle's size before looking: mean and standard deviation of its class.
+/// Size prior: mean and standard deviation of a vehicle's class.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SizePrior {
     /// Mean.

@@ -1,54 +1,54 @@
-//! What can go wrong.
+//! Errors of priors and fits.
 
 use std::path::PathBuf;
 
-/// Why a shape prior was refused.
+/// Error of a shape prior.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PriorError {
-    /// The operating system refused.
+    /// Error of the operating system.
     #[error("{path}: {source}", path = .path.display())]
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Its error.
         source: std::io::Error,
     },
-    /// A file is not JSON, or lacks a field, or has one nobody knows.
+    /// A file that is not JSON, or has missing or unknown fields.
     #[error("{path}: not a shape prior: {source}", path = .path.display())]
     Json {
         /// The file.
         path: PathBuf,
-        /// What the reader said, with line and column.
+        /// The parser's error, with line and column.
         source: serde_json::Error,
     },
-    /// A field holds something that cannot be.
+    /// An invalid value of a field.
     #[error("{origin}: {field}: expected {expected}, found {found}")]
     Field {
         /// The file, or "shape prior" for one made in memory.
         origin: String,
         /// Path of the field, as `keypoints[3].mirror`.
         field: String,
-        /// What should stand there.
+        /// Expected content.
         expected: String,
-        /// What stands there.
+        /// Found content.
         found: String,
     },
-    /// A line of a table of numbers does not read.
+    /// An invalid line of a table of numbers.
     #[error("{path}:{line}: expected {expected}, found {found}", path = .path.display())]
     Line {
         /// The file.
         path: PathBuf,
         /// Its line, counted from 1.
         line: usize,
-        /// What should stand there.
+        /// Expected content.
         expected: String,
-        /// What stands there.
+        /// Found content.
         found: String,
     },
 }
 
-/// Why a vehicle could not be fitted.
+/// Error of a fit.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FitError {
@@ -65,24 +65,24 @@ pub enum FitError {
     /// Too few keypoints are seen with confidence.
     #[error("{found} keypoints of confidence ≥ {min_confidence}, need {needed}")]
     TooFewKeypoints {
-        /// Keypoints confident enough.
+        /// Keypoints of sufficient confidence.
         found: usize,
-        /// How many are needed (fewer with a road plane than without).
+        /// Required number (fewer with a road plane than without).
         needed: usize,
-        /// The confidence that counts.
+        /// The sufficient confidence.
         min_confidence: f64,
     },
     /// A number of the input is not finite or out of its range.
     #[error("{what}: expected {expected}, found {found}")]
     Value {
-        /// Which number.
+        /// Name of the number.
         what: String,
-        /// What it should be.
+        /// Expected value.
         expected: &'static str,
-        /// What it is.
+        /// Found value.
         found: f64,
     },
-    /// The intrinsics are of no lens.
+    /// Invalid intrinsics.
     #[error("{0}")]
     Camera(#[from] motorcade_geometry::InvalidCamera),
     /// No vehicle in front of the camera explains the keypoints.

@@ -6,7 +6,7 @@
 //! the tyre: 0.585 m is a 185/55 R15, on the Fiat 500. The list names no makes. Names are ours, where body, year and lengths leave
 //! no doubt; nothing depends on them.
 //!
-//! Which rows: one for each distinct body, the first where several agree to 5 mm in all four lengths (a facelift that changed one
+//! Selection of rows: one for each distinct body, the first where several agree to 5 mm in all four lengths (a facelift that changed one
 //! counts as another); released in 2003 or later, with a fixed roof, four seats or more, and every figure given; up to 5.0 m long
 //! (beyond are limousines) and 1.9 m high (beyond are upright off-roaders). Hatchbacks up to 3.75 m are city cars; above 4.5 m
 //! they are saloons in outline with a door at the back, fit neither drawing, and are left out. The other types are as the list has

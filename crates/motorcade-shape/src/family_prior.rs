@@ -1,4 +1,4 @@
-//! The project's own priors: principal components of the family of drawings.
+//! The built-in priors: principal components of the family of cars.
 
 use nalgebra::{DMatrix, DVector, Point3, SymmetricEigen, Vector3};
 
@@ -62,7 +62,7 @@ impl Family {
             .take(COMPONENTS)
             .map(|k| {
                 let mut direction: DVector<f64> = (&centred * eigen.eigenvectors.column(k)).normalize();
-                // An eigenvector's sign is arbitrary: the larger part of the vehicle's x decides.
+                // The sign of an eigenvector is arbitrary: it is set by its x components.
                 let largest = direction.iamax();
                 if direction[largest] < 0.0 {
                     direction = -direction;
@@ -95,7 +95,7 @@ impl Family {
         let outline_first = side_36.len() + side_14.len();
         let total = layout.count() + 2 * side_outline.len();
 
-        // Where every left-side point of the column goes, and its mirror image.
+        // Indices of every left-side point of the column and of its mirror image.
         let mut places: Vec<(usize, usize, usize)> = Vec::new();
         for i in 0..points.len() {
             let (left, right) = layout.pair(i);

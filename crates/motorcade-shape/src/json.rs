@@ -89,7 +89,7 @@ impl ShapePrior {
         file.into_prior(&path.display().to_string())
     }
 
-    /// The JSON text of this prior. Drawings of body types are not part of it.
+    /// The JSON text of this prior. Bodies of body types are not part of it.
     pub fn to_json(&self) -> String {
         let array = |v: &Vector3<f64>| [v.x, v.y, v.z];
         let (keypoint_means, outline_means) = self.mean().split_at(self.keypoints().len());
@@ -128,7 +128,7 @@ impl ShapePrior {
                 .map(|n| FileShape { body_type: n.body_type, coefficients: n.coefficients.clone() })
                 .collect(),
         };
-        // Plain numbers and strings always turn into JSON; a checked prior holds no others.
+        // Finite numbers and strings always serialise.
         serde_json::to_string_pretty(&file).unwrap_or_default() + "\n"
     }
 

@@ -1,8 +1,8 @@
-//! Named points on a vehicle and what a shape prior knows of each.
+//! Named keypoints of a vehicle.
 
 use nalgebra::Vector3;
 
-/// Which orders of keypoints are built in.
+/// Built-in orders of keypoints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Layout {
@@ -25,7 +25,7 @@ impl Layout {
             Self::Car14 => 14,
         }
     }
-    /// Place of the left-side point `side` and of its mirror image.
+    /// Indices of the left-side point `side` and of its mirror image.
     pub(crate) fn pair(self, side: usize) -> (usize, usize) {
         match self {
             Self::Car36 => (side, side + 18),
@@ -37,16 +37,16 @@ impl Layout {
 /// One keypoint of a prior.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Keypoint {
-    /// What it is, with its side.
+    /// Name, with its side.
     pub name: String,
-    /// The keypoint it turns into when the vehicle is mirrored left to right; itself when it lies in the middle.
+    /// Index of its mirror image; its own on the plane of symmetry.
     pub mirror: usize,
-    /// Unit outward directions (vehicle frame) of the faces it lies on. It shows itself to a camera that one of them
-    /// faces; with none, nothing is known of when it shows.
+    /// Unit outward normals (vehicle frame) of the faces it lies on: it is visible when one of them is turned to the camera. Empty
+    /// when its visibility is unknown.
     pub faces: Vec<Vector3<f64>>,
 }
 
-/// A direction or point on the other side of the vehicle.
+/// Mirror image of a direction or point.
 pub(crate) fn mirrored(v: &Vector3<f64>) -> Vector3<f64> {
     Vector3::new(v.x, -v.y, v.z)
 }

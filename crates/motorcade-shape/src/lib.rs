@@ -61,7 +61,8 @@ pub use dimensions::{Dimensions, SizePrior};
 pub use error::{FitError, PriorError};
 pub use family::{CarModel, FAMILY};
 pub use fit::{
-    FitOptions, Observation, ObservedKeypoint, RoadPlane, ShapeFit, ShapeFitter, TrackFit, TrackShape,
+    AdvancedFitOptions, FitOptions, Observation, ObservedKeypoint, RoadPlane, ShapeFit, ShapeFitter,
+    TrackFit, TrackShape,
 };
 pub use keypoint::{Keypoint, Layout};
 pub use prior::{Body, Deformation, NamedShape, PriorParts, ShapePrior};

@@ -1,4 +1,4 @@
-//! The shape prior: mean places of named points and how they vary together (equations 6–8 of the paper).
+//! The shape prior: mean positions of named points and their principal deformations (equations 6–8 of the paper).
 
 use motorcade_geometry::alignment::umeyama;
 use nalgebra::{Point3, Vector3};
@@ -18,21 +18,21 @@ pub struct Deformation {
     pub displacements: Vec<Vector3<f64>>,
 }
 
-/// A kind of body as coefficients of a prior.
+/// A body type as coefficients of a prior.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NamedShape {
     /// The body type.
     pub body_type: BodyType,
-    /// Coefficients λ, one a deformation.
+    /// Coefficients λ, one per deformation.
     pub coefficients: Vec<f64>,
     /// The mean drawing of the type's models, for meshes; imported priors have none.
     pub blueprint: Option<Blueprint>,
 }
 
-/// Mean places of named points and how they vary: `X = X̄ + Σ_b λ_b V_b`, `λ_b ~ N(0, variance_b)`.
+/// Mean positions of named points and their variation: `X = X̄ + Σ_b λ_b V_b`, `λ_b ~ N(0, variance_b)`.
 ///
-/// Vehicle frame \[m\]: x forward, y left, z up, origin on the road below the body's centre. Points are the keypoints, then
-/// the outline: unseen by networks, but where the image box ends.
+/// Vehicle frame \[m\]: x forward, y left, z up, origin on the road below the body's centre. Points are the keypoints,
+/// then the outline, which bounds the image box but is not detected by networks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShapePrior {
     name: String,
@@ -54,7 +54,7 @@ struct Extent {
     top: usize,
 }
 
-/// Everything a [`ShapePrior`] is made of, unchecked.
+/// Unchecked content of a [`ShapePrior`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct PriorParts {
     /// Name.
@@ -71,7 +71,7 @@ pub struct PriorParts {
     pub named: Vec<NamedShape>,
 }
 
-/// A vehicle of a certain shape: what a mesh can be grown from.
+/// Points of a vehicle of a certain shape, for meshes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
     /// Keypoints (vehicle frame) \[m\].
@@ -89,7 +89,7 @@ impl ShapePrior {
         Ok(Self::assemble(parts))
     }
 
-    /// Parts known to be right.
+    /// Parts that are valid by construction.
     pub(crate) fn assemble(mut parts: PriorParts) -> Self {
         let mut order: Vec<usize> = (0..parts.basis.len()).collect();
         order.sort_by(|a, b| parts.basis[*b].variance.total_cmp(&parts.basis[*a].variance));
@@ -102,7 +102,7 @@ impl ShapePrior {
         Self { name, keypoints, outline, mean, basis, named, extent }
     }
 
-    /// The parts, for files and for making other priors of this one.
+    /// The parts, for files and derived priors.
     pub fn to_parts(&self) -> PriorParts {
         PriorParts {
             name: self.name.clone(),
@@ -118,7 +118,7 @@ impl ShapePrior {
     pub fn name(&self) -> &str {
         &self.name
     }
-    /// The keypoints, in the order of the network's outputs.
+    /// The keypoints, in the order of network outputs.
     pub fn keypoints(&self) -> &[Keypoint] {
         &self.keypoints
     }
@@ -138,12 +138,12 @@ impl ShapePrior {
     pub fn named_shapes(&self) -> &[NamedShape] {
         &self.named
     }
-    /// Coefficients of a body type, when the prior knows it.
+    /// Coefficients of a body type, when the prior has it.
     pub fn coefficients_of(&self, body_type: BodyType) -> Option<&[f64]> {
         self.named.iter().find(|n| n.body_type == body_type).map(|n| n.coefficients.as_slice())
     }
 
-    /// All points of a shape, keypoints then outline: `X̄ + Σ_b λ_b V_b`. Missing coefficients are 0, surplus ones unused.
+    /// All points of a shape, keypoints then outline: `X̄ + Σ_b λ_b V_b`. Missing coefficients are 0, surplus ones are ignored.
     pub fn points(&self, coefficients: &[f64]) -> Vec<Point3<f64>> {
         let mut points = self.mean.clone();
         for (deformation, lambda) in self.basis.iter().zip(coefficients) {
@@ -183,7 +183,7 @@ impl ShapePrior {
         Vector3::new(d[nose].x - d[tail].x, d[left].y - d[right].y, d[top].z)
     }
 
-    /// The likeliest coefficients for a size: minimises `Σ λ_b²/variance_b + |size(λ) − mean|²/sigma²`.
+    /// The most likely coefficients for a size: minimises `Σ λ_b²/variance_b + |size(λ) − mean|²/sigma²`.
     pub fn coefficients_for(&self, size: &SizePrior) -> Vec<f64> {
         // With W = variances and D the slopes (3 × B): λ = W Dᵀ (D W Dᵀ + S)⁻¹ (mean − size(0)).
         let slopes: Vec<Vector3<f64>> = (0..self.basis.len()).map(|b| self.dimension_slope(b)).collect();
@@ -197,8 +197,8 @@ impl ShapePrior {
         slopes.iter().zip(&self.basis).map(|(slope, d)| d.variance * slope.dot(&pull)).collect()
     }
 
-    /// Root mean square distance of the mean keypoints from other ones, similarity-aligned onto ours so that `other` takes
-    /// our scale \[m\]. `None` when the counts differ.
+    /// Root mean square distance of the mean keypoints from other ones, `other` aligned to them by a
+    /// similarity \[m\]. `None` when the counts differ.
     pub fn rms_to(&self, other: &[Point3<f64>]) -> Option<f64> {
         let ours: Vec<_> = self.mean[..self.keypoints.len()].iter().map(|p| p.coords).collect();
         let theirs: Vec<_> = other.iter().map(|p| p.coords).collect();
@@ -260,7 +260,7 @@ fn check(parts: &PriorParts, origin: &str) -> Result<(), PriorError> {
             }
         }
     }
-    // A vehicle is metres long: hundreds of metres are a wrong unit.
+    // Hundreds of metres are a wrong unit.
     let plausible = |v: &Vector3<f64>| v.iter().all(|c| c.is_finite() && c.abs() < 50.0);
     for (i, point) in parts.mean.iter().enumerate() {
         if !plausible(&point.coords) {

@@ -1,4 +1,4 @@
-//! Tables of numbers in text files, a row a line.
+//! Tables of numbers in text files, a row per line.
 
 use std::fs;
 use std::path::Path;

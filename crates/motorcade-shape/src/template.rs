@@ -1,9 +1,9 @@
-//! What no list has of a car, estimated as shares of the lengths it does have.
+//! Lengths of a car that published lists lack, as shares of the lengths they have.
 
 use crate::blueprint::Blueprint;
 use crate::body_type::BodyType;
 
-/// How a kind of car is drawn between its bumpers: estimates by eye, the means of two to six cars of the kind. In order:
+/// Proportions of a body type: estimates by eye, means of two to six cars of the type. In order:
 ///
 /// - of length less wheelbase: the front overhang;
 /// - of the wheelbase, behind the front axle: windscreen base, roof front;
@@ -11,7 +11,7 @@ use crate::body_type::BodyType;
 /// - of the height: bonnet, windscreen base, rear window base, tail.
 pub(crate) struct Template([f64; 9]);
 
-/// What of length less wheelbase a car with driven rear wheels has less before its front axle: the engine stands behind it.
+/// Reduction of the front overhang, as a share of length less wheelbase, with driven rear wheels: the engine is behind the axle.
 const REAR_DRIVEN_LESS: f64 = 0.03;
 
 impl Template {

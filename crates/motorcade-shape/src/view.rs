@@ -1,30 +1,30 @@
-//! A posed shape as a camera sees it.
+//! Projection of a posed shape, with self-occlusion.
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
 use nalgebra::{Point2, Point3, Vector3};
 
 use crate::prior::ShapePrior;
 
-/// A face shows itself from this cosine between its outward normal and the way to the camera on: at grazing angles
-/// (below about 5°) nothing of it is seen.
+/// Smallest cosine between the outward normal of a visible face and the direction to the camera: at grazing angles (below about
+/// 5°) a face is not visible.
 pub const VISIBLE_COSINE: f64 = 0.08;
 
 /// One keypoint in an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProjectedKeypoint {
-    /// Place in the image \[px\], also beyond its border; `None` behind the camera.
+    /// Pixel, also beyond the image border \[px\]; `None` behind the camera.
     pub pixel: Option<Point2<f64>>,
     /// Distance along the camera's z axis \[m\].
     pub depth_m: f64,
-    /// Largest cosine between the outward normals of the point's faces and the way to the camera; 1 when the prior knows
-    /// no faces.
+    /// Largest cosine between the outward normals of the point's faces and the direction to the camera; 1 when the prior has
+    /// no faces for it.
     pub facing: f64,
-    /// In front of the camera, inside the image and not hidden by the vehicle's own body.
+    /// True in front of the camera, inside the image and not occluded by the vehicle's own body.
     pub visible: bool,
 }
 
-/// Projects all keypoints of a shape. A point is hidden by its own body when none of its faces looks at the camera: exact
-/// for a convex body, which a car nearly is.
+/// Projects all keypoints of a shape. A point is self-occluded when none of its faces is turned to the camera, which is exact for
+/// a convex body.
 pub fn project(
     prior: &ShapePrior,
     coefficients: &[f64],
@@ -51,7 +51,7 @@ pub fn project(
         .collect()
 }
 
-/// Largest cosine between `faces` and the way to the camera, and the face that has it.
+/// Largest cosine between `faces` and the direction to the camera, and its face.
 pub(crate) fn facing(faces: &[Vector3<f64>], to_camera: &Vector3<f64>) -> (f64, Option<Vector3<f64>>) {
     let distance = to_camera.norm().max(1e-9);
     faces
@@ -105,7 +105,7 @@ mod tests {
         let names = visible(&prior, &at(4.0, 12.0, 0.0));
         assert!(names.contains(&"rear wheel centre, left".into()), "{names:?}");
         assert!(!names.contains(&"rear wheel centre, right".into()));
-        // Out of the image: known, but not visible.
+        // Outside the image: projected, but not visible.
         let outside = project(&prior, &[], &at(16.0, 12.0, 0.0), &camera());
         assert!(outside.iter().all(|p| p.pixel.is_some() && !p.visible));
     }

@@ -44,7 +44,7 @@ fn observe(keypoints: Vec<ObservedKeypoint>, sigma_px: f64, on_road: bool) -> Ob
 fn perfect_keypoints_of_a_known_type_give_pose_and_shape_back() {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let prior = ShapePrior::of_family(Layout::Car36);
-    // The points are exact, so the fit is told that they are.
+    // The points are exact, and so is their assumed sigma.
     let options = FitOptions { keypoint_sigma_m: 0.005, ..FitOptions::default() };
     let fitter = ShapeFitter::new(prior.clone(), options);
     let mut worst = 0.0_f64;
@@ -58,9 +58,9 @@ fn perfect_keypoints_of_a_known_type_give_pose_and_shape_back() {
                 (position_error_m(&fit, &truth), heading_error_rad(&fit.camera_from_vehicle, &truth));
             worst = worst.max(position);
             assert!(position < 0.35 && turn < 0.03, "{body_type:?} {heading}: {position} m, {turn} rad");
-            // What is left is the pull of the prior towards the mean: distance and size look alike.
+            // The remaining error is the prior's pull towards the mean: distance and size are correlated.
             let size = fit.dimensions.to_vector() - prior.dimensions(shape).to_vector();
-            // Seen almost from behind, the length hardly shows.
+            // From behind, the length is hardly observable.
             let bound = if heading.sin().abs() < 0.4 { 0.8 } else { 0.25 };
             assert!(size.amax() < bound, "{body_type:?} {heading}: {size}");
         }
@@ -69,7 +69,7 @@ fn perfect_keypoints_of_a_known_type_give_pose_and_shape_back() {
 }
 
 #[test]
-fn the_place_moves_with_the_size_as_the_fit_says() {
+fn position_follows_size_as_the_cross_covariance_predicts() {
     let mut rng = ChaCha8Rng::seed_from_u64(5);
     let fitter = fitter(Layout::Car36);
     let prior = fitter.prior().clone();
@@ -81,7 +81,7 @@ fn the_place_moves_with_the_size_as_the_fit_says() {
     };
     let free = told(None);
     let slope = free.pose_size_covariance * free.size_covariance.try_inverse().unwrap();
-    // All of it a twentieth larger, and told so: the place found anew is the one foretold.
+    // With a known size larger by 5 %, the new position is the predicted one.
     let larger = free.dimensions.to_vector() * 1.05;
     let sure = Dimensions { length_m: 0.005, width_m: 0.005, height_m: 0.005 };
     let again = told(Some(SizePrior { mean: Dimensions::from_vector(&larger), sigma: sure }));
@@ -150,7 +150,7 @@ fn noisy_occluded_keypoints_with_a_fifth_outliers_from_5_to_60_m() {
                 100.0 * wrong,
                 headings.len()
             );
-            // A third of the 14 points is seen at a time; with outliers among them more headings are lost.
+            // A third of the 14 points is visible at a time; outliers among them cost more headings.
             let slack: f64 = if layout == Layout::Car14 { 2.0 } else { 1.0 };
             assert!(position < position_bound * slack.min(1.5), "{layout:?} {distance_m}: {position}");
             assert!(wrong <= wrong_bound * slack + 0.05 * (slack - 1.0), "{layout:?} {distance_m}: {wrong}");
@@ -159,7 +159,7 @@ fn noisy_occluded_keypoints_with_a_fifth_outliers_from_5_to_60_m() {
 }
 
 #[test]
-fn the_road_plane_steadies_the_place() {
+fn the_road_plane_reduces_position_errors() {
     let network = Network { sigma_px: 2.0, outliers: 0.0, hidden: 0.1, body_sigma_m: 0.03 };
     let (mut with, _) = errors(Layout::Car14, 20.0, &network, true, 80);
     let (mut without, _) = errors(Layout::Car14, 20.0, &network, false, 80);
@@ -168,10 +168,10 @@ fn the_road_plane_steadies_the_place() {
     assert!(with < 0.8 * without);
 }
 
-/// Normalised error squared of position and rotation against the covariance: χ² of 6 degrees of freedom for an honest one, whose
-/// median is 5.35. Not the mean: a few fits in a hundred settle some degrees beside the true heading, and they alone would rule it.
+/// NEES of the pose: χ²₆ for a consistent covariance, whose median is 5.35. The mean would be dominated by a few fits in a hundred
+/// that converge some degrees beside the true heading.
 #[test]
-fn covariances_are_honest() {
+fn covariances_are_consistent() {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     let options = FitOptions { visibility: false, ..FitOptions::default() };
     let prior = ShapePrior::of_family(Layout::Car36);
@@ -180,7 +180,7 @@ fn covariances_are_honest() {
     let mut all = Vec::new();
     for k in 0..300 {
         let distance_m = 8.0 + 17.0 * rng.random::<f64>();
-        // The true road lies off the assumed one as its sigmas say, and the vehicle leans.
+        // The true road deviates from the assumed one by its sigmas, and the vehicle leans.
         let normal = |rng: &mut ChaCha8Rng| -> f64 { StandardNormal.sample(rng) };
         let lean = [road().slope_sigma_rad.hypot(1.0_f64.to_radians()); 2].map(|s| s * normal(&mut rng));
         let down = normal(&mut rng) * 0.02_f64.hypot(0.003 * distance_m);
@@ -227,7 +227,7 @@ fn sides_that_the_network_confuses_are_exchanged() {
 }
 
 #[test]
-fn a_heading_that_is_clear_says_so_and_one_that_is_not_too() {
+fn ambiguous_headings_are_reported() {
     let mut rng = ChaCha8Rng::seed_from_u64(11);
     let fitter = fitter(Layout::Car36);
     let prior = fitter.prior().clone();
@@ -250,7 +250,7 @@ fn a_heading_that_is_clear_says_so_and_one_that_is_not_too() {
 }
 
 #[test]
-fn alternating_as_in_the_paper_comes_to_the_joint_minimum() {
+fn alternating_refinement_converges_to_the_joint_minimum() {
     let mut rng = ChaCha8Rng::seed_from_u64(13);
     let prior = ShapePrior::of_family(Layout::Car36);
     let joint = fitter(Layout::Car36);
@@ -263,14 +263,14 @@ fn alternating_as_in_the_paper_comes_to_the_joint_minimum() {
         let observation = observe(seen, 1.0, true);
         let (a, b) =
             (joint.fit(&camera(), &observation).unwrap(), alternating.fit(&camera(), &observation).unwrap());
-        // A robust cost has minima side by side; both end in one as good.
+        // A robust cost has neighbouring minima; both methods end in equally good ones.
         assert!((b.cost - a.cost).abs() < 1.0, "{k}: joint {} alternating {}", a.cost, b.cost);
         assert!(position_error_m(&b, &a.camera_from_vehicle) < 0.3, "{k}");
     }
 }
 
 #[test]
-fn a_track_knows_the_shape_better_than_its_frames() {
+fn a_track_improves_the_shape_of_its_frames() {
     let mut rng = ChaCha8Rng::seed_from_u64(17);
     let fitter = fitter(Layout::Car36);
     let prior = fitter.prior().clone();
@@ -304,8 +304,7 @@ fn a_track_knows_the_shape_better_than_its_frames() {
     assert!(shared < 0.7 * single && joined < alone);
 }
 
-/// Frames that the shape was not found on, fitted with it: closer than alone, and as close as they say. Pictures are the same but
-/// for the noise.
+/// Held-out frames fitted with the shape of other frames: closer than alone, and consistent. Only the noise differs between frames.
 #[test]
 fn a_shape_found_on_some_frames_helps_the_others() {
     let mut rng = ChaCha8Rng::seed_from_u64(29);
@@ -335,7 +334,7 @@ fn a_shape_found_on_some_frames_helps_the_others() {
 }
 
 #[test]
-fn unusable_input_is_an_error_that_says_why() {
+fn unusable_input_is_an_error() {
     let mut rng = ChaCha8Rng::seed_from_u64(19);
     let fitter = fitter(Layout::Car14);
     let good = look(fitter.prior(), &[], &standing(2.0, 12.0, 0.4), &CLEAN, &mut rng);
@@ -368,7 +367,7 @@ fn unusable_input_is_an_error_that_says_why() {
     assert!(matches!(fitter.fit_track(&camera(), &[]), Err(FitError::NoSolution)));
 }
 
-/// All points in one place or far out: whatever comes, no panic and nothing that is not finite.
+/// Degenerate points: no panic, and finite results.
 #[test]
 fn nonsense_never_panics() {
     let mut rng = ChaCha8Rng::seed_from_u64(23);

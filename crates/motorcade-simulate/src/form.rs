@@ -52,7 +52,8 @@ impl Form {
         Self { front_axle: 0.31, rear_axle: -0.29, tyre_radius, glasshouse: None }
     }
 
-    fn drawn(plan: &Blueprint) -> Self {
+    /// The form of a drawing.
+    pub(crate) fn drawn(plan: &Blueprint) -> Self {
         let (x, z) = (|v: f64| v / plan.length_m, |v: f64| v / plan.height_m);
         let (front, rear) = (plan.front_axle_m(), plan.rear_axle_m());
         Self {

@@ -40,6 +40,7 @@ mod scenario;
 mod scenery;
 mod simulate;
 mod site;
+mod training;
 mod vehicle;
 
 pub use drive::Drive;
@@ -51,8 +52,9 @@ pub use motion::{Bend, Grade, Road, RoadPlan, RoadPoint, SpeedPlan};
 pub use output::{DetectorOptions, WriteOptions, Written};
 pub use plan::{Driver, Plan, Rig, Route, Side};
 pub use reenact::{ReenactOptions, labels_in_camera, reenact};
-pub use render::{Picture, RenderOptions, Renderer, SensorOptions, VehicleView, Weather};
+pub use render::{Look, Picture, RenderOptions, Renderer, SensorOptions, VehicleView, Weather};
 pub use scenario::{Scenario, scenarios};
 pub use simulate::simulate;
 pub use site::Site;
+pub use training::{VehicleCropOptions, write_vehicle_crops};
 pub use vehicle::SimulatedVehicle;

@@ -190,7 +190,16 @@ fn vehicles(
         let size = Dimensions { length_m, width_m, height_m };
         let body_type = body_type(class, &size, rng.random());
         let colour = draw_colour(class, &mut rng);
-        out.push(SimulatedVehicle { id: id as u32, class, size, body_type, colour, poses, speeds_m_s });
+        out.push(SimulatedVehicle {
+            id: id as u32,
+            class,
+            size,
+            body_type,
+            blueprint: None,
+            colour,
+            poses,
+            speeds_m_s,
+        });
     }
     out
 }

@@ -91,7 +91,16 @@ fn drive(
         let pose = |s: &crate::motion::Stance| Some(standing(road, &s.centre, s.heading_rad));
         (stances.iter().map(pose).collect(), stances.iter().map(|s| s.speed_m_s).collect())
     };
-    Ok(SimulatedVehicle { id, class: driver.class, size, body_type, colour, poses, speeds_m_s })
+    Ok(SimulatedVehicle {
+        id,
+        class: driver.class,
+        size,
+        body_type,
+        blueprint: None,
+        colour,
+        poses,
+        speeds_m_s,
+    })
 }
 
 /// Parked cars by lot, where no planned one stands and no crossing is.

@@ -2,11 +2,12 @@
 
 use motorcade_geometry::{Pose, Vehicle};
 use motorcade_perception::VehicleClass;
-use motorcade_shape::BodyType;
+use motorcade_shape::{Blueprint, BodyType, Layout};
 use motorcade_vehicles::{Dimensions, size_prior};
+use nalgebra::Point3;
 use rand::Rng;
 
-use crate::form::Form;
+use crate::form::{self, Form};
 use crate::hash;
 use crate::site::Site;
 
@@ -22,6 +23,8 @@ pub struct SimulatedVehicle {
     /// Which body of the shape prior it has, stretched to its size; `None` where the prior has none: trucks, buses,
     /// motorcycles.
     pub body_type: Option<BodyType>,
+    /// A drawing of its own, of its size; the average one of its body type, stretched to its size, otherwise.
+    pub blueprint: Option<Blueprint>,
     /// Body colour, red, green, blue, 0 to 1.
     pub colour: [f32; 3],
     /// `site_from_vehicle` at each frame; `None` where it is not in the world.
@@ -30,9 +33,47 @@ pub struct SimulatedVehicle {
     pub speeds_m_s: Vec<f64>,
 }
 
+/// Height against width from which on a drawing is that of an upright van.
+const UPRIGHT: f64 = 1.01;
+/// Half width of the roof of an upright van and of all others.
+const UPRIGHT_ROOF_HALF: f64 = 0.43;
+const ROOF_HALF: f64 = 0.345;
+
 impl SimulatedVehicle {
     pub(crate) fn form(&self) -> Form {
-        Form::of(self.class, self.body_type, &self.size)
+        match &self.blueprint {
+            Some(plan) => Form::drawn(plan),
+            None => Form::of(self.class, self.body_type, &self.size),
+        }
+    }
+
+    /// Half width of the roof at its corners, as a fraction of the width; those of upright vans are wide.
+    pub(crate) fn roof_half(&self) -> f64 {
+        let upright = self.blueprint.is_some() && self.size.height_m > UPRIGHT * self.size.width_m;
+        if upright { UPRIGHT_ROOF_HALF } else { ROOF_HALF }
+    }
+
+    /// Moves the roof's corners out to where an upright van has them.
+    fn widened(&self, mut points: Vec<Point3<f64>>, layout: Layout) -> Vec<Point3<f64>> {
+        let corners: &[usize] = match layout {
+            Layout::Car36 => &[13, 14, 31, 32],
+            Layout::Car14 => &[10, 11, 12, 13],
+        };
+        for corner in corners {
+            if let Some(point) = points.get_mut(*corner) {
+                point.y *= self.roof_half() / ROOF_HALF;
+            }
+        }
+        points
+    }
+
+    /// Keypoints (vehicle frame) \[m\]; `None` of vehicles that the prior does not know.
+    pub(crate) fn keypoints(&self, layout: Layout) -> Option<Vec<Point3<f64>>> {
+        let body = self.body_type?;
+        Some(match &self.blueprint {
+            Some(plan) => self.widened(plan.keypoints(layout), layout),
+            None => form::keypoints(body, &self.size, layout),
+        })
     }
 }
 

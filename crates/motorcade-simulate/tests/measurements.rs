@@ -140,3 +140,27 @@ fn hidden_and_cut_keypoints_are_less_sure() {
     }
     assert!(sure > 20 && unsure > 20, "{sure} sure, {unsure} unsure");
 }
+
+#[test]
+fn exact_keypoints_are_those_of_a_network_without_errors() {
+    let drive = drive("dense", 41, 1);
+    let picture = Renderer::new(&drive).render(40).unwrap();
+    let exact = drive.keypoints_of(40, &picture, &KeypointOptions::exact());
+    let quiet = KeypointOptions { sigma_px: 0.0, sigma_share: 0.0, swap_chance: 0.0, ..Default::default() };
+    let quiet = drive.keypoints_of(40, &picture, &quiet);
+    let noisy = drive.keypoints_of(40, &picture, &KeypointOptions::default());
+    assert_eq!(exact.len(), quiet.len());
+    let camera = drive.camera();
+    let (mut inside, mut moved) = (0, 0);
+    for ((a, b), c) in exact.iter().zip(&quiet).zip(&noisy) {
+        assert!([1.0, 0.2, 0.1, 0.05].contains(&a.confidence));
+        if camera.contains(&a.pixel, 0.0) {
+            assert!((a.pixel - b.pixel).norm() < 1e-9);
+            inside += 1;
+            moved += usize::from((a.pixel - c.pixel).norm() > 0.05);
+        } else {
+            assert!(a.confidence < 0.06, "{a:?}");
+        }
+    }
+    assert!(inside > 100 && 10 * moved > 9 * inside, "{inside} inside, {moved} moved");
+}

@@ -1,7 +1,7 @@
-//! The road under the camera in one frame, and the axes vehicles stand on.
+//! Camera pose and road plane of one frame, and the road-aligned axes.
 
 use motorcade_geometry::{Camera, Pose, World};
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Matrix3, Point3, Vector3};
 
 /// Camera pose and road of one frame.
 #[derive(Clone, Copy, Debug)]
@@ -19,29 +19,39 @@ pub struct GroundFrame {
 }
 
 impl GroundFrame {
-    /// Point of the road below the camera, camera frame.
+    /// Point of the road plane below the camera, camera frame.
     pub fn foot(&self) -> Vector3<f64> {
         -self.up * self.height_m
     }
-    /// Direction of view along the road, camera frame.
+
+    /// Optical axis projected onto the road plane, unit, camera frame.
     pub fn ahead(&self) -> Vector3<f64> {
         (Vector3::z() - self.up * self.up.z).normalize()
     }
-    /// Left along the road, camera frame.
+
+    /// Left in the road plane, unit, camera frame.
     pub fn left(&self) -> Vector3<f64> {
         self.up.cross(&self.ahead())
     }
-    /// Point of the road `ahead_m` in front and `left_m` beside the foot, `above_m` over the plane; camera frame.
+
+    /// Point `ahead_m` in front of and `left_m` to the left of the foot, `above_m` over the plane; camera frame.
     pub fn point(&self, ahead_m: f64, left_m: f64, above_m: f64) -> Point3<f64> {
         Point3::from(self.foot() + self.ahead() * ahead_m + self.left() * left_m + self.up * above_m)
     }
+
     /// Heading of a direction given in the camera frame: angle from straight ahead, to the left positive \[rad\].
     pub fn heading_of(&self, direction: &Vector3<f64>) -> f64 {
         direction.dot(&self.left()).atan2(direction.dot(&self.ahead()))
     }
+
     /// Unit direction of a heading, camera frame.
     pub fn direction_of(&self, heading_rad: f64) -> Vector3<f64> {
         self.ahead() * heading_rad.cos() + self.left() * heading_rad.sin()
+    }
+
+    /// Columns ahead, left, up: rotation from the road-aligned axes into the camera frame (3×3).
+    pub(crate) fn axes(&self) -> Matrix3<f64> {
+        Matrix3::from_columns(&[self.ahead(), self.left(), self.up])
     }
 }
 
@@ -50,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn axes_are_the_drivers() {
+    fn axes_and_headings_round_trip() {
         let up = Vector3::new(0.01, -1.0, 0.02).normalize();
         let ground = GroundFrame {
             world_from_camera: Pose::identity(),

@@ -1,11 +1,12 @@
-//! The size all frames of a track agree on.
+//! The size that all frames of a track agree on.
 
 use motorcade_shape::{Dimensions, SizePrior};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::single_view::SingleView;
+use crate::box_fit::SingleView;
+use crate::options::SizeOptions;
 
-/// A size and its covariance \[m²\].
+/// A size and its covariance (3×3) \[m²\].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct JointSize {
     pub(crate) size: Dimensions,
@@ -13,11 +14,15 @@ pub(crate) struct JointSize {
 }
 
 impl JointSize {
-    /// The size all views agree on: each view's normal equations with its place eliminated (Schur complement), summed.
-    pub(crate) fn of(views: &[(usize, SingleView)], prior: &SizePrior) -> Option<Self> {
-        /// Views count as at most this many independent ones: a detector draws the same car with the same habit every time.
-        const INDEPENDENT: f64 = 12.0;
-        let weight = (INDEPENDENT / views.len().max(1) as f64).min(1.0);
+    /// Sum of each view's normal equations with its position eliminated (Schur complement), and the prior. All views together have
+    /// the weight of `independent_views`.
+    pub(crate) fn from_views(
+        views: &[(usize, SingleView)],
+        prior: &SizePrior,
+        independent_views: f64,
+        options: &SizeOptions,
+    ) -> Option<Self> {
+        let weight = independent_views / views.len().max(1) as f64;
         let sigma = prior.sigma.to_vector();
         let mut h = Matrix3::from_diagonal(&sigma.map(|s| 1.0 / (s * s)));
         let mut rhs = h * prior.mean.to_vector();
@@ -31,38 +36,36 @@ impl JointSize {
             rhs += (reduced * view.state.fixed_rows::<3>(3) - g) * weight;
         }
         let covariance = h.try_inverse()?;
-        // Two and a half sigma of the class at most: a box cut by shadows does not make a two-metre car.
+        let limit = options.limit_sigmas;
         let size = (covariance * rhs)
-            .zip_zip_map(&prior.mean.to_vector(), &sigma, |v, m, s| v.clamp(m - 2.5 * s, m + 2.5 * s));
+            .zip_zip_map(&prior.mean.to_vector(), &sigma, |v, m, s| v.clamp(m - limit * s, m + limit * s));
         Some(Self {
             size: Dimensions::from_vector(&size),
             covariance: (covariance + covariance.transpose()) * 0.5,
         })
     }
 
-    /// Covariance of the proportions, the scale held (3×3).
+    /// Covariance of the proportions, the scale held (3×3) \[m²\].
     pub(crate) fn proportions(&self) -> Matrix3<f64> {
         let d = self.size.to_vector();
         self.covariance - d * d.transpose() * scale_variance(&self.size, &self.covariance)
     }
 
-    /// Information of the size as one frame shows it, its scale held: the proportions are as uncertain as they are, and what one
-    /// drawing of a body hides (mirrors, shadows) is a frame's own.
-    pub(crate) fn scale_held(&self) -> Option<Matrix3<f64>> {
-        /// What the scale is held to: enough to keep the equations regular.
-        const HELD: f64 = 0.003;
+    /// Information of the size in one frame with the scale held (3×3): the proportions keep their uncertainty.
+    pub(crate) fn information_at_scale(&self, options: &SizeOptions) -> Option<Matrix3<f64>> {
         let d = self.size.to_vector();
-        (self.proportions() + d * d.transpose() * HELD.powi(2)).try_inverse()
+        (self.proportions() + d * d.transpose() * options.held_scale_sigma.powi(2)).try_inverse()
     }
 
-    /// Standard deviations, at least 2 cm: sizes of a vehicle's outline mean no more.
-    pub(crate) fn as_prior(&self) -> SizePrior {
-        let sigma = Vector3::from_fn(|k, _| self.covariance[(k, k)].max(0.0).sqrt().max(0.02));
+    /// The size as a prior with independent dimensions.
+    pub(crate) fn as_prior(&self, options: &SizeOptions) -> SizePrior {
+        let sigma =
+            Vector3::from_fn(|k, _| self.covariance[(k, k)].max(0.0).sqrt().max(options.least_sigma_m));
         SizePrior { mean: self.size, sigma: Dimensions::from_vector(&sigma) }
     }
 }
 
-/// Variance of the logarithm of a size's scale: `1 / (dᵀ Σ⁻¹ d)` for a size d of covariance Σ, all proportions kept.
+/// Variance of the logarithm of a size's scale: `1 / (dᵀ Σ⁻¹ d)` for a size d of covariance Σ, proportions kept.
 pub(crate) fn scale_variance(size: &Dimensions, covariance: &Matrix3<f64>) -> f64 {
     let d = size.to_vector();
     covariance.try_inverse().map_or(0.0, |information| 1.0 / d.dot(&(information * d)))

@@ -1,31 +1,38 @@
-//! Identities of simulated vehicles: one each, through jumps, gaps and doubled boxes.
+//! Identities of simulated vehicles: one each, through jumps, gaps and duplicate boxes.
 
 #![allow(clippy::unwrap_used, reason = "a test")]
 
-use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
+use motorcade_geometry::{Camera, Pose, Vehicle, World};
 use motorcade_perception::{BoundingBox, BoxConvention, Detection, VehicleClass};
+use motorcade_testing::{CAMERA, CAMERA_HEIGHT_M, Drive};
 use motorcade_vehicles::{
-    ExternalTrack, ExternalView, GroundFrame, Source, Track, TrackerOptions, TrafficSide, estimate_track,
-    image_box, size_prior, standing_pose, track_vehicles,
+    ExternalTrack, ExternalView, GroundFrame, Source, Track, TrackerOptions, VehicleOptions, estimate_track,
+    image_box, size_prior, track_vehicles, upright_pose,
 };
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
-const CAMERA: PinholeCamera =
-    PinholeCamera { fx: 720.0, fy: 720.0, cx: 600.0, cy: 180.0, width: 1242, height: 375 };
-
-/// The camera drives straight on at 10 m/s, that many metres above the road.
-fn grounds(frames: usize, height_m: f64) -> Vec<GroundFrame> {
-    let one = |k: usize| GroundFrame {
-        world_from_camera: Pose::from_parts(UnitQuaternion::identity(), Vector3::new(0.0, 0.0, k as f64)),
+/// Camera and level road of a drive.
+fn grounds_of(drive: &Drive, height_m: f64) -> Vec<GroundFrame> {
+    let one = |(pose, time_s): (&Pose<World, Camera>, &f64)| GroundFrame {
+        world_from_camera: *pose,
         up: -Vector3::y(),
         height_m,
         pitch_sigma_rad: 0.002,
-        time_s: 0.1 * k as f64,
+        time_s: *time_s,
     };
-    (0..frames).map(one).collect()
+    drive.world_from_camera.iter().zip(&drive.times_s).map(one).collect()
 }
 
-/// The part in the image of the box of a car with this pose.
+/// A camera at this height that drives straight ahead at 10 m/s and 10 frames/s.
+fn grounds(frames: usize, height_m: f64) -> Vec<GroundFrame> {
+    grounds_of(&Drive::straight(frames, 10.0, 10.0), height_m)
+}
+
+fn linked(grounds: &[GroundFrame], detections: &[Vec<Detection>]) -> Vec<Track> {
+    track_vehicles(&CAMERA, grounds, detections, &TrackerOptions::default(), &VehicleOptions::default())
+}
+
+/// The visible part of the box of a car with this pose.
 fn outline(camera_from_vehicle: &Pose<Camera, Vehicle>) -> Option<BoundingBox> {
     let (class, size) = (VehicleClass::Car, size_prior(VehicleClass::Car).mean);
     let whole = image_box(&CAMERA, camera_from_vehicle, class, BoxConvention::VisibleExtent, &size)?;
@@ -37,26 +44,26 @@ fn detected(bbox: BoundingBox) -> Detection {
     Detection { bbox, score: 0.8, class, convention, external_id: None }
 }
 
-/// The box of a car that many metres ahead and to the left of the camera.
+/// The box of a car ahead and to the left of the camera.
 fn car(ahead_m: f64, left_m: f64) -> Option<Detection> {
-    car_below(1.65, ahead_m, left_m)
+    car_below(CAMERA_HEIGHT_M, ahead_m, left_m)
 }
 
 /// The same for a camera at another height.
 fn car_below(height_m: f64, ahead_m: f64, left_m: f64) -> Option<Detection> {
     let ground = &grounds(1, height_m)[0];
-    let pose = standing_pose(&ground.point(ahead_m, left_m, 0.0), &ground.ahead(), &ground.up);
+    let pose = upright_pose(&ground.point(ahead_m, left_m, 0.0), &ground.ahead(), &ground.up);
     let bbox = outline(&pose)?;
     (bbox.width() > 5.0).then(|| detected(bbox))
 }
 
 fn link(frames: usize, seen: impl Fn(usize) -> Vec<Detection>) -> Vec<Track> {
-    link_below(1.65, frames, seen)
+    link_below(CAMERA_HEIGHT_M, frames, seen)
 }
 
 fn link_below(height_m: f64, frames: usize, seen: impl Fn(usize) -> Vec<Detection>) -> Vec<Track> {
     let detections: Vec<Vec<Detection>> = (0..frames).map(seen).collect();
-    track_vehicles(&CAMERA, &grounds(frames, height_m), &detections, &TrackerOptions::default())
+    linked(&grounds(frames, height_m), &detections)
 }
 
 #[test]
@@ -73,7 +80,7 @@ fn each_vehicle_has_one_identity() {
 
 #[test]
 fn a_box_that_jumps_does_not_carry_the_track_away() {
-    // Half of the car is taken for the whole, as behind a lorry: it seems to be twice as far away for a frame.
+    // For one frame the box covers a third of the car, as behind a lorry, and places it three times as far away.
     let tracks = link(40, |k| {
         let mut seen = car(21.0, 0.5).unwrap();
         if k == 20 {
@@ -88,8 +95,8 @@ fn a_box_that_jumps_does_not_carry_the_track_away() {
 }
 
 #[test]
-fn a_vehicle_is_known_again_after_a_gap() {
-    // Oncoming, hidden for 1.2 s.
+fn a_vehicle_is_reidentified_after_a_gap() {
+    // Oncoming, occluded for 1.2 s.
     let tracks = link(50, |k| {
         let hidden = (15..27).contains(&k);
         car(90.0 - 1.6 * k as f64, 3.5).into_iter().filter(|_| !hidden).collect()
@@ -98,20 +105,20 @@ fn a_vehicle_is_known_again_after_a_gap() {
     assert_eq!(tracks[0].boxes.last().unwrap().frame, 49);
 }
 
-/// A row of cars parked across the road beside it, the further ones half hidden by the nearer: taken for cars along the road they
-/// would be three times as near, and seem to move.
+/// A row of cars parked across the road beside it, the further ones half occluded by the nearer: assumed along the road they
+/// would be three times as near, and appear to move.
 #[test]
-fn cars_parked_across_the_road_stand_there() {
+fn cars_parked_across_the_road_are_static() {
     let frames = 20;
     let places: Vec<f64> = (0..4).map(|k| 26.0 + 2.6 * f64::from(k)).collect();
-    let grounds = grounds(frames, 1.65);
+    let grounds = grounds(frames, CAMERA_HEIGHT_M);
     let seen = |ahead_m: f64| {
         let ground = &grounds[0];
-        let pose = standing_pose(&ground.point(ahead_m, -8.0, 0.0), &ground.left(), &ground.up);
+        let pose = upright_pose(&ground.point(ahead_m, -8.0, 0.0), &ground.left(), &ground.up);
         let bbox = outline(&pose)?;
         (bbox.width() > 5.0).then(|| detected(bbox))
     };
-    // Of the further ones what the nearer leave to be seen: their left.
+    // The nearer cars leave the left part of the further ones visible.
     let left_of = |further: &Detection, nearer: &Detection| {
         let bbox = BoundingBox { x2: further.bbox.x2.min(nearer.bbox.x1 + 4.0), ..further.bbox };
         Detection { bbox, ..further.clone() }
@@ -123,12 +130,12 @@ fn cars_parked_across_the_road_stand_there() {
         all.filter(|d| d.bbox.width() > 20.0).collect()
     };
     let detections: Vec<Vec<Detection>> = (0..frames).map(frame).collect();
-    let tracks = track_vehicles(&CAMERA, &grounds, &detections, &TrackerOptions::default());
+    let tracks = linked(&grounds, &detections);
     assert_eq!(tracks.len(), places.len());
     let mut answered: Vec<usize> = Vec::new();
     for track in &tracks {
         let none = ExternalTrack::default();
-        let found = estimate_track(&CAMERA, &grounds, track, &none, TrafficSide::Right).unwrap();
+        let found = estimate_track(&CAMERA, &grounds, track, &none, &VehicleOptions::default()).unwrap();
         assert!(found.p_moving < 0.5, "{} {}", track.id, found.p_moving);
         let there = found.states[0].world_from_vehicle.translation();
         let miss = |k: &usize| (there - Vector3::new(8.0, 1.65, places[*k])).norm();
@@ -137,25 +144,12 @@ fn cars_parked_across_the_road_stand_there() {
         assert!(!answered.contains(&nearest), "two at {nearest}");
         answered.push(nearest);
         let nose = found.states[0].world_from_vehicle.transform_vector(&Vector3::x());
-        // Of the others too little is seen to tell.
+        // Of the further ones too little is visible for the orientation.
         assert!(nearest > 0 || nose.x.abs() > 0.95, "{nose}");
     }
 }
 
-/// The camera drives at 10 m/s and turns left by that many radians a second from 1 s to 4 s.
-fn turning(frames: usize, rate_radps: f64) -> Vec<GroundFrame> {
-    let (mut place, mut yaw) = (Vector3::zeros(), 0.0_f64);
-    let mut one = |k: usize| {
-        let rotation = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), yaw);
-        let world_from_camera = Pose::from_parts(rotation, place);
-        place += rotation * Vector3::z();
-        yaw -= if (10..40).contains(&k) { 0.1 * rate_radps } else { 0.0 };
-        GroundFrame { world_from_camera, ..grounds(k + 1, 1.65)[k] }
-    };
-    (0..frames).map(&mut one).collect()
-}
-
-/// Boxes of a car that drives straight on in the world, hidden in some frames.
+/// Boxes of a car that drives straight ahead in the world, occluded in some frames.
 fn boxes_of(
     grounds: &[GroundFrame],
     start: Vector3<f64>,
@@ -166,9 +160,9 @@ fn boxes_of(
         let camera_from_world = ground.world_from_camera.inverse();
         let place = camera_from_world.transform_point(&(start + velocity * ground.time_s).into());
         let nose = camera_from_world.transform_vector(&velocity).normalize();
-        let pose = standing_pose(&place, &nose, &ground.up);
+        let pose = upright_pose(&place, &nose, &ground.up);
         let bbox = outline(&pose)?;
-        // A detector's edges move by a pixel from frame to frame.
+        // Edges jitter by a pixel from frame to frame.
         let jitter = |n: usize| ((k * 7 + n * 3) % 5) as f64 * 0.5 - 1.0;
         let bbox = BoundingBox {
             x1: bbox.x1 + jitter(0),
@@ -183,10 +177,10 @@ fn boxes_of(
 }
 
 #[test]
-fn a_vehicle_is_known_again_after_two_seconds() {
-    // Hidden for 20 frames of a tenth of a second: oncoming, ahead at the camera's speed, ahead and faster, parked.
-    let straight = grounds(55, 1.65);
-    let turned = turning(55, 0.3);
+fn a_vehicle_is_reidentified_after_two_seconds() {
+    // Occluded for 20 frames of 0.1 s: oncoming, ahead at the camera's speed, ahead and faster, parked.
+    let straight = grounds(55, CAMERA_HEIGHT_M);
+    let turned = grounds_of(&Drive::turning(55, 10.0, 10.0, 0.3, 1.0..4.0), CAMERA_HEIGHT_M);
     /// Name, ground, start and velocity.
     type Car<'a> = (&'a str, &'a [GroundFrame], Vector3<f64>, Vector3<f64>);
     let cars: [Car<'_>; 5] = [
@@ -194,14 +188,14 @@ fn a_vehicle_is_known_again_after_two_seconds() {
         ("ahead", &straight, Vector3::new(0.0, 1.65, 20.0), Vector3::new(0.0, 0.0, 10.0)),
         ("faster", &straight, Vector3::new(-3.5, 1.65, 15.0), Vector3::new(0.0, 0.0, 14.0)),
         ("parked", &straight, Vector3::new(4.0, 1.65, 85.0), Vector3::new(0.0, 0.0, 1e-3)),
-        // The camera turns left by 0.6 rad while nothing is seen; the car has gone on to the left before it.
+        // The camera turns left by 0.6 rad during the gap; the car drives on to the left.
         ("turn", &turned, Vector3::new(-3.0, 1.65, 22.0), Vector3::new(-5.0, 0.0, 9.0)),
     ];
     for (name, grounds, start, velocity) in cars {
         let detections = boxes_of(grounds, start, velocity, 15..35);
         let seen = |range: std::ops::Range<usize>| range.filter(|k| !detections[*k].is_empty()).count();
         assert!(seen(0..15) >= 12 && seen(35..55) >= 10, "{name} is out of the picture: no test");
-        let tracks = track_vehicles(&CAMERA, grounds, &detections, &TrackerOptions::default());
+        let tracks = linked(grounds, &detections);
         let spans: Vec<_> =
             tracks.iter().map(|t| (t.boxes[0].frame, t.boxes.last().unwrap().frame)).collect();
         assert_eq!(tracks.len(), 1, "{name}: {spans:?}");
@@ -210,17 +204,17 @@ fn a_vehicle_is_known_again_after_two_seconds() {
 
 #[test]
 fn another_vehicle_after_a_gap_is_another_vehicle() {
-    // One drives away and is hidden; two seconds later one stands far from where that one would be.
-    let straight = grounds(55, 1.65);
+    // One drives away and is occluded; two seconds later another is parked far from its predicted position.
+    let straight = grounds(55, CAMERA_HEIGHT_M);
     let away = boxes_of(&straight, Vector3::new(0.0, 1.65, 15.0), Vector3::new(0.0, 0.0, 18.0), 15..55);
     let parked = boxes_of(&straight, Vector3::new(4.0, 1.65, 85.0), Vector3::new(0.0, 0.0, 1e-3), 0..35);
     let both: Vec<Vec<Detection>> = away.into_iter().zip(parked).map(|(a, b)| [a, b].concat()).collect();
-    let tracks = track_vehicles(&CAMERA, &straight, &both, &TrackerOptions::default());
+    let tracks = linked(&straight, &both);
     assert_eq!(tracks.len(), 2);
 }
 
 #[test]
-fn a_second_box_on_a_vehicle_is_no_second_vehicle() {
+fn a_duplicate_box_starts_no_track() {
     let tracks = link(20, |_| {
         let one = car(15.0, 0.0).unwrap();
         let (b, class) = (one.bbox, VehicleClass::Van);
@@ -231,9 +225,9 @@ fn a_second_box_on_a_vehicle_is_no_second_vehicle() {
 }
 
 #[test]
-fn a_car_that_comes_out_from_behind_another_is_the_same() {
+fn a_car_that_reappears_from_behind_another_keeps_its_identity() {
     const HIDDEN: std::ops::Range<usize> = 20..31;
-    // Parked at the right; a van goes by, behind which it is gone for a second, and then comes out from the right, a fifth of it first.
+    // Parked at the right; a van occludes it for a second, then its right part reappears, a fifth of it first.
     let parked = |k: usize| car(60.0 - k as f64, -4.0).unwrap().bbox;
     let seen = |k: usize| -> Vec<Detection> {
         let whole = parked(k);
@@ -245,14 +239,15 @@ fn a_car_that_comes_out_from_behind_another_is_the_same() {
         part.into_iter().chain(hides.then(|| detected(van))).collect()
     };
     let tracks = link(45, seen);
-    let of_parked = |t: &&Track| t.boxes.iter().any(|b| (b.seen.bbox.x2 - parked(b.frame).x2).abs() < 1e-9);
+    let of_parked =
+        |t: &&Track| t.boxes.iter().any(|b| (b.observed.bbox.x2 - parked(b.frame).x2).abs() < 1e-9);
     let found: Vec<usize> = tracks.iter().filter(of_parked).map(|t| t.boxes.len()).collect();
     assert_eq!(found, [45 - HIDDEN.len()], "boxes of the tracks of one car");
 }
 
 #[test]
 fn sixty_vehicles_in_a_frame_and_one_frame_of_a_vehicle() {
-    // A car park of six rows seen from a bridge; a car that is there in one frame only is no track.
+    // A car park of six rows seen from a bridge; a car in one frame only is not reported.
     const BRIDGE_M: f64 = 8.0;
     const ROWS_M: [f64; 6] = [46.0, 60.0, 79.0, 104.0, 137.0, 180.0];
     let tracks = link_below(BRIDGE_M, 12, |k| {
@@ -269,12 +264,12 @@ fn sixty_vehicles_in_a_frame_and_one_frame_of_a_vehicle() {
 }
 
 #[test]
-fn given_poses_that_are_flipped_are_turned() {
-    let grounds = grounds(30, 1.65);
+fn reversed_external_headings_are_turned() {
+    let grounds = grounds(30, CAMERA_HEIGHT_M);
     let views: Vec<ExternalView> = (0..30)
         .map(|frame| {
             let ground = &grounds[frame];
-            // Parked across the street; every third view, the first among them, has it the wrong way round.
+            // Parked across the street; every third view, the first among them, is reversed.
             let sign = if frame % 3 == 0 { -1.0 } else { 1.0 };
             ExternalView {
                 frame,
@@ -282,7 +277,7 @@ fn given_poses_that_are_flipped_are_turned() {
                 forward_in_camera: ground.direction_of(1.2) * sign,
                 covariance: Matrix3::identity() * 0.25,
                 heading_sigma_rad: 0.15,
-                by_size: None,
+                size_dependence: None,
                 scale_sigma: 0.0,
                 source: Source::External,
             }
@@ -290,7 +285,7 @@ fn given_poses_that_are_flipped_are_turned() {
         .collect();
     let given = ExternalTrack { views, size: None };
     let track = Track { id: 1, class: VehicleClass::Car, boxes: Vec::new() };
-    let vehicle = estimate_track(&CAMERA, &grounds, &track, &given, TrafficSide::Right).unwrap();
+    let vehicle = estimate_track(&CAMERA, &grounds, &track, &given, &VehicleOptions::default()).unwrap();
     assert!(vehicle.p_moving < 0.5 && vehicle.states.len() == 30);
     for state in &vehicle.states {
         let ground = &grounds[state.frame];

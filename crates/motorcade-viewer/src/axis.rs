@@ -1,6 +1,6 @@
-//! A range of values on a range of pixels.
+//! Axes: linear maps from values to pixels.
 
-/// Linear map from values to pixels, with round values to mark.
+/// Linear map from values to pixels, with round tick values.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Axis {
     /// Lowest and highest value.

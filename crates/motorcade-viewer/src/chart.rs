@@ -1,4 +1,4 @@
-//! Values over time.
+//! Charts of values over time.
 
 use crate::axis::{Axis, range};
 use crate::text::{escape, number, points, px};
@@ -10,17 +10,17 @@ const AREA: [f64; 4] = [56.0, 10.0, 1090.0, 200.0];
 
 /// One line of a chart.
 pub(crate) struct Series {
-    /// What it is.
+    /// Name in the legend.
     pub name: String,
-    /// Class for its colour.
+    /// CSS class, which sets the colour.
     pub class: &'static str,
     /// Hue \[deg\] of a vehicle's colour.
     pub hue: Option<u32>,
-    /// Vehicle it belongs to.
+    /// Identity of its vehicle.
     pub vehicle: Option<usize>,
     /// Time \[s\] and value; a value that is not finite breaks the line.
     pub values: Vec<(f64, f64)>,
-    /// Standard deviations, where they are known: one a value.
+    /// Standard deviations, one per value; empty when unknown.
     pub sigmas: Vec<f64>,
 }
 
@@ -28,13 +28,13 @@ pub(crate) struct Series {
 pub(crate) struct Chart<'a> {
     /// Heading.
     pub title: &'a str,
-    /// What the values are, with their unit.
+    /// Axis label, with the unit.
     pub label: &'a str,
     /// Unit of the values.
     pub unit: &'a str,
-    /// Smallest range shown, in that unit: less is noise.
+    /// Smallest range shown, in that unit.
     pub least: f64,
-    /// True when zero belongs on the chart.
+    /// True when the axis includes zero.
     pub from_zero: bool,
     /// The lines.
     pub series: Vec<Series>,
@@ -63,7 +63,7 @@ impl Chart<'_> {
             escape(self.unit)
         );
         out += &self.axes(&across, &up);
-        // Bands first: no line is hidden by another's uncertainty.
+        // Bands first, behind all lines.
         for series in &self.series {
             out += &series.band(&across, &up);
         }

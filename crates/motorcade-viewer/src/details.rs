@@ -4,7 +4,7 @@ use motorcade::{RunContext, RunResult};
 
 use crate::text::{escape, number};
 
-/// Warnings, or nothing.
+/// List of warnings; empty without any.
 pub(crate) fn warnings(result: &RunResult) -> String {
     if result.warnings.is_empty() {
         return String::new();
@@ -38,7 +38,7 @@ pub(crate) fn settings(context: &RunContext) -> String {
     format!(
         "<section><h2>Settings</h2><p>Vehicles: {}. Road: {}.</p>\n<pre>{}</pre>\n\
          <details><summary>Configuration</summary><pre>{}</pre></details>\n\
-         <details><summary>Input as recognised</summary><pre>{}</pre></details></section>\n",
+         <details><summary>Input</summary><pre>{}</pre></details></section>\n",
         escape(&context.perception.0),
         escape(&context.perception.1),
         escape(&context.command.join(" ")),

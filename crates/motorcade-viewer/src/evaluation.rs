@@ -1,4 +1,4 @@
-//! Errors against ground truth.
+//! Errors against ground truth, as tables.
 
 use motorcade_evaluate::{Report, VehicleReport};
 

@@ -1,8 +1,8 @@
-//! A run as a page to look at: one HTML file that needs no network and no other file.
+//! The report of a run: one self-contained HTML file.
 //!
-//! [`report`] draws what a run found: trajectories from above, to scale; speeds, metric scale and road over time; tables of
-//! vehicles, timings, warnings and settings. The same run gives the same bytes. Drawings are SVG inside the page; a small
-//! script adds a crosshair and highlights one vehicle, and everything is readable without it.
+//! [`report`] draws trajectories in a top view, to scale; speeds, metric scale and road over time; tables of vehicles, timings,
+//! warnings and settings. The same run gives the same bytes. Drawings are SVG inside the page; a small script adds a crosshair
+//! and highlights one vehicle, and everything is readable without it.
 //!
 //! ```no_run
 //! # fn page(result: &motorcade::RunResult, context: &motorcade::RunContext) -> std::io::Result<()> {

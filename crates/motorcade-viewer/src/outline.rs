@@ -1,28 +1,28 @@
-//! Vehicles from above.
+//! Vehicles in the top view.
 
 use motorcade_vehicles::{VehicleState, VehicleTrajectory};
 use nalgebra::{Point3, Vector2};
 
-/// Probability of moving from which a vehicle is drawn as moving.
+/// P(moving) from which a vehicle is drawn as moving.
 pub(crate) const MOVING: f64 = 0.5;
 
 /// True when a vehicle is drawn as a path.
-pub(crate) fn moves(vehicle: &VehicleTrajectory) -> bool {
+pub(crate) fn is_moving(vehicle: &VehicleTrajectory) -> bool {
     vehicle.p_moving > MOVING
 }
 
-/// Place on the plane of the drawing: x right and z forward of the first camera \[m\].
-pub(crate) fn place(state: &VehicleState) -> Vector2<f64> {
+/// Position in the top view: x right and z forward of the first camera \[m\].
+pub(crate) fn position(state: &VehicleState) -> Vector2<f64> {
     state.world_from_vehicle.translation().xz()
 }
 
-/// Standard deviation of the place on the road \[m\].
+/// Standard deviation of the position on the road \[m\].
 pub(crate) fn sigma_m(state: &VehicleState) -> f64 {
     (state.covariance[(3, 3)] + state.covariance[(4, 4)]).max(0.0).sqrt()
 }
 
-/// The state known best.
-pub(crate) fn surest(vehicle: &VehicleTrajectory) -> Option<&VehicleState> {
+/// The state with the smallest standard deviation.
+pub(crate) fn most_certain(vehicle: &VehicleTrajectory) -> Option<&VehicleState> {
     vehicle.states.iter().min_by(|a, b| sigma_m(a).total_cmp(&sigma_m(b)))
 }
 

@@ -5,14 +5,14 @@ use motorcade_evaluate::Report;
 
 use crate::{details, evaluation, headline, map, road, speed, strip, vehicles};
 
-/// A run as one HTML page that needs nothing else. Lengths are in metres, the world is the camera of the first frame (x right,
-/// y down, z forward), seen from above. With an evaluation, errors are shown and the true way is drawn.
+/// A run as one self-contained HTML page. Lengths are in metres; the map shows the world of the first camera (x right, y down,
+/// z forward) from above. With an evaluation it shows the errors and the true path.
 pub fn report(result: &RunResult, context: &RunContext, evaluation: Option<&Report>) -> String {
     let truth = evaluation.map(|e| e.truth_path_m.as_slice()).unwrap_or_default();
     let body = [
         headline::headline(result, context),
         details::warnings(result),
-        "<section><h2>From above</h2>\n".to_owned(),
+        "<section><h2>Top view</h2>\n".to_owned(),
         map::map(result, truth),
         "</section>\n".to_owned(),
         evaluation.map(evaluation::evaluation).unwrap_or_default(),

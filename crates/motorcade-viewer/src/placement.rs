@@ -1,23 +1,23 @@
-//! Labels that do not cover each other.
+//! Placement of labels without overlap.
 
-/// Places taken in a drawing, as x1, y1, x2, y2 \[px\].
+/// Occupied rectangles of a drawing, as x1, y1, x2, y2 \[px\].
 pub(crate) struct Placement {
     area: [f64; 4],
-    taken: Vec<[f64; 4]>,
+    occupied: Vec<[f64; 4]>,
 }
 
 impl Placement {
     /// An empty drawing.
     pub(crate) fn new(area: [f64; 4]) -> Self {
-        Self { area, taken: Vec::new() }
+        Self { area, occupied: Vec::new() }
     }
 
-    /// Keeps labels off a place.
-    pub(crate) fn take(&mut self, place: [f64; 4]) {
-        self.taken.push(place);
+    /// Marks a rectangle as occupied.
+    pub(crate) fn occupy(&mut self, rectangle: [f64; 4]) {
+        self.occupied.push(rectangle);
     }
 
-    /// Baseline start for a text of a size beside an outline, where there is room; none when all sides are taken.
+    /// Baseline start of a text of this size beside an outline, where there is room; none when all sides are occupied.
     pub(crate) fn beside(&mut self, outline: [f64; 4], (width, height): (f64, f64)) -> Option<(f64, f64)> {
         let gap = 2.0;
         let (x, y) = (0.5 * (outline[0] + outline[2]), 0.5 * (outline[1] + outline[3]));
@@ -28,13 +28,13 @@ impl Placement {
             (outline[0] - gap - width, y - 0.5 * height),
         ];
         for (left, top) in corners {
-            let place = [left, top, left + width, top + height];
-            let inside = place[0] >= self.area[0]
-                && place[1] >= self.area[1]
-                && place[2] <= self.area[2]
-                && place[3] <= self.area[3];
-            if inside && !self.taken.iter().any(|other| overlap(&place, other)) {
-                self.taken.push(place);
+            let rectangle = [left, top, left + width, top + height];
+            let inside = rectangle[0] >= self.area[0]
+                && rectangle[1] >= self.area[1]
+                && rectangle[2] <= self.area[2]
+                && rectangle[3] <= self.area[3];
+            if inside && !self.occupied.iter().any(|other| overlap(&rectangle, other)) {
+                self.occupied.push(rectangle);
                 return Some((left, top + 0.9 * height));
             }
         }
@@ -56,10 +56,10 @@ mod tests {
         let found: Vec<_> =
             (0..5).map(|_| placement.beside([44.0, 44.0, 56.0, 56.0], (10.0, 10.0)).is_some()).collect();
         assert_eq!(found, [true, true, true, true, false]);
-        // Near an edge the label goes to the inside; on a place taken it goes nowhere.
+        // Near an edge the label goes to the inside; on an occupied rectangle there is no label.
         let (x, y) = placement.beside([98.0, 10.0, 100.0, 12.0], (10.0, 10.0)).unwrap();
         assert!(x + 10.0 <= 100.0 && y <= 20.0, "{x} {y}");
-        placement.take([0.0, 0.0, 100.0, 100.0]);
+        placement.occupy([0.0, 0.0, 100.0, 100.0]);
         assert_eq!(placement.beside([20.0, 20.0, 22.0, 22.0], (10.0, 10.0)), None);
     }
 }

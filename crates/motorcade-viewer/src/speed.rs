@@ -4,7 +4,7 @@ use motorcade::RunResult;
 
 use crate::chart::{Chart, Series};
 use crate::hue::hue;
-use crate::outline::moves;
+use crate::outline::is_moving;
 
 /// Seconds since the first frame, one a frame.
 pub(crate) fn times_s(result: &RunResult) -> Vec<f64> {
@@ -34,7 +34,7 @@ pub(crate) fn speeds(result: &RunResult) -> String {
         values: camera(result, &times),
         sigmas: Vec::new(),
     }];
-    for (k, vehicle) in result.vehicles.iter().enumerate().filter(|(_, v)| moves(v)) {
+    for (k, vehicle) in result.vehicles.iter().enumerate().filter(|(_, v)| is_moving(v)) {
         series.push(Series {
             name: format!("{} {}", vehicle.class.name(), vehicle.id),
             class: "vehicle",

@@ -1,11 +1,11 @@
-//! How every frame went, as a strip.
+//! Status of every frame, as a strip.
 
 use motorcade::RunResult;
 use motorcade_odometry::FrameStatus;
 
 use crate::text::{escape, px};
 
-/// Class, and what it means.
+/// CSS class and description.
 const KINDS: [(&str, &str); 5] = [
     ("tracked", "tracked"),
     ("standstill", "standing still"),
@@ -48,7 +48,7 @@ pub(crate) fn strip(result: &RunResult) -> String {
             if first == last { format!("frame {first}") } else { format!("frames {first} to {last}") };
         let problem = result.frames[start].problem.as_deref().map(|p| format!(": {p}")).unwrap_or_default();
         let x = left + width * start as f64 / n as f64;
-        // A single frame of thousands stays visible.
+        // A single frame of thousands must stay visible.
         let wide = (width * (end - start) as f64 / n as f64).max(2.0);
         out += &format!(
             "<rect class=\"{class}\" x=\"{}\" y=\"2\" width=\"{}\" height=\"20\"><title>{which}: {meaning}{}</title></rect>\n",

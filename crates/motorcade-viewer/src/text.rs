@@ -1,4 +1,4 @@
-//! Text for a page.
+//! Text of the page: escaping and numbers.
 
 /// Escapes text for HTML and SVG, content and quoted attributes alike.
 pub(crate) fn escape(text: &str) -> String {
@@ -18,7 +18,7 @@ pub(crate) fn escape(text: &str) -> String {
     out
 }
 
-/// A number with its digits; a dash for what is not a number, no minus before a zero.
+/// A number with fixed digits; a dash when it is not finite, and no minus before zero.
 pub(crate) fn number(value: f64, digits: usize) -> String {
     if !value.is_finite() {
         return "–".to_owned();
@@ -35,15 +35,15 @@ pub(crate) fn maybe(value: Option<f64>, digits: usize) -> String {
     number(value.unwrap_or(f64::NAN), digits)
 }
 
-/// A coordinate in a drawing: a tenth of a pixel is finer than any screen.
+/// A coordinate of a drawing, to a tenth of a pixel.
 pub(crate) fn px(value: f64) -> String {
     number(value, 1)
 }
 
-/// Coordinates as `x,y x,y …`; points that fall on the one before are left out.
-pub(crate) fn points(places: impl IntoIterator<Item = (f64, f64)>) -> String {
+/// Coordinates as `x,y x,y …`, without repeated points.
+pub(crate) fn points(positions: impl IntoIterator<Item = (f64, f64)>) -> String {
     let mut out: Vec<String> = Vec::new();
-    for (x, y) in places {
+    for (x, y) in positions {
         let next = format!("{},{}", px(x), px(y));
         if out.last() != Some(&next) {
             out.push(next);

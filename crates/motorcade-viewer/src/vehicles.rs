@@ -4,27 +4,27 @@ use motorcade::RunResult;
 use motorcade_vehicles::{Source, VehicleTrajectory};
 
 use crate::hue::hue;
-use crate::outline::{place, sigma_m};
+use crate::outline::{position, sigma_m};
 use crate::text::{escape, maybe, number};
 
-/// One row a vehicle.
+/// One row per vehicle.
 pub(crate) fn table(result: &RunResult) -> String {
-    if !result.looked_for_vehicles {
+    if !result.detects_vehicles {
         return "<p>No vehicles were looked for: the run had neither networks nor detections.</p>\n"
             .to_owned();
     }
     if result.vehicles.is_empty() {
         return "<p>No vehicles were found.</p>\n".to_owned();
     }
-    let mut out = "<div class=\"wide\"><table><thead><tr><th>id</th><th>class</th><th>frames</th><th>seen in</th>\
+    let mut out = "<div class=\"wide\"><table><thead><tr><th>id</th><th>class</th><th>frames</th><th>observed in</th>\
                    <th>P(moving)</th><th>length × width × height [m]</th><th>mean speed [m/s]</th><th>max speed [m/s]</th>\
-                   <th>nearest [m]</th><th>σ of the place [m]</th></tr></thead><tbody>\n"
+                   <th>nearest [m]</th><th>position σ [m]</th></tr></thead><tbody>\n"
         .to_owned();
     for (k, vehicle) in result.vehicles.iter().enumerate() {
         out += &row(result, vehicle, k);
     }
-    out + "</tbody></table></div>\n<p class=\"note\">Nearest: between camera and the middle of the vehicle, along the road. \
-           σ: median over frames, one standard deviation on the road.</p>\n"
+    out + "</tbody></table></div>\n<p class=\"note\">Nearest: distance between camera and vehicle centre, along the road. \
+           Position σ: median over frames, on the road.</p>\n"
 }
 
 fn row(result: &RunResult, vehicle: &VehicleTrajectory, index: usize) -> String {
@@ -32,12 +32,12 @@ fn row(result: &RunResult, vehicle: &VehicleTrajectory, index: usize) -> String 
     let frame = |k: usize| result.frames.get(k).map_or(0, |f| f.number);
     let ends = states.first().zip(states.last());
     let frames = ends.map_or_else(String::new, |(a, b)| format!("{}–{}", frame(a.frame), frame(b.frame)));
-    let seen = states.iter().filter(|s| s.source != Source::Predicted).count();
+    let observed = states.iter().filter(|s| s.source != Source::Predicted).count();
     let speeds = states.iter().map(|s| s.speed_mps.abs());
     let mean = (!states.is_empty()).then(|| speeds.clone().sum::<f64>() / states.len() as f64);
     let distance = |s: &motorcade_vehicles::VehicleState| {
         let ego = result.ego.frames.get(s.frame)?;
-        Some((place(s) - ego.world_from_camera.translation().xz()).norm())
+        Some((position(s) - ego.world_from_camera.translation().xz()).norm())
     };
     let mut sigmas: Vec<f64> = states.iter().map(sigma_m).collect();
     sigmas.sort_by(f64::total_cmp);
@@ -45,7 +45,7 @@ fn row(result: &RunResult, vehicle: &VehicleTrajectory, index: usize) -> String 
     let cells = [
         escape(vehicle.class.name()),
         frames,
-        format!("{seen} of {}", states.len()),
+        format!("{observed} of {}", states.len()),
         number(vehicle.p_moving, 2),
         format!("{} × {} × {}", number(size.length_m, 2), number(size.width_m, 2), number(size.height_m, 2)),
         maybe(mean, 1),

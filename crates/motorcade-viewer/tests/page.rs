@@ -5,7 +5,7 @@
 use motorcade::{Config, NoProgress, RunResult};
 use motorcade_dataset::{Sequence, SequenceOptions};
 use motorcade_geometry::Pose;
-use motorcade_perception::{Perception, VehicleClass};
+use motorcade_perception::VehicleClass;
 use motorcade_vehicles::{Dimensions, Source, VehicleState, VehicleTrajectory};
 use nalgebra::{Matrix3, Matrix6};
 
@@ -21,16 +21,9 @@ fn page(change: impl FnOnce(&mut RunResult)) -> String {
     std::fs::write(folder.path().join("calibration.toml"), calibration).unwrap();
     let sequence = Sequence::open(folder.path(), &SequenceOptions::default()).unwrap();
     let config = Config::default();
-    let mut result = motorcade::run(
-        &sequence,
-        &Perception::none(),
-        &motorcade::External::default(),
-        1.5,
-        &config,
-        1,
-        &NoProgress,
-    )
-    .unwrap();
+    let mut slam = motorcade::Motorcade::builder(sequence.camera().unwrap()).height_m(1.5).build().unwrap();
+    motorcade::push_sequence(&mut slam, &sequence, 1, &NoProgress, &mut |_| ()).unwrap();
+    let mut result = slam.finish();
     // Times differ from run to run; the page must not.
     result.stopwatch = motorcade::Stopwatch::default();
     change(&mut result);
@@ -98,7 +91,7 @@ fn a_vehicle_is_seen_whatever_tells_of_it() {
         states: sources.map(state).to_vec(),
     };
     let page = page(|run| {
-        run.looked_for_vehicles = true;
+        run.detects_vehicles = true;
         run.vehicles = vec![vehicle];
     });
     assert!(page.contains("<td>3 of 4</td>"), "predicted alone is not seen");

@@ -1,27 +1,27 @@
 //! The configuration of a run: works with none, refuses what it does not know.
 
 use motorcade_multibody::{CameraCoupling, GraphOptions};
-use motorcade_odometry::{OdometryOptions, RoadOptions, ScaleAverage};
-use motorcade_vehicles::{TrackerOptions, TrafficSide};
+use motorcade_odometry::{MetricOptions, OdometryOptions, RoadOptions, ScaleAverage};
+use motorcade_vehicles::{TrackerOptions, VehicleOptions};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use crate::error::{Error, Result};
-use crate::online::OnlineOptions;
+use crate::estimator::OnlineOptions;
 
 /// Ready-made configurations.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Preset {
-    /// The best we know.
+    /// The best known configuration.
     #[default]
     Default,
     /// The method of Nair et al. 2020: fixed road normal, mean of closed-form scales of road points nearer than 12 m.
     Paper,
 }
 
-/// What is masked for the camera's own motion.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+/// Regions masked for the camera's own motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum VehicleMask {
     /// Every box of a vehicle.
@@ -33,13 +33,13 @@ pub enum VehicleMask {
     None,
 }
 
-/// How a run is judged as failed.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// Options of the run as a whole.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RunOptions {
     /// Share of frames without a tracked pose above which the run counts as failed (exit code 4).
     pub most_untracked: f64,
-    /// What is masked for the camera's own motion.
+    /// Regions masked for the camera's own motion.
     pub vehicle_mask: VehicleMask,
     /// False ignores road masks: the road is then found from geometry.
     pub road_mask: bool,
@@ -54,36 +54,36 @@ impl Default for RunOptions {
     }
 }
 
-/// How the metric scale is found.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// Options of the metric scale.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ScaleOptions {
     /// The paper's closed form instead of aligning the road.
     pub closed_form: bool,
     /// Farthest road point of the closed form \[m\] (the paper's T).
     pub farthest_m: f64,
-    /// How the closed form makes one scale of all matches.
+    /// Average over the scales of all matches of the closed form.
     pub average: ScaleAverage,
     /// False takes each frame's scale as it was measured, as the paper does.
     pub smoothed: bool,
+    /// Settings that rarely need a change.
+    pub advanced: MetricOptions,
 }
 
 impl Default for ScaleOptions {
     fn default() -> Self {
-        Self { closed_form: false, farthest_m: 12.0, average: ScaleAverage::Mean, smoothed: true }
+        Self {
+            closed_form: false,
+            farthest_m: 12.0,
+            average: ScaleAverage::Mean,
+            smoothed: true,
+            advanced: MetricOptions::default(),
+        }
     }
 }
 
-/// Vehicles.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct VehicleOptions {
-    /// Side of the road traffic keeps to.
-    pub traffic_side: TrafficSide,
-}
-
 /// Everything that can be set, by stage.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Config {
     /// Preset the rest started from.
@@ -120,12 +120,19 @@ impl Config {
         }
     }
 
-    /// Overlays TOML text (a configuration file) on this configuration.
+    /// Overlays a configuration file on this configuration: TOML, or the JSON of a `run.json`, whose `configuration` counts.
     ///
     /// # Errors
-    /// TOML that does not parse, an unknown key (the nearest known one is named), a value of the wrong kind.
+    /// Text that does not parse, an unknown key (the nearest known one is named), a value of the wrong kind.
     pub fn overlay(self, text: &str, origin: &str) -> Result<Self> {
-        let table: Table = text.parse().map_err(|e| Error::Config(format!("{origin}: {e}")))?;
+        let problem = |e: &dyn std::fmt::Display| Error::Config(format!("{origin}: {e}"));
+        let table: Table = if text.trim_start().starts_with('{') {
+            let record: serde_json::Value = serde_json::from_str(text).map_err(|e| problem(&e))?;
+            let configuration = record.get("configuration").unwrap_or(&record);
+            Table::try_from(configuration).map_err(|e| problem(&e))?
+        } else {
+            text.parse().map_err(|e| problem(&e))?
+        };
         self.overlay_table(&table, origin)
     }
 
@@ -158,7 +165,7 @@ impl Config {
         Ok(config)
     }
 
-    fn validate(&self) -> std::result::Result<(), String> {
+    pub(crate) fn validate(&self) -> std::result::Result<(), String> {
         let check = |ok: bool, text: &str| if ok { Ok(()) } else { Err(text.to_owned()) };
         let o = &self.odometry;
         check((0.0..=1.0).contains(&self.run.most_untracked), "run.most_untracked must lie between 0 and 1")?;
@@ -173,7 +180,7 @@ impl Config {
             "road.unmasked_half_width_heights must be more than 0.3",
         )?;
         check(self.road.baseline_heights > 0.05, "road.baseline_heights must be more than 0.05")?;
-        check(self.road.oldest_frames >= 1, "road.oldest_frames must be at least 1")?;
+        check(self.road.oldest_s > 0.0, "road.oldest_s must be more than 0")?;
         check(
             self.scale.farthest_m > 5.0,
             "scale.farthest_m must be more than 5 (the road nearer is hidden)",
@@ -213,6 +220,7 @@ fn unknown(table: &Table, key: &str, path: &str, origin: &str) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use motorcade_vehicles::TrafficSide;
 
     #[test]
     fn settings_overlay_and_unknown_keys_name_the_nearest() {
@@ -233,5 +241,7 @@ mod tests {
         let config = Config::preset(Preset::Paper);
         let text = toml::to_string(&config).unwrap();
         assert_eq!(Config::default().overlay(&text, "copy").unwrap(), config);
+        let record = serde_json::json!({ "configuration": config }).to_string();
+        assert_eq!(Config::default().overlay(&record, "run.json").unwrap(), config);
     }
 }

@@ -1,4 +1,4 @@
-//! What can end a run.
+//! Errors that end a run.
 
 use std::path::PathBuf;
 
@@ -23,7 +23,7 @@ pub enum Error {
     Output {
         /// File or folder.
         path: PathBuf,
-        /// What happened.
+        /// Reason.
         reason: String,
         /// True when the disk or a quota is full.
         full: bool,

@@ -1,51 +1,71 @@
 //! Monocular multi-body SLAM on driving video: one camera in, metric trajectories of the camera and of every vehicle out.
 //!
-//! Three types to know: [`Config`] holds all settings, [`run`] takes a sequence and gives a [`RunResult`], and
-//! [`write_run`] puts it into a directory of files others can read. The flow is one direction: frames → perception →
-//! odometry → road and scale → vehicles → outputs; every stage only sees what came before it.
+//! Three types to know: [`Motorcade`] takes frames one by one and returns an [`Estimate`] of each; [`Config`] holds all
+//! settings; [`RunResult`] is the drive as a whole, which [`write_run`] puts into a directory of files others can read. The flow
+//! is one direction: frames → perception → odometry → road and scale → vehicles → multi-object graph → outputs; every
+//! stage only sees what came before it.
 //!
 //! ```no_run
-//! use motorcade::{Config, NoProgress, run, write_run};
-//! use motorcade_dataset::{Sequence, SequenceOptions};
-//! use motorcade_perception::Perception;
+//! use motorcade::Motorcade;
+//! use motorcade::dataset::{Sequence, SequenceOptions};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let options = SequenceOptions { calibration: Some("camera.toml".into()), ..Default::default() };
 //! let sequence = Sequence::open("drive.mp4".as_ref(), &options)?;
-//! let height_m = sequence.height_m(Some(1.4))?;
-//! let given = motorcade::External::default();
-//! let result = run(&sequence, &Perception::none(), &given, height_m, &Config::default(), 1, &NoProgress)?;
-//! println!("{:.1} m driven", result.ego.length_m());
+//! let mut slam = Motorcade::builder(sequence.camera()?).height_m(1.4).build()?;
+//! for frame in sequence.frames() {
+//!     let now = slam.step(&frame?)?;
+//!     println!("{:6.1} m/s, {} vehicles", now.speed_mps, now.vehicles.len());
+//! }
+//! println!("{:.1} m driven", slam.finish().ego.length_m());
 //! # Ok(())
 //! # }
 //! ```
 
 mod config;
+mod config_text;
 mod error;
+mod estimate;
+mod estimator;
+mod external;
 mod front_end;
-mod given_vehicles;
-mod keypoints;
 mod motion_source;
-mod online;
+mod motorcade;
 pub mod output;
-mod pipeline;
 mod progress;
+mod record;
 mod result;
+mod run;
 mod scale_source;
-mod standing_unit;
+mod settings;
 mod timing;
 
-pub use config::{Config, Preset, RunOptions, ScaleOptions, VehicleMask, VehicleOptions};
+pub use config::{Config, Preset, RunOptions, ScaleOptions, VehicleMask};
 pub use error::{Error, Result};
-pub use front_end::{FramelessInput, FrontEnd, FrontEndView, Watch};
-pub use given_vehicles::{ExternalVehiclePose, read_vehicle_poses};
-pub use keypoints::KeypointTable;
+pub use estimate::{Estimate, VehicleEstimate};
+pub use estimator::{OnlineOptions, SlidingEstimator, estimate_drive};
+pub use external::External;
 pub use motion_source::ExternalTrajectory;
+pub use motorcade::{Motorcade, MotorcadeBuilder};
+pub use motorcade_dataset::{ExternalVehiclePose, read_vehicle_poses};
 pub use motorcade_multibody as multibody;
 pub use motorcade_multibody::{CameraCoupling, GraphKernel, GraphOptions};
-pub use online::{Online, OnlineEstimate, OnlineOptions};
+pub use motorcade_perception::KeypointTable;
+pub use motorcade_vehicles::{TrackerOptions, TrafficSide, VehicleOptions};
 pub use output::{RunContext, write_run};
-pub use pipeline::{External, estimate_drive, run};
 pub use progress::{NoProgress, Progress};
-pub use result::{FrameInfo, RunResult};
+pub use record::{FrameInfo, FrontEndRecord, FrontEndView};
+pub use result::RunResult;
+pub use run::{FrameCallback, push_sequence};
+pub use settings::Settings;
 pub use timing::{StageTime, Stopwatch};
+
+// The crates whose types stand in this one's interface.
+pub use motorcade_dataset as dataset;
+pub use motorcade_geometry as geometry;
+pub use motorcade_perception as perception;
+
+/// The README's snippet compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;

@@ -1,11 +1,11 @@
-//! Where the camera's motion comes from: our odometry, or a trajectory file.
+//! Source of the camera's motion: the odometry, or a trajectory file.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use image::GrayImage;
 use motorcade_geometry::{Camera, Pose, World};
-use motorcade_odometry::{Odometry, OdometryTrajectory, Pyramid, Rectangle, RoadMeasurement, StaticMask};
-use nalgebra::Vector3;
+use motorcade_odometry::{Odometry, OdometryTrajectory, Pyramid, RoadFeedback, StaticMask};
 
 /// A camera trajectory from elsewhere, one pose a frame of the run.
 #[derive(Clone, Debug)]
@@ -17,76 +17,91 @@ pub struct ExternalTrajectory {
 }
 
 impl ExternalTrajectory {
-    /// The same in metres, of a unit of so many.
-    pub(crate) fn metric(&self, unit_m: f64) -> Self {
-        let poses = self.world_from_camera.iter().map(|p| p.scaled(unit_m));
-        Self { world_from_camera: poses.collect(), metric: true }
+    /// The frames of a range as an odometry in metres, for a unit of so many.
+    pub(crate) fn in_metres(
+        &self,
+        unit_m: f64,
+        range: Range<usize>,
+        timestamps_ns: &[i64],
+    ) -> OdometryTrajectory {
+        let poses = self.world_from_camera.get(range).unwrap_or_default().iter().map(|p| p.scaled(unit_m));
+        let metric = Self { world_from_camera: poses.collect(), metric: true };
+        OdometryTrajectory::from_poses(&metric.unit_poses(), timestamps_ns)
     }
 
-    /// As an odometry. One of unknown scale gets a unit near a metre, which the road search starts from.
-    pub(crate) fn up_to_scale(&self) -> OdometryTrajectory {
+    /// Poses relative to the first one. Those of unknown scale get a unit near a metre, which the road search starts from.
+    pub(crate) fn unit_poses(&self) -> Vec<Pose<World, Camera>> {
         let poses = &self.world_from_camera;
         let first = poses.first().map(Pose::inverse).unwrap_or_default();
         let relative: Vec<Pose<World, Camera>> =
             poses.iter().map(|p| first.cast::<World, World>() * *p).collect();
         if self.metric {
-            return OdometryTrajectory::from_poses(&relative);
+            return relative;
         }
         let mut steps: Vec<f64> =
             relative.windows(2).map(|w| (w[1].translation() - w[0].translation()).norm()).collect();
         steps.sort_by(f64::total_cmp);
         // The upper quartile: a drive that mostly stands still moves in some frames.
         let typical = steps.get(steps.len() * 3 / 4).copied().filter(|s| *s > 0.0).unwrap_or(1.0);
-        let scaled: Vec<_> = relative.iter().map(|p| p.scaled(1.0 / typical)).collect();
-        OdometryTrajectory::from_poses(&scaled)
+        relative.iter().map(|p| p.scaled(1.0 / typical)).collect()
     }
 }
 
-/// One of the two.
+/// Source of the camera's motion.
 pub(crate) enum MotionSource {
     Own(Box<Odometry>),
-    External(OdometryTrajectory),
+    /// All poses, and the frames so far.
+    External {
+        poses: Vec<Pose<World, Camera>>,
+        trajectory: OdometryTrajectory,
+    },
 }
 
 /// Levels of the pyramids the road is aligned on.
 const PYRAMID_LEVELS: usize = 4;
 
 impl MotionSource {
-    pub(crate) fn process(&mut self, image: &GrayImage, mask: &StaticMask<'_>) -> Arc<Pyramid> {
+    pub(crate) fn external(trajectory: &ExternalTrajectory) -> Self {
+        Self::External {
+            poses: trajectory.unit_poses(),
+            trajectory: OdometryTrajectory::from_poses(&[], &[]),
+        }
+    }
+    pub(crate) fn process(
+        &mut self,
+        timestamp_ns: i64,
+        image: &GrayImage,
+        mask: &StaticMask<'_>,
+    ) -> Arc<Pyramid> {
+        if let Self::Own(odometry) = self {
+            return odometry.process(timestamp_ns, image, mask);
+        }
+        self.skip(timestamp_ns);
+        Arc::new(Pyramid::new(image, PYRAMID_LEVELS))
+    }
+    /// A frame without an image.
+    pub(crate) fn skip(&mut self, timestamp_ns: i64) {
         match self {
-            Self::Own(odometry) => odometry.process(image, mask),
-            Self::External(_) => Arc::new(Pyramid::new(image, PYRAMID_LEVELS)),
+            Self::Own(odometry) => odometry.skip(timestamp_ns),
+            Self::External { poses, trajectory } => trajectory.push_next_pose(poses, timestamp_ns),
         }
     }
-    pub(crate) fn skip(&mut self) {
+    pub(crate) fn apply_road(&mut self, feedback: &RoadFeedback<'_>) {
         if let Self::Own(odometry) = self {
-            odometry.skip();
+            odometry.apply_road(feedback);
         }
     }
-    pub(crate) fn constrain_scale(&mut self, measured: &RoadMeasurement) {
-        if let Self::Own(odometry) = self {
-            odometry.constrain_scale(measured);
-        }
-    }
-    pub(crate) fn classify_static_vehicles(&mut self, boxes: &[Rectangle], plane: &Vector3<f64>) {
-        if let Self::Own(odometry) = self {
-            odometry.classify_static_vehicles(boxes, plane);
-        }
-    }
-    pub(crate) fn so_far(&self) -> &OdometryTrajectory {
+    pub(crate) fn trajectory(&self) -> &OdometryTrajectory {
         match self {
-            Self::Own(odometry) => odometry.so_far(),
-            Self::External(whole) => whole,
+            Self::Own(odometry) => odometry.trajectory(),
+            Self::External { trajectory, .. } => trajectory,
         }
     }
-    /// All frames' motion; of a given trajectory the first `frames`, as many as were read.
-    pub(crate) fn finish(self, frames: usize) -> OdometryTrajectory {
+    /// All frames' motion.
+    pub(crate) fn finish(self) -> OdometryTrajectory {
         match self {
             Self::Own(odometry) => odometry.finish(),
-            Self::External(mut whole) => {
-                whole.frames.truncate(frames);
-                whole
-            }
+            Self::External { trajectory, .. } => trajectory,
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Telling somebody how far a run is.
+//! Progress of a run.
 
 /// Receives progress; the pipeline knows nothing of terminals.
 pub trait Progress: Sync {
@@ -6,7 +6,7 @@ pub trait Progress: Sync {
     fn begin(&self, stage: &'static str, total: Option<usize>);
     /// Steps done of the present stage.
     fn advance(&self, done: usize);
-    /// Something the user should know; it also stands in `run.json`.
+    /// A warning; it also stands in `run.json`.
     fn warn(&self, message: &str);
     /// True when the user wants to stop: the run ends with what it has.
     fn cancelled(&self) -> bool {
@@ -14,7 +14,7 @@ pub trait Progress: Sync {
     }
 }
 
-/// Tells nobody.
+/// Progress sink that does nothing.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoProgress;
 

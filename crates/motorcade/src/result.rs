@@ -1,4 +1,4 @@
-//! What a run found.
+//! The result of a drive.
 
 use motorcade_geometry::PinholeCamera;
 use motorcade_multibody::MultibodyGraph;
@@ -6,20 +6,11 @@ use motorcade_odometry::{EgoFrame, EgoTrajectory, FrameStatus, RoadMeasurement};
 use motorcade_perception::Detection;
 use motorcade_vehicles::VehicleTrajectory;
 
+use crate::progress::Progress;
+use crate::record::{FrameInfo, FrontEndRecord};
 use crate::timing::Stopwatch;
 
-/// A frame of the input as the run saw it.
-#[derive(Clone, Debug)]
-pub struct FrameInfo {
-    /// The input's own number.
-    pub number: u64,
-    /// Time \[ns\].
-    pub timestamp_ns: i64,
-    /// Why it could not be read, when it could not.
-    pub problem: Option<String>,
-}
-
-/// What a run found.
+/// The result of a drive.
 pub struct RunResult {
     /// Intrinsics of the (undistorted) frames.
     pub camera: PinholeCamera,
@@ -33,28 +24,68 @@ pub struct RunResult {
     pub vehicles: Vec<VehicleTrajectory>,
     /// The multi-object graph, solved.
     pub graph: Option<MultibodyGraph>,
-    /// How its solution went.
+    /// Report of its solution.
     pub graph_report: Option<motorcade_graph::Report>,
     /// Detections handed in by perception, frame by frame.
     pub detections: Vec<Vec<Detection>>,
-    /// False when nobody looked for vehicles.
-    pub looked_for_vehicles: bool,
+    /// False when there was no source of vehicles.
+    pub detects_vehicles: bool,
     /// Times.
     pub stopwatch: Stopwatch,
-    /// What the user should know.
+    /// Messages for the user.
     pub warnings: Vec<String>,
     /// True when it was stopped before the last frame.
     pub interrupted: bool,
 }
 
+/// Estimates of a window, to be put together with what the front end knows.
+pub(crate) struct Estimated {
+    pub(crate) camera: PinholeCamera,
+    pub(crate) ego: EgoTrajectory,
+    pub(crate) vehicles: Vec<VehicleTrajectory>,
+    pub(crate) graph: Option<(MultibodyGraph, motorcade_graph::Report)>,
+    /// Warnings of the estimator.
+    pub(crate) warnings: Vec<String>,
+    /// True when the camera's motion came in metres.
+    pub(crate) metric: bool,
+}
+
 impl RunResult {
+    /// Puts the output of the front end and of the estimator together; reports the warnings.
+    pub(crate) fn new(record: FrontEndRecord, estimated: Estimated, progress: &dyn Progress) -> Self {
+        let Estimated { camera, ego, vehicles, graph, warnings, metric } = estimated;
+        let (graph, graph_report) = graph.unzip();
+        let mut result = Self {
+            camera,
+            frames: record.frames,
+            ego,
+            road_measurements: record.road_measurements,
+            vehicles,
+            graph,
+            graph_report,
+            detections: record.detections,
+            detects_vehicles: record.detects_vehicles,
+            stopwatch: record.stopwatch,
+            warnings: record.warnings,
+            interrupted: record.interrupted,
+        };
+        for warning in warnings.into_iter().chain(summary_warnings(&result, metric)).collect::<Vec<_>>() {
+            progress.warn(&warning);
+            result.warnings.push(warning);
+        }
+        result
+    }
+
     /// Share of frames whose pose was tracked (or stood). Frames of the first second that were filled in from the map that
     /// began after them do not count against it.
     pub fn tracked_share(&self) -> f64 {
-        const FIRST_SECOND: usize = 10;
+        const FIRST_SECOND_NS: i64 = 1_000_000_000;
+        let start_ns = self.frames.first().map_or(0, |f| f.timestamp_ns);
+        let in_first_second =
+            |k: usize| self.frames.get(k).is_some_and(|f| f.timestamp_ns - start_ns < FIRST_SECOND_NS);
         let good = |s: FrameStatus| matches!(s, FrameStatus::Tracked | FrameStatus::Standstill);
         let counted =
-            |(k, f): &(usize, &EgoFrame)| *k >= FIRST_SECOND || f.status != FrameStatus::Initialising;
+            |(k, f): &(usize, &EgoFrame)| !in_first_second(*k) || f.status != FrameStatus::Initialising;
         let (mut tracked, mut all) = (0_usize, 0_usize);
         for (_, frame) in self.ego.frames.iter().enumerate().filter(counted) {
             all += 1;
@@ -65,8 +96,8 @@ impl RunResult {
     }
 }
 
-/// What the user should know of a result; `metric` when the camera's motion came in metres.
-pub(crate) fn summary_warnings(result: &RunResult, metric: bool) -> Vec<String> {
+/// Warnings about a result as a whole; `metric` when the camera's motion came in metres.
+fn summary_warnings(result: &RunResult, metric: bool) -> Vec<String> {
     let mut out = Vec::new();
     let n = result.ego.frames.len();
     let tracked = |f: &&EgoFrame| matches!(f.status, FrameStatus::Tracked | FrameStatus::Standstill);
@@ -82,7 +113,7 @@ pub(crate) fn summary_warnings(result: &RunResult, metric: bool) -> Vec<String> 
                 .to_owned(),
         );
     }
-    if !result.looked_for_vehicles {
+    if !result.detects_vehicles {
         out.push("no vehicles were looked for: give --models or --detections".to_owned());
     }
     out

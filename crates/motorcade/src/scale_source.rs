@@ -1,8 +1,9 @@
-//! Where metres come from: the aligned road, or the paper's closed form.
+//! Source of metric scale: the aligned road, or the paper's closed form.
 
 use motorcade_geometry::PinholeCamera;
 use motorcade_odometry::{
-    ClosedFormScale, EgoTrajectory, OdometryTrajectory, RoadInput, RoadMeasurement, RoadTracker,
+    ClosedFormOptions, ClosedFormScale, EgoTrajectory, OdometryTrajectory, RoadInput, RoadMeasurement,
+    RoadTracker,
 };
 use nalgebra::{Point2, Vector3};
 
@@ -22,8 +23,11 @@ impl ScaleSource {
         if config.scale.closed_form {
             Self::ClosedForm(Box::new(ClosedFormScale::new(
                 camera,
-                config.scale.farthest_m / PAPER_HEIGHT_M,
-                config.scale.average,
+                ClosedFormOptions {
+                    farthest_heights: config.scale.farthest_m / PAPER_HEIGHT_M,
+                    average: config.scale.average,
+                    ..ClosedFormOptions::default()
+                },
             )))
         } else {
             Self::Aligned(Box::new(RoadTracker::new(camera, config.road)))
@@ -32,16 +36,14 @@ impl ScaleSource {
 
     pub(crate) fn process(
         &mut self,
-        frame: usize,
-        segment: usize,
-        sight: &RoadInput<'_>,
-        so_far: &OdometryTrajectory,
+        input: &RoadInput<'_>,
+        trajectory: &OdometryTrajectory,
         usable: impl Fn(&Point2<f64>) -> bool,
-    ) {
-        let pose_of = |k: usize| so_far.camera_from_world(k);
+    ) -> Option<RoadMeasurement> {
+        let pose_of = |k: usize| trajectory.camera_from_world(k);
         match self {
-            Self::Aligned(road) => road.process(frame, segment, sight, pose_of, usable),
-            Self::ClosedForm(scale) => scale.process(frame, segment, sight.pyramid, pose_of, usable),
+            Self::Aligned(road) => road.process(input, pose_of, usable),
+            Self::ClosedForm(scale) => scale.process(input, pose_of, usable),
         }
     }
 
@@ -71,10 +73,10 @@ pub(crate) fn ego(
     config: &Config,
 ) -> EgoTrajectory {
     if metric {
-        EgoTrajectory::metric(odometry, measurements, height_m)
+        EgoTrajectory::metric(odometry, measurements, height_m, 0.0, &config.scale.advanced)
     } else if config.scale.smoothed {
-        EgoTrajectory::new(odometry, measurements, height_m)
+        EgoTrajectory::new(odometry, measurements, height_m, &config.scale.advanced)
     } else {
-        EgoTrajectory::unsmoothed(odometry, measurements, height_m)
+        EgoTrajectory::unsmoothed(odometry, measurements, height_m, &config.scale.advanced)
     }
 }

@@ -4,14 +4,15 @@
 
 mod common;
 
-use common::{HEIGHT_M, drive};
-use motorcade::{CameraCoupling, Config, External, GraphOptions, NoProgress, RunResult, estimate_drive};
+use common::{HEIGHT_M, drive, settings};
+use motorcade::{CameraCoupling, Config, GraphOptions, NoProgress, RunResult, Settings, estimate_drive};
 use proptest::prelude::*;
 
 fn run(frames: usize, factor: f64, camera: CameraCoupling) -> RunResult {
     let graph = GraphOptions { camera, ..GraphOptions::default() };
     let config = Config { graph, ..Config::default() };
-    estimate_drive(drive(frames), &External::default(), HEIGHT_M * factor, &config, 1, &NoProgress)
+    let settings = Settings { height_m: HEIGHT_M * factor, ..settings(config) };
+    estimate_drive(drive(frames), &settings, &NoProgress)
 }
 
 proptest! {
@@ -29,7 +30,7 @@ proptest! {
         }
     }
 
-    /// Vehicles, whose sizes do not grow with the height, may curvature the way a little otherwise, but stretch no step of it.
+    /// Vehicles, whose sizes do not grow with the height, may bend the trajectory a little otherwise, but stretch no step of it.
     #[test]
     fn a_way_that_bends_is_proportional_step_by_step(frames in 40_usize..90, factor in 0.9_f64..1.1) {
         let [right, wrong] = [1.0, factor].map(|f| run(frames, f, CameraCoupling::LengthsHeld));

@@ -4,8 +4,8 @@
 
 mod common;
 
-use common::{HEIGHT_M, drive};
-use motorcade::{Config, External, NoProgress, estimate_drive};
+use common::{drive, settings};
+use motorcade::{Config, NoProgress, estimate_drive};
 
 /// Frames of an hour at 10 Hz.
 const HOUR: usize = 36_000;
@@ -23,8 +23,7 @@ fn peak_mb() -> f64 {
 #[cfg(target_os = "linux")]
 fn an_hour_fits_into_a_gigabyte() {
     let start = std::time::Instant::now();
-    let result =
-        estimate_drive(drive(HOUR), &External::default(), HEIGHT_M, &Config::default(), 1, &NoProgress);
+    let result = estimate_drive(drive(HOUR), &settings(Config::default()), &NoProgress);
     let (seconds, peak) = (start.elapsed().as_secs_f64(), peak_mb());
     println!("{HOUR} frames: {seconds:.1} s, peak {peak:.0} MB, {} vehicles", result.vehicles.len());
     assert_eq!(result.ego.frames.len(), HOUR);

@@ -1,4 +1,4 @@
-//! Online runs: told from the past alone, at the same cost all along, and not better than the drive taken as a whole.
+//! Online runs: estimated from the past alone, at the same cost all along, and not better than the drive as a whole.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test")]
 
@@ -6,27 +6,22 @@ mod common;
 
 use std::time::Instant;
 
-use common::{CAMERA, HEIGHT_M, drive, gap_m, pose};
-use motorcade::{Config, External, FrontEnd, FrontEndView, NoProgress, Online, RunResult, estimate_drive};
+use common::{HEIGHT_M, drive, gap_m, pose, settings};
+use motorcade::{Config, FrontEndRecord, NoProgress, RunResult, SlidingEstimator, estimate_drive};
 
-/// Takes the frames one by one; returns the lines told, the milliseconds each took, and the result.
-fn online(front_end: FrontEnd, config: &Config) -> (Vec<String>, Vec<f64>, RunResult) {
-    let given = External::default();
-    let mut online = Online::new(CAMERA, &given, HEIGHT_M, config);
+/// Takes the frames one by one; returns the line of each, the milliseconds each took, and the result.
+fn online(record: FrontEndRecord, config: &Config) -> (Vec<String>, Vec<f64>, RunResult) {
+    let settings = settings(*config);
+    let mut sliding = SlidingEstimator::new(&settings);
     let (mut lines, mut times_ms) = (Vec::new(), Vec::new());
-    for k in 0..front_end.frames.len() {
-        let known = front_end.road_measurements.partition_point(|m| m.frame <= k);
-        let so_far = FrontEndView {
-            frames: &front_end.frames[..=k],
-            detections: &front_end.detections[..=k],
-            motion: &front_end.motion,
-            road_measurements: &front_end.road_measurements[..known],
-        };
+    for rows in 1..=record.frames.len() {
+        let view = record.view(rows);
         let start = Instant::now();
-        lines.push(online.advance(&so_far).to_json());
+        sliding.advance(&view, &settings);
+        lines.push(sliding.newest(&view).unwrap().to_json());
         times_ms.push(start.elapsed().as_secs_f64() * 1e3);
     }
-    let result = online.finish(front_end, &NoProgress);
+    let result = sliding.finish(record, &settings, &NoProgress);
     (lines, times_ms, result)
 }
 
@@ -47,7 +42,7 @@ fn errors(result: &RunResult, from: usize) -> (f64, f64) {
 }
 
 #[test]
-fn what_is_told_depends_on_the_past_alone() {
+fn estimates_depend_on_the_past_alone() {
     let config = Config::default();
     let (short, ..) = online(drive(45), &config);
     let (long, ..) = online(drive(70), &config);
@@ -61,15 +56,15 @@ fn what_is_told_depends_on_the_past_alone() {
 #[test]
 fn the_whole_drive_at_once_is_not_worse() {
     let config = Config::default();
-    let (.., told) = online(drive(300), &config);
-    let whole = estimate_drive(drive(300), &External::default(), HEIGHT_M, &config, 1, &NoProgress);
-    let (online, batch) = (errors(&told, 10), errors(&whole, 10));
+    let (.., recorded) = online(drive(300), &config);
+    let whole = estimate_drive(drive(300), &settings(config), &NoProgress);
+    let (online, batch) = (errors(&recorded, 10), errors(&whole, 10));
     println!("camera and car ahead [m]: online {online:?}, batch {batch:?}");
     assert!(batch.0 <= online.0 && batch.1 <= online.1, "online {online:?}, batch {batch:?}");
     // 300 m driven.
     assert!(online.0 < 3.0 && online.1 < 4.0, "{online:?}");
-    assert!(told.ego.frames.len() == 300 && told.warnings.is_empty(), "{:?}", told.warnings);
-    for vehicle in &told.vehicles {
+    assert!(recorded.ego.frames.len() == 300 && recorded.warnings.is_empty(), "{:?}", recorded.warnings);
+    for vehicle in &recorded.vehicles {
         for state in &vehicle.states {
             assert!(state.covariance.symmetric_eigenvalues().min() > 0.0);
         }
@@ -79,15 +74,15 @@ fn the_whole_drive_at_once_is_not_worse() {
 #[test]
 #[ignore = "times a long drive; .ci/run runs it in release"]
 fn a_frame_costs_the_same_from_start_to_end() {
-    let (_, times_ms, told) = online(drive(4000), &Config::default());
-    assert!(told.warnings.is_empty(), "{:?}", told.warnings);
-    let way = told.ego.length_m();
+    let (_, times_ms, recorded) = online(drive(4000), &Config::default());
+    assert!(recorded.warnings.is_empty(), "{:?}", recorded.warnings);
+    let way = recorded.ego.length_m();
     // 10 m/s for 400 s, the road measured within 1 %.
     assert!((way / 4000.0 - 1.0).abs() < 0.005, "{way} m");
-    for state in told.vehicles.iter().flat_map(|v| &v.states) {
+    for state in recorded.vehicles.iter().flat_map(|v| &v.states) {
         assert!(state.covariance.symmetric_eigenvalues().min() > 0.0);
     }
-    // What else the machine does shows least in the quicker frames.
+    // Other load on the machine shows least in the quicker frames.
     let quick = |times: &[f64]| {
         let mut sorted = times.to_vec();
         sorted.sort_by(f64::total_cmp);

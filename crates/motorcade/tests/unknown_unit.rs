@@ -5,13 +5,10 @@
 mod common;
 
 use common::{CAMERA, HEIGHT_M};
-use motorcade::{
-    Config, External, ExternalTrajectory, FrameInfo, FramelessInput, FrontEnd, NoProgress, RunResult,
-    estimate_drive,
-};
+use motorcade::{External, ExternalTrajectory, FrameInfo, Motorcade, NoProgress, RunResult};
 use motorcade_geometry::{Camera, Pose, World};
-use motorcade_perception::{BoxConvention, Detection, VehicleClass};
-use motorcade_vehicles::{Dimensions, image_box, standing_pose};
+use motorcade_perception::{BoxConvention, Detection, Observations, VehicleClass};
+use motorcade_vehicles::{Dimensions, image_box, upright_pose};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
 const FRAMES: usize = 160;
@@ -19,7 +16,7 @@ const PARKED_SIZE: Dimensions = Dimensions { length_m: 4.3, width_m: 1.75, heigh
 
 /// A car `ahead` metres before the camera and `right` beside it.
 fn boxed(right: f64, ahead: f64) -> Option<Detection> {
-    let pose = standing_pose(&Point3::new(right, HEIGHT_M, ahead), &Vector3::z(), &-Vector3::y());
+    let pose = upright_pose(&Point3::new(right, HEIGHT_M, ahead), &Vector3::z(), &-Vector3::y());
     let (class, convention) = (VehicleClass::Car, BoxConvention::VisibleExtent);
     let whole =
         (ahead > 6.0).then(|| image_box(&CAMERA, &pose, class, convention, &PARKED_SIZE)).flatten()?;
@@ -30,7 +27,7 @@ fn boxed(right: f64, ahead: f64) -> Option<Detection> {
 
 /// A straight road at 10 m/s behind another car; a car is parked at the right every 35 m, where there are any. A unit of the
 /// trajectory is so many metres.
-fn told_from_files(unit_m: f64, parked: bool) -> RunResult {
+fn drive(unit_m: f64, parked: bool, online: bool) -> RunResult {
     let seen = |k: usize| {
         let spots = (0..8).filter(|_| parked).map(|spot| (4.5, 30.0 + 35.0 * f64::from(spot) - k as f64));
         let in_view = spots.filter(|(_, ahead)| *ahead < 60.0);
@@ -42,19 +39,21 @@ fn told_from_files(unit_m: f64, parked: bool) -> RunResult {
         |k: usize| FrameInfo { number: k as u64, timestamp_ns: k as i64 * 100_000_000, problem: None };
     let trajectory =
         ExternalTrajectory { world_from_camera: (0..FRAMES).map(camera).collect(), metric: false };
-    let (given, config) =
-        (External { trajectory: Some(trajectory), ..External::default() }, Config::default());
-    let (frames, detections) = ((0..FRAMES).map(frame).collect(), (0..FRAMES).map(seen).collect());
-    let input = FramelessInput { camera: CAMERA, frames, detections };
-    let front_end = FrontEnd::without_frames(input, &given, &config, &mut |_| ()).unwrap();
-    estimate_drive(front_end, &given, HEIGHT_M, &config, 1, &NoProgress)
+    let external = External { trajectory: Some(trajectory), ..External::default() };
+    let builder = Motorcade::builder(CAMERA).height_m(HEIGHT_M).external(external);
+    let mut slam = builder.build().unwrap();
+    for k in 0..FRAMES {
+        let observations = Observations { detections: seen(k), ..Observations::default() };
+        slam.push_without_image(frame(k), observations).unwrap();
+    }
+    if online { slam.finish_online(&NoProgress) } else { slam.finish() }
 }
 
 #[test]
 fn parked_cars_tell_the_metres_whatever_the_unit() {
     let way_m = (FRAMES - 1) as f64;
     let lengths = [0.4, 1.0, 20.0].map(|unit_m| {
-        let told = told_from_files(unit_m, true);
+        let told = drive(unit_m, true, false);
         assert!(told.warnings.iter().any(|w| w.contains("vehicles then stand")), "{:?}", told.warnings);
         // A tenth is stated: what all boxes have in common.
         assert!(told.ego.frames.iter().all(|f| f.scale_bias_sigma > 0.09));
@@ -69,7 +68,17 @@ fn parked_cars_tell_the_metres_whatever_the_unit() {
 
 #[test]
 fn traffic_that_moves_tells_no_metres_and_the_run_says_so() {
-    let told = told_from_files(3.0, false);
+    let told = drive(3.0, false, false);
     assert!(!told.warnings.iter().any(|w| w.contains("vehicles then stand")), "{:?}", told.warnings);
     assert!(told.warnings.iter().any(|w| w.contains("scale is a guess")), "{:?}", told.warnings);
+}
+
+/// Online the unit is known once three parked cars have been seen, and holds from then on.
+#[test]
+fn parked_cars_give_the_unit_online_too() {
+    let recorded = drive(3.0, true, true);
+    assert!(recorded.warnings.iter().any(|w| w.contains("vehicles then stand")), "{:?}", recorded.warnings);
+    let at = |k: usize| recorded.ego.frames[k].world_from_camera.translation();
+    let last_m = (at(FRAMES - 1) - at(FRAMES - 41)).norm();
+    assert!((last_m / 40.0 - 1.0).abs() < 0.1, "{last_m} m of 40 m");
 }

@@ -5,11 +5,11 @@ use motorcade_geometry::{Camera, Pose, World};
 
 /// One configuration.
 pub struct Variant {
-    /// What it is, for the table.
+    /// Name in the table.
     pub name: String,
-    /// What it starts from.
+    /// Preset it starts from.
     pub preset: Preset,
-    /// What it changes.
+    /// Settings it changes.
     pub set: Vec<String>,
 }
 
@@ -60,7 +60,7 @@ pub fn graph() -> Vec<Variant> {
         variant("default, camera free", Preset::Default, &["graph.camera=free"]),
         variant("default, sizes not shared", Preset::Default, &["graph.shared_size=false"]),
         variant("default, started by the front end", Preset::Default, &["graph.medoid_start=false"]),
-        variant("default, covariances as told", Preset::Default, &["graph.variance_rounds=0"]),
+        variant("default, covariances as measured", Preset::Default, &["graph.variance_rounds=0"]),
     ]);
     for share in ["1.0", "2.0", "8.0"] {
         let set = format!("graph.correlation_time_s={share}");
@@ -109,7 +109,7 @@ fn edges_off(preset: Preset, name: &str) -> Vec<Variant> {
     out
 }
 
-/// A trajectory with the true length of the way over ±5 frames put into its steps.
+/// A trajectory with the true distance over ±5 frames put into its steps.
 pub fn with_true_scale(
     poses: &[Pose<World, Camera>],
     truth: &[Pose<World, Camera>],

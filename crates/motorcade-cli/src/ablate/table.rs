@@ -34,7 +34,7 @@ pub fn odometry(rows: &[Row]) -> String {
     out
 }
 
-/// Camera and every labelled vehicle; in brackets the error in percent of the way driven, as in the paper's tables.
+/// Camera and every labelled vehicle; in brackets the error in percent of the distance driven, as in the paper's tables.
 pub fn graph(rows: &[Row]) -> String {
     let mut labels: Vec<i64> = rows.iter().flat_map(|r| r.vehicles.iter().map(|v| v.label)).collect();
     labels.sort_unstable();

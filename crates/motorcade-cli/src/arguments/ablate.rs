@@ -6,7 +6,7 @@ use clap::{Args, Subcommand};
 
 use super::RunArguments;
 
-/// What is taken apart.
+/// Part of the method that is varied.
 #[derive(Debug, Subcommand)]
 #[command(
     after_help = "Example:\n  motorcade ablate odometry kitti/training --sequence 0005 --camera 3 --models models \\\n      --kitti kitti/training --out tables/0005"

@@ -15,13 +15,13 @@ pub struct EvaluateArguments {
     /// KITTI tracking split with calib/, gt_poses/ and label_02/ (label_03/ for camera 3).
     #[arg(long, value_name = "ROOT")]
     pub kitti: PathBuf,
-    /// Sequence, such as 0005; by default the one the run's run.json tells.
+    /// Sequence, such as 0005; by default that of the run's run.json.
     #[arg(long)]
     pub sequence: Option<String>,
-    /// Camera the run was made from; by default the one the run's run.json tells, else 2.
+    /// Camera the run was made from; by default that of the run's run.json, else 2.
     #[arg(long)]
     pub camera: Option<u8>,
-    /// KITTI number of the run's first frame; by default the one the run's frames.csv or run.json tells, else 0.
+    /// KITTI number of the run's first frame; by default that of the run's frames.csv or run.json, else 0.
     #[arg(long)]
     pub first: Option<u64>,
     /// Also write the errors as JSON.

@@ -19,9 +19,9 @@ pub enum GraphCommand {
     /// Optimises a g2o pose graph.
     #[command(visible_alias = "optimize")]
     Optimise(OptimiseArguments),
-    /// What a g2o file holds: vertices, edges, components, cost.
+    /// Describes a g2o file: vertices, edges, components, cost.
     Info(InfoArguments),
-    /// How the vertices of two g2o files differ, and the cost of both under the edges of the first.
+    /// Differences between the vertices of two g2o files, and the cost of both under the edges of the first.
     Compare(CompareArguments),
 }
 
@@ -36,7 +36,7 @@ Ctrl-C stops after the current iteration and writes the best graph so far (exit 
 pub struct OptimiseArguments {
     /// The graph.
     pub input: PathBuf,
-    /// Where the optimised graph goes.
+    /// File for the optimised graph.
     #[arg(long, value_name = "FILE")]
     pub out: PathBuf,
     /// Step: lm, gn or dogleg.
@@ -48,7 +48,7 @@ pub struct OptimiseArguments {
     /// Robust kernel of all edges and its scale: huber, cauchy, geman-mcclure, dcs or gnc, such as cauchy:1.0.
     #[arg(long, value_name = "KERNEL:SCALE")]
     pub robust: Option<KernelChoice>,
-    /// Where to start: file, spanning-tree, chordal, or auto: the file, unless a step from there is refused; then a few steps
+    /// Starting values: file, spanning-tree, chordal, or auto: the file, unless a step from there is refused; then a few steps
     /// from each are tried and the best start is taken.
     #[arg(long, default_value = "auto")]
     pub init: Start,

@@ -22,7 +22,7 @@ pub enum ShapeCommand {
     },
     /// Published tables of mean and basis to JSON.
     Convert(ShapeConvertArguments),
-    /// What a prior holds.
+    /// Describes a prior.
     Info {
         /// The file.
         prior: PathBuf,

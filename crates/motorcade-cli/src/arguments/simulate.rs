@@ -2,10 +2,17 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use motorcade_simulate::Weather;
 
 use super::ProgressKind;
+
+/// Kinds of training data.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Training {
+    /// Crops of single vehicles.
+    Vehicle,
+}
 
 /// `motorcade simulate`.
 #[derive(Debug, Args)]
@@ -14,6 +21,7 @@ use super::ProgressKind;
   motorcade simulate --scenario demo --frames 120 --seed 1 --out drives/demo
   motorcade simulate --scenario dense --weather rain --keypoints --depth --out drives/rain
   motorcade simulate --scenario dense --geometry-only --out drives/measurements
+  motorcade simulate --training vehicle --count 40000 --seed 1 --out crops
   motorcade simulate --trajectory kitti/training/gt_poses/0005.txt --labels kitti/training/label_02/0005.txt \\
       --calibration kitti/training/calib/0005.txt --camera 3 --out drives/0005
   motorcade run drives/demo/training --sequence 0000 --detections drives/demo/training/detections/0000.txt \\
@@ -23,7 +31,7 @@ pub struct SimulateArguments {
     #[arg(long)]
     pub list: bool,
     /// Scenario.
-    #[arg(long, required_unless_present_any = ["list", "trajectory"], conflicts_with = "trajectory")]
+    #[arg(long, required_unless_present_any = ["list", "trajectory", "training"], conflicts_with = "trajectory")]
     pub scenario: Option<String>,
     /// Re-enacts a real drive: `world_from_cam0`, a KITTI pose (12 numbers) or TUM line a frame.
     #[arg(long, value_name = "FILE")]
@@ -44,9 +52,18 @@ pub struct SimulateArguments {
     /// Frame number, in the labels, of the first pose.
     #[arg(long, default_value_t = 0, requires = "trajectory")]
     pub first_frame: u64,
-    /// Frames, ten a second. By default 120 of a scenario, all of a trajectory.
+    /// Labelled crops of single vehicles instead of a drive: NumPy arrays of pictures, exact keypoints and other labels.
+    #[arg(long, value_enum, value_name = "KIND", conflicts_with_all = ["scenario", "trajectory"])]
+    pub training: Option<Training>,
+    /// Number of crops, with --training.
+    #[arg(long, default_value_t = 1000, requires = "training")]
+    pub count: usize,
+    /// Frames. By default 12 s of a scenario, all of a trajectory.
     #[arg(long)]
     pub frames: Option<usize>,
+    /// Frames per second, 2 to 60, of the same motion; give the same to `run --fps`.
+    #[arg(long, default_value_t = 10.0)]
+    pub fps: f64,
     /// Seed of all that is random.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
@@ -65,6 +82,9 @@ pub struct SimulateArguments {
     /// Also write 2D keypoints with confidences, of the 36 and of the 14 of the shape prior's layouts.
     #[arg(long)]
     pub keypoints: bool,
+    /// Keypoints where they truly are, with confidences by visibility alone, instead of a network's errors.
+    #[arg(long, requires = "keypoints")]
+    pub exact: bool,
     /// Writes measurements as tables instead of pictures: landmarks, road matches, boxes, keypoints.
     #[arg(long, conflicts_with_all = ["depth", "instance"])]
     pub geometry_only: bool,
@@ -92,7 +112,7 @@ pub struct SimulateArguments {
     /// Replace what is in --out.
     #[arg(long)]
     pub force: bool,
-    /// How progress is told on stderr.
+    /// Form of the progress on stderr.
     #[arg(long, value_enum, default_value_t)]
     pub progress: ProgressKind,
 }
@@ -113,7 +133,7 @@ pub struct DemoArguments {
     /// Threads; the results do not depend on it. 0 takes all cores.
     #[arg(long, default_value_t = 0)]
     pub threads: usize,
-    /// How progress is told on stderr.
+    /// Form of the progress on stderr.
     #[arg(long, value_enum, default_value_t)]
     pub progress: ProgressKind,
 }

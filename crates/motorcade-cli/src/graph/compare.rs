@@ -11,7 +11,7 @@ use motorcade_graph::Value;
 use motorcade_graph::factors::PoseResidual;
 use motorcade_graph::g2o::{self, Document, ReadOptions};
 
-/// How two results differ.
+/// Differences between two results.
 #[derive(Clone, Debug, Serialize)]
 pub struct CompareReport {
     /// First file: its edges define the costs.

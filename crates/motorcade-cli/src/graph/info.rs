@@ -10,7 +10,7 @@ use motorcade_graph::Value;
 use motorcade_graph::factors::PoseResidual;
 use motorcade_graph::g2o::{self, ReadOptions, ReadSummary};
 
-/// What a file holds.
+/// Contents of a file.
 #[derive(Clone, Debug, Serialize)]
 pub struct InfoReport {
     /// The file.
@@ -77,7 +77,7 @@ pub fn info(input: &Path) -> Result<InfoReport, GraphError> {
     })
 }
 
-/// Where a vertex is.
+/// Position of a vertex.
 pub(super) fn position(value: &Value) -> Option<Vector3<f64>> {
     match value {
         Value::Se3(x) => Some(x.translation.vector),

@@ -15,12 +15,12 @@ use motorcade_graph::solver::{
 use motorcade_graph::start::{self, Start};
 use motorcade_graph::{FactorId, Graph, GraphError, GroupId};
 
-/// What to do.
+/// Request.
 #[derive(Clone, Debug, Default)]
 pub struct OptimiseRequest {
     /// The graph.
     pub input: PathBuf,
-    /// Where the optimised graph goes.
+    /// File for the optimised graph.
     pub output: Option<PathBuf>,
     /// Method, limits, threads. The time limit is for the whole call, reading and the choice of a start included, and is
     /// looked at between iterations.
@@ -35,12 +35,12 @@ pub struct OptimiseRequest {
     pub control: Control,
 }
 
-/// What was done.
+/// Report.
 #[derive(Clone, Debug, Serialize)]
 pub struct OptimiseReport {
     /// The input file.
     pub input: PathBuf,
-    /// What reading it met.
+    /// Findings while reading it.
     pub read: ReadSummary,
     /// Residual definition of all costs here.
     pub cost: PoseResidual,
@@ -56,7 +56,7 @@ pub struct OptimiseReport {
     pub anchors: Vec<u64>,
     /// Why it stopped.
     pub termination: Termination,
-    /// What to try where the solve was slow or did not converge.
+    /// Advice where the solve was slow or did not converge.
     pub hint: Option<&'static str>,
     /// CPU seconds of the optimisation alone, ordering included, reading, starting values and writing excluded.
     pub optimise_s: f64,

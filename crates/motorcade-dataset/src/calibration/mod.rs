@@ -1,4 +1,4 @@
-//! Calibration files of the dialects people have.
+//! Calibration files of several formats.
 
 mod kitti;
 mod opencv;
@@ -22,10 +22,10 @@ impl Frame for Cam0 {
     const NAME: &'static str = "cam0";
 }
 
-/// A camera as its file describes it. The image size may be unknown until a frame is seen.
+/// A camera as described by its file. The image size may be unknown until the first frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Calibration {
-    /// Dialect the file was written in.
+    /// Format of the file.
     pub dialect: &'static str,
     /// Focal length along x \[px\].
     pub fx: f64,
@@ -35,20 +35,20 @@ pub struct Calibration {
     pub cx: f64,
     /// Principal point y \[px\].
     pub cy: f64,
-    /// Image width and height \[px\], when the file says so.
+    /// Image width and height \[px\], when the file has it.
     pub size: Option<(u32, u32)>,
     /// Lens distortion.
     pub distortion: Distortion,
-    /// Frames per second, when the file says so.
+    /// Frames per second, when the file has it.
     pub fps: Option<f64>,
-    /// Height of the camera above the road \[m\], when the file says so.
+    /// Height of the camera above the road \[m\], when the file has it.
     pub height_m: Option<f64>,
     /// `camera_from_cam0` of a KITTI rig; the identity elsewhere.
     pub camera_from_cam0: Pose<Camera, Cam0>,
 }
 
 impl Calibration {
-    /// Reads a file of any dialect, recognised by its content. `camera` chooses among a KITTI file's `P0`..`P3`.
+    /// Reads a file of any supported format, recognised by its content. `camera` chooses among a KITTI file's `P0`..`P3`.
     pub fn read(path: &Path, camera: Option<u8>) -> Result<Self> {
         let file = TextFile::read(path)?;
         let text = file.text().trim_start_matches('\u{feff}').trim_start();
@@ -65,7 +65,7 @@ impl Calibration {
         Ok(calibration)
     }
 
-    /// The pinhole camera for frames of this size; refuses a file that speaks of another size.
+    /// The pinhole camera for frames of this size; an error when the file is for another size.
     pub fn pinhole(&self, path: &Path, width: u32, height: u32) -> Result<PinholeCamera> {
         if let Some((found_width, found_height)) = self.size.filter(|size| *size != (width, height)) {
             return Err(Error::Size {
@@ -84,7 +84,7 @@ impl Calibration {
         Ok(camera)
     }
 
-    /// Numbers no lens has, as far as they can be told without the image size.
+    /// Checks that do not need the image size.
     fn check(&self, path: &Path) -> Result<()> {
         let positive = |v: f64| v.is_finite() && v > 0.0;
         if !(positive(self.fx) && positive(self.fy)) {

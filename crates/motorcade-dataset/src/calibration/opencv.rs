@@ -9,7 +9,7 @@ use super::yaml::{Entry, entries};
 use crate::error::{Error, Result};
 use crate::text::TextFile;
 
-/// fx, fy, cx, cy \[px\] and what bends the rays.
+/// fx, fy, cx, cy \[px\] and the distortion.
 type Lens = ([f64; 4], Distortion);
 
 struct Document<'a> {
@@ -77,7 +77,7 @@ impl Document<'_> {
         parsed.map(Some).map_err(|_| self.wrong(entry, format!("a list of numbers for {}", entry.key)))
     }
 
-    /// A fisheye model read as radial-tangential would be wrong without a word.
+    /// Rejects other lens models: a fisheye model read as radial-tangential would be silently wrong.
     fn refuse_other_lenses(&self) -> Result<()> {
         let names = ["distortion_model", "Camera.type", "camera_model", "Camera.model"];
         let Some(entry) = self.get(&names) else { return Ok(()) };

@@ -1,4 +1,4 @@
-//! Our own TOML: flat, every unit in the documentation, unknown fields refused.
+//! The project's own TOML format: flat; unknown fields are an error.
 //!
 //! ```toml
 //! fx = 721.5377      # px

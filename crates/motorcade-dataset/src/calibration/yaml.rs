@@ -1,5 +1,5 @@
-//! The little of YAML that calibration files use: nested keys, scalars, `[flow, lists]` over several lines and
-//! `- block` lists. Keys come out as dotted paths.
+//! The subset of YAML that calibration files use: nested keys, scalars, `[flow, lists]` over several lines and
+//! `- block` lists. Keys are dotted paths.
 
 /// One value with its line (counted from 1).
 #[derive(Debug, PartialEq)]
@@ -33,7 +33,7 @@ pub(super) fn entries(text: &str) -> Vec<Entry> {
         parents.retain(|(depth, _)| *depth < indent);
         let key = key.trim().trim_matches(['"', '\'']);
         let path = parents.iter().map(|(_, name)| name.as_str()).chain([key]).collect::<Vec<_>>().join(".");
-        // `!!opencv-matrix` and other tags say nothing that the keys do not.
+        // Tags such as `!!opencv-matrix` are redundant.
         let value = value.trim();
         let value =
             if value.starts_with("!!") { value.split_once(' ').map_or("", |(_, rest)| rest) } else { value };

@@ -47,7 +47,7 @@ fn read_dynamic(path: &Path) -> Result<DynamicImage> {
         .map_err(|e| Error::input(path, format!("cannot be decoded, it may be truncated: {e}")))
 }
 
-/// The decoder fills what is missing with grey and says nothing, so the end marker is looked for here. Some cameras
+/// The decoder silently fills missing data with grey, so the end marker is checked here. Some cameras
 /// pad files, hence not only the last two bytes.
 fn ends_like_jpeg(bytes: &[u8]) -> bool {
     let tail = &bytes[bytes.len().saturating_sub(512)..];

@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Listing {
     pub entries: Vec<Entry>,
-    /// Files whose number another file has already.
+    /// Files whose number is taken by another file.
     pub duplicates: Vec<PathBuf>,
     /// Images without a number among numbered ones.
     pub unnumbered: Vec<PathBuf>,
@@ -37,7 +37,7 @@ pub(crate) fn number_of(path: &Path) -> Option<u64> {
     stem[start..end].parse().ok()
 }
 
-/// Lists a folder. Hidden files are not looked at. A folder without any number is numbered in the order of names.
+/// Lists a folder without hidden files. A folder without any number is numbered in the order of names.
 pub(crate) fn list(folder: &Path) -> Result<Listing> {
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(Error::io(folder))? {
@@ -77,19 +77,19 @@ pub(crate) fn list(folder: &Path) -> Result<Listing> {
     Ok(listing)
 }
 
-/// The usual distance between neighbouring numbers: the lower median.
+/// Median difference of consecutive numbers (the lower one).
 pub(crate) fn numbering_step(entries: &[Entry]) -> u64 {
     let mut steps: Vec<u64> = entries.windows(2).map(|pair| pair[1].number - pair[0].number).collect();
     steps.sort_unstable();
     steps.get(steps.len().saturating_sub(1) / 2).copied().unwrap_or(1).max(1)
 }
 
-/// Numbers that are missing, or none when the numbers are no regular count at all (such as times).
+/// Missing numbers; none when the numbers are not regular (such as times).
 pub(crate) fn gaps(entries: &[Entry], step: u64) -> Vec<u64> {
     let regular = entries.windows(2).all(|pair| (pair[1].number - pair[0].number).is_multiple_of(step));
     let (Some(first), Some(last)) = (entries.first(), entries.last()) else { return Vec::new() };
     let expected = (last.number - first.number) / step + 1;
-    // More missing than present: parts of several drives, or numbers that count something else.
+    // More missing than present: parts of several drives, or numbers with another meaning.
     if !regular || expected > 2 * entries.len() as u64 {
         return Vec::new();
     }

@@ -1,4 +1,4 @@
-//! Where the KITTI benchmarks keep their files.
+//! File layouts of the KITTI benchmarks.
 
 use std::path::{Path, PathBuf};
 
@@ -12,12 +12,12 @@ pub(crate) struct Layout {
     pub images: PathBuf,
     pub calibration: PathBuf,
     pub camera: u8,
-    /// Times, one a line, when the recording brings them.
+    /// Times, one a line, when the recording has them.
     pub times: Option<PathBuf>,
     pub sequence: Option<String>,
 }
 
-/// Finds the files; errors name what can be chosen.
+/// Finds the files; errors name the possible choices.
 pub(crate) fn layout(
     root: &Path,
     format: Format,

@@ -1,4 +1,4 @@
-//! Where frames come from.
+//! Sources of frames.
 
 pub(crate) mod decode;
 pub(crate) mod images;
@@ -18,7 +18,7 @@ pub(crate) struct Slot {
     pub path: Option<PathBuf>,
 }
 
-/// Where the pixels of the slots are.
+/// Storage of the pixels.
 #[derive(Clone, Debug)]
 pub(crate) enum Store {
     /// Each slot has its own file.

@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 const INSTALL: &str =
     "install ffmpeg (it brings ffprobe), or extract the frames elsewhere and give their folder";
 
-/// What `ffprobe` says of a video.
+/// Output of `ffprobe`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct VideoInfo {
     pub frames: u64,
@@ -35,9 +35,9 @@ pub(crate) fn probe(path: &Path) -> Result<VideoInfo> {
         .stdin(Stdio::null())
         .output()
         .map_err(|e| failed("ffprobe", &e))?;
-    let said = String::from_utf8_lossy(&output.stderr);
+    let messages = String::from_utf8_lossy(&output.stderr);
     if !output.status.success() {
-        return Err(Error::input(path, format!("is not a readable video: {}", last_line(&said))));
+        return Err(Error::input(path, format!("is not a readable video: {}", last_line(&messages))));
     }
     let text = String::from_utf8_lossy(&output.stdout);
     let value = |key: &str| text.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix('='));
@@ -48,7 +48,7 @@ pub(crate) fn probe(path: &Path) -> Result<VideoInfo> {
     let rate = |key| value(key).and_then(ratio).filter(|fps| fps.is_finite() && *fps > 0.0);
     let fps = rate("avg_frame_rate")
         .or_else(|| rate("r_frame_rate"))
-        .ok_or_else(|| Error::input(path, "says no frame rate; give one with the fps option"))?;
+        .ok_or_else(|| Error::input(path, "has no frame rate; set one with the fps option"))?;
     Ok(VideoInfo { frames, fps })
 }
 
@@ -73,7 +73,7 @@ impl VideoReader {
         let mut child = Command::new("ffmpeg")
             .args(["-v", "error", "-nostdin", "-i"])
             .arg(path)
-            // One picture out for one picture in: no frame is doubled or dropped to keep a rate.
+            // One output frame per coded frame: none is duplicated or dropped to keep a rate.
             .args(["-map", "0:v:0", passthrough(), "passthrough"])
             .args(["-f", "image2pipe", "-c:v", "ppm", "-pix_fmt", "rgb24", "-"])
             .stdin(Stdio::null())
@@ -87,7 +87,7 @@ impl VideoReader {
         Ok(Self { child, pipe: BufReader::with_capacity(1 << 20, pipe), next: 0 })
     }
 
-    /// The frame with this number; earlier ones are passed over. Numbers must grow from call to call.
+    /// The frame with this number; earlier ones are skipped. Numbers must increase from call to call.
     pub(crate) fn frame(&mut self, path: &Path, number: u64) -> Result<RgbImage> {
         loop {
             let image = read_ppm(&mut self.pipe).map_err(|e| {
@@ -118,7 +118,7 @@ fn passthrough() -> &'static str {
     if major.parse::<u32>().is_ok_and(|major| major < 6) { "-vsync" } else { "-fps_mode" }
 }
 
-/// One binary PPM picture of 8 bits.
+/// Reads one binary 8-bit PPM image.
 fn read_ppm(pipe: &mut impl Read) -> std::io::Result<RgbImage> {
     let invalid = |text: &str| std::io::Error::new(std::io::ErrorKind::InvalidData, text.to_owned());
     if token(pipe)? != "P6" {
@@ -134,7 +134,7 @@ fn read_ppm(pipe: &mut impl Read) -> std::io::Result<RgbImage> {
     RgbImage::from_raw(width, height, bytes).ok_or_else(|| invalid("a picture of the wrong length"))
 }
 
-/// A word of the header and the one white space after it.
+/// A word of the header and the white space after it.
 fn token(pipe: &mut impl Read) -> std::io::Result<String> {
     let mut word = String::new();
     let mut byte = [0];

@@ -1,7 +1,7 @@
 //! The graph on vehicles with known poses, sizes and noise.
 
 use motorcade_geometry::{Camera, Pose, Vehicle, World};
-use motorcade_odometry::{EgoTrajectory, OdometryTrajectory};
+use motorcade_odometry::{EgoTrajectory, MetricOptions, OdometryTrajectory};
 use motorcade_perception::VehicleClass;
 use motorcade_vehicles::{Dimensions, Scaling, Sighting, Source, VehicleState, VehicleTrajectory};
 use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
@@ -37,7 +37,9 @@ fn ahead(k: usize) -> Pose<World, Vehicle> {
 
 fn ego() -> EgoTrajectory {
     let poses: Vec<_> = (0..FRAMES).map(camera).collect();
-    EgoTrajectory::metric(&OdometryTrajectory::from_poses(&poses), &[], 1.65)
+    let timestamps_ns: Vec<i64> = (0..poses.len() as i64).map(|k| k * 100_000_000).collect();
+    let odometry = OdometryTrajectory::from_poses(&poses, &timestamps_ns);
+    EgoTrajectory::metric(&odometry, &[], 1.65, 0.0, &MetricOptions::default())
 }
 
 /// A vehicle with the front end's poses `start` and the measurements `sightings`.

@@ -48,7 +48,10 @@ fn seen_at(ticks: &[usize], seed: u64) -> (EgoTrajectory, VehicleTrajectory, Vec
     let (truth, errors) = (car(), errors(seed));
     let times_s: Vec<f64> = ticks.iter().map(|t| *t as f64 * TICK_S).collect();
     let cameras: Vec<_> = times_s.iter().map(|t| camera_at(*t)).collect();
-    let mut ego = EgoTrajectory::metric(&OdometryTrajectory::from_poses(&cameras), &[], 1.65);
+    let timestamps_ns: Vec<i64> = times_s.iter().map(|t| (t * 1e9).round() as i64).collect();
+    let odometry = OdometryTrajectory::from_poses(&cameras, &timestamps_ns);
+    let options = motorcade_odometry::MetricOptions::default();
+    let mut ego = EgoTrajectory::metric(&odometry, &[], 1.65, 0.0, &options);
     for frame in &mut ego.frames {
         // Of the covariance of a vehicle only the part of the graph is compared.
         frame.covariance = Matrix6::zeros();

@@ -1,4 +1,4 @@
-//! What several tests use.
+//! Shared by several tests.
 
 #![allow(dead_code, unused_imports, reason = "every test and benchmark uses a part of this")]
 

@@ -11,7 +11,7 @@ pub const CAMERA: PinholeCamera =
 pub const HEIGHT_M: f64 = 1.5;
 /// From the middle of the street to either wall \[m\].
 const TO_WALL_M: f64 = 6.0;
-/// How far one sees \[m\].
+/// Range of sight \[m\].
 const SIGHT_M: f64 = 60.0;
 
 /// Where the camera is over the street.
@@ -52,7 +52,7 @@ fn texture(u: f64, v: f64) -> f64 {
     0.5 * noise(u / 0.4, v / 0.4) + 0.5 * noise(u / 1.5 + 31.0, v / 1.5 + 17.0)
 }
 
-/// The ray through a pixel in the street, to the right, down and along, and how far it goes to what is seen (depth) \[m\].
+/// The ray through a pixel in the street (right, down, along), and the depth of its first surface \[m\].
 fn ray(camera: &PinholeCamera, place: &Place, u: f64, v: f64) -> ([f64; 3], f64) {
     let (sin, cos) = place.heading_rad.sin_cos();
     let (x, y) = ((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy);
@@ -62,7 +62,7 @@ fn ray(camera: &PinholeCamera, place: &Place, u: f64, v: f64) -> ([f64; 3], f64)
     ([right, y, ahead], to_wall.min(to_road).min(SIGHT_M))
 }
 
-/// Depth of what a pixel shows \[m\].
+/// Depth of the surface at a pixel \[m\].
 pub fn depth(camera: &PinholeCamera, place: &Place, u: f64, v: f64) -> f64 {
     ray(camera, place, u, v).1
 }

@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use motorcade_dataset::read_labels;
 use motorcade_dataset::text::{Row, TextFile};
+use motorcade_dataset::{Frame, read_labels};
 
 use crate::detection::{BoundingBox, BoxConvention, Detection, VehicleClass};
+use crate::detectors::VehicleDetector;
 use crate::error::Result;
 
 /// Layouts of detection files. Frame numbers are the input's own in all of them.
@@ -29,7 +30,7 @@ pub struct DetectionTable {
 }
 
 impl DetectionTable {
-    /// Reads a file; the layout is told by the separator and the number of columns of the first line.
+    /// Reads a file; the layout follows from the separator and the number of columns of the first line.
     ///
     /// # Errors
     /// A line with a wrong column, named with its number.
@@ -114,6 +115,15 @@ fn rrc(row: &Row<'_>) -> Result<Found> {
     let score = row.number(5, "a score")?;
     let (class, convention) = (VehicleClass::Car, BoxConvention::VisibleExtent);
     Ok(Some((frame, Detection { class, score, bbox, convention, external_id: None })))
+}
+
+impl VehicleDetector for DetectionTable {
+    fn detect(&mut self, frame: &Frame) -> Result<Vec<Detection>> {
+        Ok(self.of_frame(frame.number).to_vec())
+    }
+    fn description(&self) -> String {
+        format!("{:?} file", self.format)
+    }
 }
 
 #[cfg(test)]

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use motorcade_dataset::{numbered_images, read_mask};
+use motorcade_dataset::{Frame, numbered_images, read_mask};
 
+use crate::detectors::RoadSegmenter;
 use crate::error::Result;
 use crate::road::RoadMask;
 
@@ -37,5 +38,14 @@ impl RoadMaskFolder {
             mask.pixels_mut().for_each(|p| p.0[0] *= 255);
         }
         Ok(Some(RoadMask::new(mask, width, height)))
+    }
+}
+
+impl RoadSegmenter for RoadMaskFolder {
+    fn segment(&mut self, frame: &Frame) -> Result<Option<RoadMask>> {
+        self.of_frame(frame.number, frame.size())
+    }
+    fn description(&self) -> String {
+        "mask files".to_owned()
     }
 }

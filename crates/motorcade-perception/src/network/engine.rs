@@ -5,16 +5,16 @@ use std::sync::Arc;
 
 use rten::{Dimension, ThreadPool};
 use rten_tensor::{NdTensor, Tensor};
-use sha2::{Digest, Sha256};
 
 #[cfg(feature = "ort")]
 use super::onnx_runtime::Session;
-use super::pure::Graph;
+use super::rten_engine::Graph;
 use crate::error::{Error, Result};
-use crate::manifest::{InputSpec, ModelEntry};
+use crate::inventory::sha256;
+use crate::manifest::{InputSpec, ModelEntry, OutputSpec};
 use crate::models::ModelOptions;
 
-/// What runs the networks. The results of two engines differ by rounding.
+/// Inference engine. The results of two engines differ by rounding.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Engine {
@@ -34,7 +34,7 @@ enum Loaded {
     OnnxRuntime(Session),
 }
 
-/// A network with one image input `[1, 3, H, W]` and one output.
+/// A network with one input `[N, C, H, W]`.
 pub struct Network {
     path: PathBuf,
     name: String,
@@ -65,8 +65,19 @@ impl Network {
         let path = folder.join(&entry.file);
         let bytes =
             std::fs::read(&path).map_err(|e| Error::model(&path, format!("network does not read: {e}")))?;
+        Self::from_bytes(path, bytes, entry, options, threads)
+    }
+
+    /// As [`load`](Self::load), for a file in memory; `path` stands in messages.
+    pub(crate) fn from_bytes(
+        path: PathBuf,
+        bytes: Vec<u8>,
+        entry: &ModelEntry,
+        options: &ModelOptions,
+        threads: &Arc<ThreadPool>,
+    ) -> Result<Self> {
         if let Some(expected) = &entry.sha256 {
-            let found: String = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+            let found = sha256(&bytes);
             if !found.eq_ignore_ascii_case(expected) {
                 return Err(Error::model(&path, format!("SHA-256 is {found}, the manifest says {expected}")));
             }
@@ -82,7 +93,7 @@ impl Network {
                 (Loaded::OnnxRuntime(session), shape)
             }
         };
-        let size = image_size(&path, &shape, entry.input.size)?;
+        let size = input_size(&path, &shape, entry)?;
         let (name, spec) = (entry.name.clone(), entry.input.clone());
         Ok(Self { path, name, loaded, spec, size })
     }
@@ -91,7 +102,7 @@ impl Network {
     pub fn name(&self) -> &str {
         &self.name
     }
-    /// What runs it, in words.
+    /// Name of its engine.
     pub fn engine(&self) -> &'static str {
         match &self.loaded {
             Loaded::Rten(_) => "rten",
@@ -99,13 +110,26 @@ impl Network {
             Loaded::OnnxRuntime(_) => "ONNX Runtime",
         }
     }
+    /// Its name, and the engine where that is not the one built in.
+    pub fn description(&self) -> String {
+        match self.engine() {
+            "rten" => format!("network {}", self.name),
+            engine => format!("network {} by {engine}", self.name),
+        }
+    }
     /// Input width and height \[px\].
     pub fn input_size(&self) -> (usize, usize) {
         (self.size.1, self.size.0)
     }
 
-    /// Runs on a `[1, 3, H, W]` input.
+    /// Runs on a `[1, 3, H, W]` input; the first output.
     pub(super) fn run(&self, input: NdTensor<f32, 4>) -> Result<Tensor<f32>> {
+        let first = self.run_all(input)?.into_iter().next();
+        first.ok_or_else(|| Error::model(&self.path, "has no output"))
+    }
+
+    /// Runs on a `[N, C, H, W]` input; all outputs in the order of the file.
+    pub(super) fn run_all(&self, input: NdTensor<f32, 4>) -> Result<Vec<Tensor<f32>>> {
         let output = match &self.loaded {
             Loaded::Rten(graph) => graph.run(&input),
             #[cfg(feature = "ort")]
@@ -119,6 +143,31 @@ impl Network {
             &self.path,
             format!("output has shape {shape:?}, expected {expected}; check its kind in the manifest"),
         )
+    }
+}
+
+/// Height and width of the input of a network of this kind; (0, 0) where the image decides.
+fn input_size(path: &Path, shape: &[Dimension], entry: &ModelEntry) -> Result<(usize, usize)> {
+    let takes = |expected: [Option<usize>; 4]| {
+        let one = |(found, expected): (&Dimension, Option<usize>)| match (found, expected) {
+            (Dimension::Fixed(found), Some(expected)) => *found == expected,
+            (Dimension::Fixed(_), None) => false,
+            (Dimension::Symbolic(_), _) => true,
+        };
+        shape.len() == 4 && shape.iter().zip(expected).all(one)
+    };
+    let wrong = |expected: &str| {
+        let dimensions: Vec<String> = shape.iter().map(in_words).collect();
+        Err(Error::model(path, format!("input has shape [{}], expected {expected}", dimensions.join(", "))))
+    };
+    match entry.output {
+        OutputSpec::Yolox { .. } | OutputSpec::Segmentation { .. } => {
+            image_size(path, shape, entry.input.size)
+        }
+        OutputSpec::Scene { .. } if takes([Some(1), Some(3), None, None]) => Ok((0, 0)),
+        OutputSpec::Scene { .. } => wrong("[1, 3, height, width] with open height and width"),
+        OutputSpec::Keypoints {} if takes([None, Some(4), Some(64), Some(64)]) => Ok((64, 64)),
+        OutputSpec::Keypoints {} => wrong("[N, 4, 64, 64] with open N"),
     }
 }
 

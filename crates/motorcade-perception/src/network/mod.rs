@@ -1,15 +1,20 @@
 //! Networks, run by `rten` (pure Rust) or, on request, by ONNX Runtime.
 
+mod crop;
 mod engine;
+mod keypoints;
 mod nms;
 #[cfg(feature = "ort")]
 mod onnx_runtime;
 mod preprocess;
-mod pure;
+mod rten_engine;
+mod scene;
 mod segmentation;
 mod yolox;
 
 pub use engine::{Engine, Network};
+pub use keypoints::{CropOptions, KeypointNetwork};
 pub use nms::suppress;
-pub use segmentation::RoadSegmenter;
-pub use yolox::VehicleDetector;
+pub use scene::SceneNetwork;
+pub use segmentation::RoadNetwork;
+pub use yolox::YoloxDetector;

@@ -15,7 +15,7 @@ use crate::error::{Error, Result};
 /// Names the library; without it the system is asked for it.
 const LIBRARY_VARIABLE: &str = "ORT_DYLIB_PATH";
 
-/// A network with one input and one output that counts.
+/// A network with one input.
 pub(super) struct Session {
     /// Running needs it alone; frames come one by one anyway.
     session: Mutex<ort::session::Session>,
@@ -40,17 +40,19 @@ impl Session {
         Ok((Self { session: Mutex::new(session) }, shape))
     }
 
-    /// The first output, or what went wrong.
-    pub fn run(&self, input: &NdTensor<f32, 4>) -> Result<Tensor<f32>, String> {
+    /// All outputs in the order of the file, or what went wrong.
+    pub fn run(&self, input: &NdTensor<f32, 4>) -> Result<Vec<Tensor<f32>>, String> {
         let data = input.data().ok_or("the input is not in one piece")?;
         let input = TensorRef::from_array_view((input.shape(), data)).map_err(|e| e.to_string())?;
         // A run that panicked has left nothing behind in the session.
         let mut session = self.session.lock().unwrap_or_else(PoisonError::into_inner);
         let outputs = session.run(ort::inputs![input]).map_err(|e| e.to_string())?;
-        let first = outputs.values().next().ok_or("no output")?;
-        let (shape, data) = first.try_extract_tensor::<f32>().map_err(|e| e.to_string())?;
-        let shape: Vec<usize> = shape.iter().map(|size| usize::try_from(*size).unwrap_or(0)).collect();
-        Tensor::try_from_data(shape.as_slice(), data.to_vec()).map_err(|e| e.to_string())
+        let tensor = |value: ort::value::ValueRef<'_>| {
+            let (shape, data) = value.try_extract_tensor::<f32>().map_err(|e| e.to_string())?;
+            let shape: Vec<usize> = shape.iter().map(|size| usize::try_from(*size).unwrap_or(0)).collect();
+            Tensor::try_from_data(shape.as_slice(), data.to_vec()).map_err(|e| e.to_string())
+        };
+        outputs.values().map(tensor).collect()
     }
 }
 
@@ -59,7 +61,7 @@ fn open(environment: &Environment, bytes: &[u8], threads: usize) -> ort::Result<
         .with_intra_threads(threads)?
         // The same input gives the same bytes.
         .with_deterministic_compute(true)?
-        // What matters comes back as an error; stderr is the program's.
+        // Errors are returned; stderr is the program's.
         .with_log_level(LogLevel::Fatal)?
         .commit_from_memory(bytes)
 }

@@ -12,7 +12,7 @@ pub(super) struct Scale {
     pub y: f64,
 }
 
-/// How an image of (width, height) is scaled into an input of (height, width).
+/// Scale of an image of (width, height) in an input of (height, width).
 pub(super) fn scale(spec: &InputSpec, image: (u32, u32), input: (usize, usize)) -> Scale {
     let x = f64::from(image.0) / input.1 as f64;
     let y = f64::from(image.1) / input.0 as f64;
@@ -59,7 +59,7 @@ pub(super) fn input(spec: &InputSpec, image: &RgbImage, size: (usize, usize)) ->
     NdTensor::from_data([1, 3, height, width], data)
 }
 
-/// Which two source pixels make a target pixel.
+/// The two source pixels of a target pixel.
 struct Tap {
     first: usize,
     second: usize,

@@ -1,32 +1,29 @@
 //! Class maps to road masks.
 
 use image::{GrayImage, RgbImage};
+use motorcade_dataset::Frame;
 use rten_tensor::prelude::*;
 
 use super::engine::Network;
 use super::preprocess::input;
+use crate::detectors::RoadSegmenter;
 use crate::error::Result;
 use crate::road::RoadMask;
 
-/// A segmentation network that knows the road.
+/// A segmentation network with classes that are road.
 #[derive(Debug)]
-pub struct RoadSegmenter {
+pub struct RoadNetwork {
     network: Network,
     road_classes: Vec<usize>,
 }
 
-impl RoadSegmenter {
+impl RoadNetwork {
     pub(crate) fn new(network: Network, road_classes: Vec<usize>) -> Self {
         Self { network, road_classes }
     }
 
-    /// The network.
-    pub fn network(&self) -> &Network {
-        &self.network
-    }
-
     /// Finds the road.
-    pub fn segment(&self, image: &RgbImage) -> Result<RoadMask> {
+    pub fn segment_image(&self, image: &RgbImage) -> Result<RoadMask> {
         let output = self.network.run(input(&self.network.spec, image, self.network.size))?;
         let shape = output.shape().to_vec();
         let last = self.road_classes.iter().copied().max().unwrap_or(0);
@@ -47,5 +44,14 @@ impl RoadSegmenter {
         let bytes = sum.iter().map(|p| (p * 255.0).round().clamp(0.0, 255.0) as u8).collect();
         let mask = GrayImage::from_raw(width as u32, height as u32, bytes).unwrap_or_default();
         Ok(RoadMask::new(mask, image.width(), image.height()))
+    }
+}
+
+impl RoadSegmenter for RoadNetwork {
+    fn segment(&mut self, frame: &Frame) -> Result<Option<RoadMask>> {
+        self.segment_image(&frame.rgb()).map(Some)
+    }
+    fn description(&self) -> String {
+        self.network.description()
     }
 }

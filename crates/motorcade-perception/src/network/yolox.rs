@@ -1,23 +1,34 @@
 //! YOLOX heads to vehicles.
 
 use image::RgbImage;
+use motorcade_dataset::Frame;
 use rten_tensor::prelude::*;
 
 use super::engine::Network;
 use super::nms::suppress;
 use super::preprocess::{input, scale};
 use crate::detection::{BoundingBox, BoxConvention, Detection, VehicleClass};
+use crate::detectors::VehicleDetector;
 use crate::error::Result;
 
 const STRIDES: [usize; 3] = [8, 16, 32];
 
-/// A YOLOX network that looks for vehicles.
+/// A YOLOX network that finds vehicles.
 #[derive(Debug)]
-pub struct VehicleDetector {
+pub struct YoloxDetector {
     network: Network,
     /// Class number of the network and what it is.
     classes: Vec<(usize, VehicleClass)>,
     min_score: f64,
+}
+
+impl VehicleDetector for YoloxDetector {
+    fn detect(&mut self, frame: &Frame) -> Result<Vec<Detection>> {
+        self.detect_in(&frame.rgb())
+    }
+    fn description(&self) -> String {
+        self.network.description()
+    }
 }
 
 /// One cell of the grid: where it stands and how far cells are apart \[px of the input\].
@@ -27,18 +38,13 @@ struct Cell {
     stride: f64,
 }
 
-impl VehicleDetector {
+impl YoloxDetector {
     pub(crate) fn new(network: Network, classes: Vec<(usize, VehicleClass)>, min_score: f64) -> Self {
         Self { network, classes, min_score }
     }
 
-    /// The network.
-    pub fn network(&self) -> &Network {
-        &self.network
-    }
-
     /// Finds vehicles, best first.
-    pub fn detect(&self, image: &RgbImage) -> Result<Vec<Detection>> {
+    pub fn detect_in(&self, image: &RgbImage) -> Result<Vec<Detection>> {
         let size = self.network.size;
         let output = self.network.run(input(&self.network.spec, image, size))?;
         let cells = cells(size);

@@ -1,4 +1,4 @@
-//! Where to start: headings over the circle, sides as given and exchanged, each placed linearly.
+//! Initial poses: headings over the circle, left and right as given and exchanged, each positioned linearly.
 
 use motorcade_geometry::PinholeCamera;
 use nalgebra::{Matrix3, Vector3};
@@ -9,7 +9,7 @@ use super::options::FitOptions;
 use super::problem::{Problem, pose};
 use super::solver::cost_of;
 
-/// A start.
+/// An initial pose.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hypothesis {
     pub state: State,
@@ -34,8 +34,7 @@ fn upright(up: &Vector3<f64>, heading_rad: f64) -> Matrix3<f64> {
     Matrix3::from_columns(&[forward, up.cross(&forward), *up])
 }
 
-/// The starts worth refining, the likeliest first. Always one that faces the other way than the likeliest, when any such
-/// stands before the camera.
+/// The initial poses to refine, the most likely first; always one opposite to the most likely, when any is in front of the camera.
 pub(crate) fn choose(
     model: &Model,
     camera: &PinholeCamera,
@@ -48,7 +47,7 @@ pub(crate) fn choose(
     let count = options.headings.max(4);
     for swapped in [false, true] {
         let mut problem = Problem::new(model, camera, options, observation, swapped);
-        // A first distance from the height of a car, about 1.5 m; it only weighs the first linear round.
+        // A first distance from a car's height of about 1.5 m; it only weights the first linear round.
         let first_distance_m = (camera.focal_px() * 1.5 / problem.span_px().max(1.0)).clamp(3.0, 100.0);
         let up = problem.up();
         for k in 0..count {
@@ -56,10 +55,10 @@ pub(crate) fn choose(
             problem.distance_m = first_distance_m;
             let at = |t: &Vector3<f64>| State { camera_from_vehicle: pose(&rotation, t), shape: *shape };
             let start = at(&Vector3::zeros());
-            // Strays can drag the linear place behind the camera: then the first distance has to do.
+            // Outliers can move the linear position behind the camera; then the first distance is used.
             let translation = problem
                 .linear_translation(&rotation, &start)
-                .unwrap_or_else(|| problem.place_at(first_distance_m));
+                .unwrap_or_else(|| problem.position_at(first_distance_m));
             let state = at(&translation);
             problem.distance_m = translation.z;
             if !problem.rows(&state, &mut rows) {
@@ -79,7 +78,7 @@ pub(crate) fn choose(
         if chosen.len() >= options.refined.max(2) {
             break;
         }
-        // Neighbours on the circle (30° apart) end in the same minimum.
+        // Neighbours on the circle (30° apart) converge to the same minimum.
         let near = |c: &Hypothesis| {
             c.swapped == hypothesis.swapped && heading_cosine(&c.state, &hypothesis.state) > 0.8
         };

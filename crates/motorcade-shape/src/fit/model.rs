@@ -1,4 +1,4 @@
-//! A prior made ready for fitting: whitened, truncated, in flat arrays.
+//! A shape prior prepared for fitting: whitened, truncated, in flat arrays.
 
 use motorcade_geometry::{Camera, Pose, Vehicle};
 use nalgebra::{SMatrix, SVector, Vector3};
@@ -24,7 +24,7 @@ pub(crate) struct ModelPoint {
 }
 
 impl ModelPoint {
-    /// Place in the vehicle frame.
+    /// Position in the vehicle frame.
     pub fn at(&self, shape: &Shape) -> Vector3<f64> {
         let mut out = self.mean;
         for b in 0..MAX_SHAPE {
@@ -36,7 +36,7 @@ impl ModelPoint {
     }
 }
 
-/// The prior as the solver wants it.
+/// The prior in the form of the solver.
 #[derive(Clone, Debug)]
 pub(crate) struct Model {
     /// Keypoints, then outline.

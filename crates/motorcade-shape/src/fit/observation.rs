@@ -1,4 +1,4 @@
-//! What is known of one vehicle in one image.
+//! Observation of one vehicle in one image.
 
 use motorcade_geometry::PinholeCamera;
 use nalgebra::{Point2, Vector2, Vector3};
@@ -6,12 +6,12 @@ use nalgebra::{Point2, Vector2, Vector3};
 use crate::dimensions::SizePrior;
 use crate::error::FitError;
 
-/// A keypoint as a network gives it.
+/// Output of a keypoint network for one point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObservedKeypoint {
-    /// Place in the image \[px\].
+    /// Pixel \[px\].
     pub pixel: Point2<f64>,
-    /// Confidence, 0 to 1; 0 for a point that was not looked for or not found (its pixel is then not read).
+    /// Confidence, 0 to 1; 0 for a missing point, whose pixel is not read.
     pub confidence: f64,
 }
 
@@ -29,16 +29,16 @@ pub struct RoadPlane {
 }
 
 impl RoadPlane {
-    /// A level road that was not measured. The pitch of the road under a driving car's camera varies by about 0.25° and the
-    /// slope of streets by 0.2° over 20 m; 0.5° leaves room for a camera that is not mounted quite level.
+    /// A level road, not measured. The pitch of a driving car's camera varies by about 0.25° and the slope of streets by 0.2° over
+    /// 20 m; 0.5° also covers a camera that is not mounted exactly level.
     pub fn level(height_m: f64) -> Self {
         Self { up: -Vector3::y(), height_m, height_sigma_m: 0.03, slope_sigma_rad: 0.5_f64.to_radians() }
     }
-    /// How far the road at a distance may lie off the plane \[m\].
+    /// Standard deviation of the road's height at a distance \[m\].
     pub(crate) fn height_sigma_at(&self, distance_m: f64) -> f64 {
         self.height_sigma_m.hypot(self.slope_sigma_rad * distance_m)
     }
-    /// How far a standing vehicle may lean against the plane \[rad\]: suspension and load besides the slope.
+    /// Standard deviation of roll and pitch of a vehicle against the plane \[rad\]: suspension and load besides the slope.
     pub(crate) fn lean_sigma_rad(&self) -> f64 {
         self.slope_sigma_rad.hypot(1.0_f64.to_radians())
     }
@@ -49,7 +49,7 @@ impl RoadPlane {
 pub struct ImageBox {
     /// Left, top, right, bottom \[px\].
     pub edges_px: [f64; 4],
-    /// Which edges are the vehicle's own: neither cut off by the image nor hidden behind something.
+    /// True for edges of the vehicle: neither truncated nor occluded.
     pub trusted: [bool; 4],
 }
 
@@ -67,8 +67,8 @@ impl ImageBox {
         let [x1, y1, x2, y2] = self.edges_px;
         Vector2::new(x2 - x1, y2 - y1)
     }
-    /// Standard deviation of an edge \[px\]: a floor, and a share of the box for what the outline of a few points does not
-    /// know of the body and the detector's habits (mirrors, shadows).
+    /// Standard deviation of an edge \[px\]: a constant, and a share of the box for body details that the outline lacks and the
+    /// detector's bias (mirrors, shadows).
     pub(crate) fn sigma_px(&self, edge: usize) -> f64 {
         let side = self.size_px()[edge % 2];
         1.5_f64.hypot(0.03 * side)
@@ -82,7 +82,7 @@ pub struct Observation {
     pub keypoints: Vec<ObservedKeypoint>,
     /// Standard deviation of a keypoint of confidence 1 along x and y \[px\].
     pub sigma_px: Vector2<f64>,
-    /// The box, when its edges are to count.
+    /// The box, when its edges are measurements.
     pub image_box: Option<ImageBox>,
     /// The road, when it is known.
     pub road: Option<RoadPlane>,
@@ -91,14 +91,14 @@ pub struct Observation {
 }
 
 impl Observation {
-    /// Keypoints of a known accuracy and nothing else.
+    /// Keypoints of known accuracy, without box, road and size.
     pub fn new(keypoints: Vec<ObservedKeypoint>, sigma_px: f64) -> Self {
         Self { keypoints, sigma_px: Vector2::repeat(sigma_px), image_box: None, road: None, size: None }
     }
 
     /// Outputs (x, y, confidence) of a network that looks at the box's content stretched to `crop_px` square:
-    /// `pixel_x = x · w / crop + x1`. The accuracy scales with the box: 3 % of its sides, what a network with a 64 px
-    /// heat map is good for (2 px). The box's edges do not count as measurements; set `image_box` for that.
+    /// `pixel_x = x · w / crop + x1`. The sigma is 3 % of the box's sides: 2 px of a 64 px heat map. The
+    /// box's edges are not measurements unless `image_box` is set.
     pub fn from_crop(outputs: &[[f64; 3]], edges_px: [f64; 4], crop_px: f64) -> Self {
         const SIGMA_OF_SIDE: f64 = 0.03;
         let [x1, y1, x2, y2] = edges_px;
@@ -114,7 +114,7 @@ impl Observation {
         Self { keypoints, sigma_px, image_box: None, road: None, size: None }
     }
 
-    /// Refuses numbers that are not finite or out of range.
+    /// Checks that numbers are finite and in range.
     pub(crate) fn validate(&self) -> Result<(), FitError> {
         for (i, seen) in self.keypoints.iter().enumerate() {
             let confidence = (0.0..=1.0).contains(&seen.confidence);

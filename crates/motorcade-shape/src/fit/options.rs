@@ -1,11 +1,11 @@
-//! What can be chosen about the fit.
+//! Options of the fit.
 
 use motorcade_geometry::robust::Kernel;
 
-/// How pose and shape are refined.
+/// Method of refinement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FitMethod {
-    /// Pose and shape in turn (the paper, equations 7 and 8), so many rounds.
+    /// Pose and shape in turn (the paper, equations 7 and 8).
     Alternating {
         /// Rounds of pose, then shape.
         rounds: usize,
@@ -14,33 +14,61 @@ pub enum FitMethod {
     Joint,
 }
 
-/// Settings of a fit; the defaults work.
+/// Options of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FitOptions {
-    /// Keypoints below this confidence do not count as measurements. Measured on the network outputs at hand: below 0.1
-    /// they lie anywhere in the crop.
+    /// Confidence from which a keypoint is a measurement. Below 0.1 the outputs of the network at hand are anywhere in the crop.
     pub min_confidence: f64,
-    /// How far a vehicle's true keypoint lies off the deformed mean (standard deviation per axis) \[m\]: the basis is
-    /// small, and networks were taught by other hands than drew our cars.
+    /// Standard deviation of a true keypoint about the deformed mean, per axis \[m\]: the basis is small, and annotators of
+    /// networks place points differently.
     pub keypoint_sigma_m: f64,
     /// Kernel on the whitened squared distance of a keypoint (2 degrees of freedom).
     pub kernel: Kernel,
     /// Headings tried, evenly over the circle.
     pub headings: usize,
-    /// The best of those that are refined; at least 2.
+    /// Most likely headings that are refined; at least 2.
     pub refined: usize,
     /// Deformations used, the widest first; at most [`MAX_SHAPE`](crate::fit::MAX_SHAPE).
     pub deformations: usize,
     /// Joint or alternating.
     pub method: FitMethod,
-    /// Steps of a refinement at most.
+    /// Most steps of a refinement.
     pub max_iterations: usize,
-    /// Whether it counts that points on faces turned away are unseen and those on faces turned to the camera are seen.
+    /// True to use which points were found: those on faces turned away should be missing.
     pub visibility: bool,
-    /// Cost of taking all left points for right ones: −2 ln of how often a network does that (5 %).
+    /// Cost of exchanging left and right points: −2 ln of how often a network does that (5 %).
     pub swap_cost: f64,
-    /// Without a road plane: how far vehicle and camera may lean against each other \[rad\].
+    /// Without a road plane: standard deviation of roll and pitch between vehicle and camera \[rad\].
     pub level_sigma_rad: f64,
+    /// Visibility and box-edge terms.
+    pub advanced: AdvancedFitOptions,
+}
+
+/// Parameters of the visibility and box-edge terms. Costs are −2 ln of probabilities.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AdvancedFitOptions {
+    /// Width of the transition from invisible to visible in the cosine of a face.
+    pub visibility_sigma: f64,
+    /// Cost of a missing point that faces the camera: 30 % are occluded or dark.
+    pub missing_in_front_cost: f64,
+    /// Cost of a found point on a face turned away: networks place 3 % of them.
+    pub visible_behind_cost: f64,
+    /// Number of points for which these costs were tuned (the layout of 14); more points share them.
+    pub visibility_points: f64,
+    /// Scale of the Cauchy kernel on whitened residuals of box edges.
+    pub box_edge_scale: f64,
+}
+
+impl Default for AdvancedFitOptions {
+    fn default() -> Self {
+        Self {
+            visibility_sigma: 0.2,
+            missing_in_front_cost: 2.4,
+            visible_behind_cost: 7.0,
+            visibility_points: 14.0,
+            box_edge_scale: 2.0,
+        }
+    }
 }
 
 impl Default for FitOptions {
@@ -48,7 +76,7 @@ impl Default for FitOptions {
         Self {
             min_confidence: 0.1,
             keypoint_sigma_m: 0.05,
-            // χ² of 2 degrees of freedom stays under 5.99 in 95 %.
+            // √ of the 95 % quantile of χ²₂.
             kernel: Kernel::Cauchy(2.447_7),
             headings: 12,
             refined: 4,
@@ -58,6 +86,7 @@ impl Default for FitOptions {
             visibility: true,
             swap_cost: 6.0,
             level_sigma_rad: 5.0_f64.to_radians(),
+            advanced: AdvancedFitOptions::default(),
         }
     }
 }

@@ -1,19 +1,21 @@
-//! The search for the likeliest pose of one vehicle in one image.
+//! Search for the most likely pose of one vehicle in one image.
 
 use motorcade_geometry::PinholeCamera;
 use nalgebra::{Matrix6, SMatrix};
 
+use super::fitter::ShapeFitter;
 use super::model::{Shape, State};
 use super::observation::Observation;
 use super::options::FitMethod;
 use super::problem::{Problem, Row};
-use super::single::{Alternative, CLEAR_COST, Quality, ShapeFit, ShapeFitter, information};
+use super::quality::{Quality, information};
+use super::result::{Alternative, CLEAR_COST, ShapeFit};
 use super::solver::{Effort, Free, Refined, refine};
 use super::track_shape::{ShapeMatrix, TrackShape};
 use super::{MAX_SHAPE, hypotheses};
 use crate::error::FitError;
 
-/// One vehicle in one image, and what is known of its shape from its track.
+/// One vehicle in one image, and the shape of its track if known.
 pub(super) struct Search<'a> {
     pub fitter: &'a ShapeFitter,
     pub camera: &'a PinholeCamera,
@@ -21,7 +23,7 @@ pub(super) struct Search<'a> {
     pub known: Option<&'a TrackShape>,
 }
 
-/// A minimum, and whether it takes left points for right ones.
+/// A minimum, and true when left and right are exchanged.
 type Found = (Refined, bool);
 
 /// Covariances at a minimum: pose (6×6), pose with shape (6×8), shape (8×8, whitened).
@@ -32,7 +34,7 @@ struct Spread {
 }
 
 impl<'a> Search<'a> {
-    /// Tries headings and sides from this shape on.
+    /// Searches headings and sides from this initial shape.
     pub fn run(&self, start: &Shape) -> Result<ShapeFit, FitError> {
         let Self { fitter, camera, observation, .. } = *self;
         fitter.check(camera, observation)?;
@@ -80,7 +82,7 @@ impl<'a> Search<'a> {
         problem
     }
 
-    /// All hypotheses, refined roughly, the likeliest first.
+    /// All hypotheses after a rough refinement, the most likely first.
     fn roughly(&self, start: &Shape, iterations: &mut usize, rows: &mut Vec<Row>) -> Vec<Found> {
         let Self { fitter, camera, observation, .. } = *self;
         let chosen = hypotheses::choose(&fitter.model, camera, fitter.options(), observation, start);
@@ -101,7 +103,7 @@ impl<'a> Search<'a> {
         rough
     }
 
-    /// Those that may still win, and the best that faces the other way, refined to the end.
+    /// The hypotheses that may still be best, and the best opposite one, fully refined.
     fn to_the_end(
         &self,
         rough: &[Found],
@@ -127,7 +129,7 @@ impl<'a> Search<'a> {
         Ok(found)
     }
 
-    /// Refines by the chosen method, twice: the second time with metre sigmas at the distance that was found.
+    /// Refines by the selected method, twice: the second time with metre sigmas at the estimated distance.
     fn descend(&self, problem: &mut Problem<'_>, state: State, rows: &mut Vec<Row>) -> Option<Refined> {
         let options = self.fitter.options();
         let effort = Effort::full(options.max_iterations);

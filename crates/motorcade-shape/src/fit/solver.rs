@@ -15,14 +15,14 @@ pub(crate) struct Normal {
 }
 
 impl Normal {
-    /// Sums the rows that `keep` wants.
+    /// Sums the rows selected by `keep`.
     pub fn of(problem: &Problem<'_>, rows: &[Row], keep: impl Fn(Term) -> bool) -> Self {
         let mut out = Self { h: SMatrix::zeros(), g: SVector::zeros(), cost: 0.0 };
         for (group, cost, weight) in robust_groups(problem, rows).filter(|(group, ..)| keep(group[0].term)) {
             out.cost += cost;
             for row in group {
                 let weighted = row.j * weight;
-                // Written out: matrices this small lose more in calls than in arithmetic.
+                // Explicit loops: for matrices this small, calls cost more than the arithmetic.
                 for c in 0..DOF {
                     for r in 0..DOF {
                         out.h[(r, c)] += weighted[r] * row.j[c];
@@ -54,7 +54,7 @@ fn robust_groups<'a>(
     })
 }
 
-/// Which part of the state may move.
+/// Free part of the state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Free {
     /// Pose and shape.
@@ -65,24 +65,24 @@ pub(crate) enum Free {
     Shape,
 }
 
-/// How long to go on.
+/// Limits of a refinement.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Effort {
     pub max_iterations: usize,
-    /// A step that gains less than this share of the cost is the last.
+    /// Relative decrease of the cost below which the iteration ends.
     pub tolerance: f64,
 }
 
 impl Effort {
-    /// Enough to compare hypotheses.
+    /// Sufficient to compare hypotheses.
     pub const ROUGH: Self = Self { max_iterations: 5, tolerance: 1e-2 };
-    /// To the minimum: depth and size trade off along a flat valley, so small gains still move far.
+    /// To the minimum: along the flat valley of depth and size small decreases still move far.
     pub fn full(max_iterations: usize) -> Self {
         Self { max_iterations, tolerance: 1e-6 }
     }
 }
 
-/// Where a refinement ended.
+/// Result of a refinement.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Refined {
     pub state: State,
@@ -90,8 +90,7 @@ pub(crate) struct Refined {
     pub iterations: usize,
 }
 
-/// Applies a step to the pose (on the right) and the shape, shortened where it would leave the neighbourhood in which a
-/// linear model means anything.
+/// Applies a step to the pose (on the right) and the shape, shortened to the neighbourhood in which the linear model is valid.
 pub(crate) fn step(state: &State, delta: &SVector<f64, DOF>) -> State {
     let pose = &state.camera_from_vehicle;
     let turn = delta.fixed_rows::<3>(0).norm() / 0.5;
@@ -104,7 +103,7 @@ pub(crate) fn step(state: &State, delta: &SVector<f64, DOF>) -> State {
     }
 }
 
-/// Descends from a state. `None` when it is not in front of the camera.
+/// Levenberg–Marquardt from a state. `None` when it is not in front of the camera.
 pub(crate) fn refine(
     problem: &Problem<'_>,
     state: State,
@@ -153,7 +152,7 @@ pub(crate) fn refine(
     Some(Refined { state, cost: normal.cost, iterations })
 }
 
-/// Takes what is held, and coefficients nobody uses, out of the equations.
+/// Removes held and unused coefficients from the equations.
 fn hold(mut normal: Normal, free: Free) -> Normal {
     let range = match free {
         Free::All => 0..0,

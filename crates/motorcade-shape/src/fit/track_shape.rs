@@ -5,11 +5,10 @@ use nalgebra::SMatrix;
 use super::MAX_SHAPE;
 use super::model::Shape;
 
-/// Of whitened shapes.
+/// Covariance of whitened shapes.
 pub(crate) type ShapeMatrix = SMatrix<f64, MAX_SHAPE, MAX_SHAPE>;
 
-/// A shape and how well it is known, for [`ShapeFitter::fit_shaped`](super::ShapeFitter::fit_shaped) with the fitter it was
-/// found with.
+/// A shape and its covariance, for [`ShapeFitter::fit_shaped`](super::ShapeFitter::fit_shaped) of the same fitter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrackShape {
     /// Whitened coefficients λ_b / σ_b.
@@ -19,7 +18,7 @@ pub struct TrackShape {
 }
 
 impl TrackShape {
-    /// The same shape, known `factor` times less well (standard deviations).
+    /// The same shape with its standard deviations times `factor`.
     pub fn widened(&self, factor: f64) -> Self {
         Self { covariance: self.covariance * (factor * factor), ..*self }
     }

@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Point2, Vector3};
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// `MOTORCADE_SHARED`, or `shared` beside the repository, with the named part in it; says so when it is not there.
+/// `MOTORCADE_SHARED`, or `shared` beside the repository, with the named part in it; prints a note when it is missing.
 pub fn shared(part: &str) -> Option<PathBuf> {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared");
     let folder = std::env::var_os("MOTORCADE_SHARED").map_or_else(beside, PathBuf::from).join(part);
@@ -56,7 +56,7 @@ pub struct Network {
     pub body_sigma_m: f64,
 }
 
-/// What a network sees of a shape.
+/// Network output for a shape.
 pub fn look(
     prior: &ShapePrior,
     coefficients: &[f64],

@@ -5,7 +5,7 @@ use nalgebra::{Point2, Point3};
 
 use super::{Noise, Outlook};
 use crate::drive::Drive;
-use crate::form::{keypoints, named_keypoints};
+use crate::form::named_keypoints;
 
 /// How a keypoint network errs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,11 +18,21 @@ pub struct KeypointOptions {
     pub swap_chance: f64,
     /// Vehicles lower than this have none \[px\].
     pub least_height_px: f64,
+    /// True places, also beyond the border of the image, and confidences of 1 where a keypoint is plainly seen, 0.2 where
+    /// the vehicle itself hides it, 0.1 where another one does, 0.05 outside; the errors above are not drawn.
+    pub exact: bool,
+}
+
+impl KeypointOptions {
+    /// No errors.
+    pub fn exact() -> Self {
+        Self { exact: true, ..Self::default() }
+    }
 }
 
 impl Default for KeypointOptions {
     fn default() -> Self {
-        Self { sigma_px: 0.6, sigma_share: 0.015, swap_chance: 0.02, least_height_px: 20.0 }
+        Self { sigma_px: 0.6, sigma_share: 0.015, swap_chance: 0.02, least_height_px: 20.0, exact: false }
     }
 }
 
@@ -58,6 +68,18 @@ enum Sight {
     Outside,
 }
 
+impl Sight {
+    /// Confidence of one who knows.
+    fn certain(self) -> f64 {
+        match self {
+            Self::Plain { .. } => 1.0,
+            Self::BehindItself => 0.2,
+            Self::BehindOther => 0.1,
+            Self::Outside => 0.05,
+        }
+    }
+}
+
 /// Keypoints of the vehicles of a frame in both layouts. `hidden(vehicle, pixel, depth_m)` says whether something else
 /// stands before a place.
 pub(crate) fn of_frame(
@@ -73,11 +95,13 @@ pub(crate) fn of_frame(
     for sighted in &outlook.sighted {
         let Some(vehicle) = drive.vehicles.get(sighted.vehicle) else { continue };
         let box_px = sighted.whole.height();
-        let Some(body) = vehicle.body_type.filter(|_| box_px >= options.least_height_px) else { continue };
+        if box_px < options.least_height_px {
+            continue;
+        }
         let eye = Point3::from(sighted.pose.inverse().translation());
         for layout in LAYOUTS {
             let known = named_keypoints(layout);
-            let places = keypoints(body, &vehicle.size, layout);
+            let Some(places) = vehicle.keypoints(layout) else { continue };
             let pixel = |i: usize| {
                 let in_camera = sighted.pose.transform_point(places.get(i)?);
                 Some((camera.project(&in_camera)?, in_camera.z))
@@ -102,6 +126,15 @@ pub(crate) fn of_frame(
                     plain += 1;
                     Sight::Plain { facing }
                 };
+                let track_id = vehicle.id;
+                let name = keypoint.name.as_str();
+                if options.exact {
+                    let confidence = sight.certain();
+                    let exact =
+                        KeypointMeasurement { frame, track_id, layout, index, name, pixel: at, confidence };
+                    found.push(exact);
+                    continue;
+                }
                 let (spread, confidence) = judged(sight, box_px, &mut noise);
                 let sigma = spread * (options.sigma_px + options.sigma_share * box_px);
                 // A swapped keypoint is as sure of itself as a right one.
@@ -113,8 +146,6 @@ pub(crate) fn of_frame(
                     at.x.clamp(-0.5, f64::from(camera.width) - 0.5),
                     at.y.clamp(-0.5, f64::from(camera.height) - 0.5),
                 );
-                let track_id = vehicle.id;
-                let name = keypoint.name.as_str();
                 found.push(KeypointMeasurement { frame, track_id, layout, index, name, pixel, confidence });
             }
             // Of a vehicle nobody sees, nobody finds keypoints.

@@ -27,6 +27,8 @@ pub(crate) enum Part {
     Cargo,
     Tyre,
     Hub,
+    /// Mirrors and rails; only where looks are varied.
+    Trim,
 }
 
 /// A building's looks.

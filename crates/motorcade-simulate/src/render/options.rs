@@ -2,6 +2,7 @@
 
 use motorcade_geometry::PinholeCamera;
 
+use super::look::Look;
 use super::weather::Weather;
 use crate::error::{Error, Result};
 
@@ -36,6 +37,8 @@ pub struct RenderOptions {
     pub weather: Weather,
     /// The sensor.
     pub sensor: SensorOptions,
+    /// Style of vehicles and light.
+    pub look: Look,
 }
 
 impl Default for RenderOptions {
@@ -45,6 +48,7 @@ impl Default for RenderOptions {
             fps: 10.0,
             weather: Weather::Clear,
             sensor: SensorOptions::default(),
+            look: Look::Plain,
         }
     }
 }

@@ -1,19 +1,23 @@
 //! A drive's frames as pictures.
 
+use std::sync::Arc;
+
 use image::{GrayImage, ImageBuffer};
 use motorcade_geometry::{Camera, PinholeCamera, Pose};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use super::air::Air;
+use super::lighting::Lighting;
+use super::look::{Look, VehicleLook};
 use super::mesh::{Building, Chunk, Mesh};
 use super::picture::{Picture, VehicleView};
 use super::raster::{Band, Drawn, NOTHING, facing, project};
 use super::repairs::Repairs;
 use super::resolve::{Resolved, Seen, Surface, resolve};
-use super::shade::{Colour, Scene, Textures};
+use super::shade::{Colour, Scene, Textures, Varied};
 use super::shadow::{ShadowCaster, Shadows};
-use super::{sensor, vehicle_mesh};
+use super::{sensor, varied_mesh, vehicle_mesh};
 use crate::drive::Drive;
 use crate::form::Form;
 use crate::hash;
@@ -33,23 +37,51 @@ pub struct Renderer<'a> {
     buildings: Vec<Building>,
     vehicles: Vec<Mesh>,
     forms: Vec<Form>,
-    textures: Textures,
+    textures: Arc<Textures>,
     repairs: Repairs,
+    /// One a vehicle where looks are varied.
+    looks: Vec<VehicleLook>,
 }
 
 impl<'a> Renderer<'a> {
     /// Builds scenery, textures and meshes.
     pub fn new(drive: &'a Drive) -> Self {
-        let (chunks, buildings) = scenery::build(drive);
+        Self::with_textures(drive, Arc::new(Textures::new(hash::mix(drive.seed ^ 0x7e87))), Vec::new())
+    }
+
+    /// With textures made before, and more that stands in the world.
+    pub(crate) fn with_textures(drive: &'a Drive, textures: Arc<Textures>, more: Vec<Chunk>) -> Self {
+        let (mut chunks, buildings) = scenery::build(drive);
+        chunks.extend(more);
+        let looks: Vec<VehicleLook> = match drive.render.look {
+            Look::Plain => Vec::new(),
+            Look::Varied => {
+                drive.vehicles.iter().map(|v| VehicleLook::of(drive.seed, v.id, v.class)).collect()
+            }
+        };
+        let mesh = |(i, vehicle): (usize, &crate::vehicle::SimulatedVehicle)| match looks.get(i) {
+            Some(look) => varied_mesh::mesh(vehicle, look),
+            None => vehicle_mesh::mesh(vehicle),
+        };
         Self {
             drive,
             chunks,
             buildings,
-            vehicles: drive.vehicles.iter().map(vehicle_mesh::mesh).collect(),
+            vehicles: drive.vehicles.iter().enumerate().map(mesh).collect(),
             forms: drive.vehicles.iter().map(crate::vehicle::SimulatedVehicle::form).collect(),
-            textures: Textures::new(hash::mix(drive.seed ^ 0x7e87)),
+            textures,
             repairs: Repairs::of(&drive.road, drive.seed),
+            looks,
         }
+    }
+
+    pub(super) fn drive(&self) -> &Drive {
+        self.drive
+    }
+
+    /// Mesh of a vehicle in its own frame \[m\].
+    pub(crate) fn vehicle_mesh(&self, vehicle: usize) -> Option<&Mesh> {
+        self.vehicles.get(vehicle)
     }
 
     /// Renders one frame; `None` when the drive has no such frame.
@@ -57,7 +89,7 @@ impl<'a> Renderer<'a> {
         let pose = *self.drive.site_from_camera.get(frame)?;
         let options = &self.drive.render;
         let now = Moment { frame, later: 0.0 };
-        let (mut light, mut picture) = self.expose_once(&self.scene(now), now, &pose);
+        let (mut light, mut picture) = self.expose_once(&self.scene(now), now, &options.camera, &pose);
         let samples = options.sensor.blur_samples;
         if samples > 1 {
             // The frame's own time is the middle of the shutter's: blur moves nothing. An even number has no exposure
@@ -69,7 +101,7 @@ impl<'a> Renderer<'a> {
                 let share = (k as f64 + 0.5) / samples as f64 - 0.5;
                 let then = Moment { frame, later: share * options.sensor.shutter_s * options.fps };
                 let moved = at_moment(then, |i| self.drive.site_from_camera.get(i).copied()).unwrap_or(pose);
-                let more = self.expose_once(&self.scene(then), then, &moved).0;
+                let more = self.expose_once(&self.scene(then), then, &options.camera, &moved).0;
                 light.par_iter_mut().zip(more).for_each(|(a, b)| {
                     *a = [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
                 });
@@ -81,7 +113,7 @@ impl<'a> Renderer<'a> {
         Some(picture)
     }
 
-    fn scene(&self, moment: Moment) -> Scene<'_> {
+    pub(super) fn scene(&self, moment: Moment) -> Scene<'_> {
         let caster = |v: &crate::vehicle::SimulatedVehicle| {
             let pose = at_moment(moment, |i| v.poses.get(i).copied().flatten())?;
             let forward = pose.transform_vector(&Vector3::x());
@@ -93,28 +125,45 @@ impl<'a> Renderer<'a> {
                 height_m: v.size.height_m,
             })
         };
+        let air = Air::of(&self.drive.render);
+        let varied = (self.drive.render.look == Look::Varied).then(|| Varied {
+            lighting: Lighting::of(self.drive.seed, &air),
+            looks: &self.looks,
+            axes: self
+                .drive
+                .vehicles
+                .iter()
+                .map(|v| {
+                    let pose = at_moment(moment, |i| v.poses.get(i).copied().flatten()).unwrap_or_default();
+                    [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| pose.transform_vector(&axis))
+                })
+                .collect(),
+        });
         Scene {
             drive: self.drive,
             buildings: &self.buildings,
             textures: &self.textures,
             repairs: &self.repairs,
             forms: &self.forms,
-            air: Air::of(&self.drive.render),
+            air,
             shadows: Shadows::new(&self.drive.vehicles.iter().filter_map(caster).collect::<Vec<_>>()),
-            sun: Vector3::new(0.45, -0.55, 0.70).normalize(),
+            sun: varied
+                .as_ref()
+                .map_or_else(|| Vector3::new(0.45, -0.55, 0.70).normalize(), |v| v.lighting.sun),
+            varied,
         }
     }
 
     /// Everything but the sensor.
-    fn expose_once(
+    pub(super) fn expose_once(
         &self,
         scene: &Scene<'_>,
         moment: Moment,
+        camera: &PinholeCamera,
         pose: &Pose<Site, Camera>,
     ) -> (Vec<Colour>, Picture) {
-        let camera = self.drive.render.camera;
         let (width, height) = (camera.width as usize, camera.height as usize);
-        let (surfaces, drawn, mut views) = self.draw(&camera, moment, pose);
+        let (surfaces, drawn, mut views) = self.draw(camera, moment, pose);
         let resolved: Vec<Resolved> = by_band(&drawn, height)
             .into_par_iter()
             .enumerate()
@@ -124,7 +173,7 @@ impl<'a> Renderer<'a> {
                 for index in here {
                     band.draw(index, &drawn[index as usize]);
                 }
-                resolve(scene, &camera, pose, &surfaces, &drawn, &band)
+                resolve(scene, camera, pose, &surfaces, &drawn, &band)
             })
             .collect();
 
@@ -160,7 +209,7 @@ impl<'a> Renderer<'a> {
     }
 
     /// Projects what may be in sight.
-    fn draw(
+    pub(super) fn draw(
         &self,
         camera: &PinholeCamera,
         moment: Moment,
@@ -209,9 +258,9 @@ impl<'a> Renderer<'a> {
 
 /// A time: a frame's, and how many frames later (less than one, either way).
 #[derive(Clone, Copy)]
-struct Moment {
-    frame: usize,
-    later: f64,
+pub(super) struct Moment {
+    pub(super) frame: usize,
+    pub(super) later: f64,
 }
 
 /// Where something is at a moment, between or just beyond the frames that tell; `None` where its frame does not.

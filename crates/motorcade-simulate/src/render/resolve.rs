@@ -38,7 +38,7 @@ pub(super) struct Seen {
 
 impl Seen {
     pub(super) const NONE: Self = Self { samples: 0, low: [f64::MAX; 2], high: [f64::MIN; 2] };
-    fn add(&mut self, x: f64, y: f64) {
+    pub(super) fn add(&mut self, x: f64, y: f64) {
         self.samples += 1;
         self.low = [self.low[0].min(x), self.low[1].min(y)];
         self.high = [self.high[0].max(x), self.high[1].max(y)];
@@ -215,6 +215,7 @@ fn fragment(
         normal: surface.normal,
         point_in_site: eye + ray * depth_m,
         depth_m,
+        ray: ray.normalize(),
         owner: surface.owner,
     }
 }

@@ -3,11 +3,13 @@
 use nalgebra::{Point3, Vector3};
 
 use super::air::Air;
-use super::mesh::{Building, Material};
+use super::lighting::Lighting;
+use super::look::VehicleLook;
+use super::mesh::{Building, Material, Part};
 use super::repairs::Repairs;
 use super::shadow::Shadows;
 use super::tile::{Footprint, Tile, floor};
-use super::{facade, ground, vehicle_paint};
+use super::{facade, ground, varied_paint, vehicle_paint};
 use crate::drive::Drive;
 use crate::form::Form;
 
@@ -16,7 +18,7 @@ pub(super) type Colour = [f32; 3];
 
 /// Textures everything shares.
 #[derive(Clone, Debug)]
-pub(super) struct Textures {
+pub(crate) struct Textures {
     /// Grains and blotches of all sizes.
     pub noise: Tile,
     /// Thin dark lines on nothing.
@@ -26,7 +28,7 @@ pub(super) struct Textures {
 }
 
 impl Textures {
-    pub(super) fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         // Nearly the same strength at all sizes: something to track at every distance.
         let flat = |cells: usize| if cells < 8 { 0.4 } else { 1.0 };
         let noise = Tile::noise(seed, flat, |v| (1.3 * v).clamp(-1.0, 1.0));
@@ -50,6 +52,17 @@ pub(super) struct Scene<'a> {
     pub shadows: Shadows,
     /// Towards the sun, in the site.
     pub sun: Vector3<f64>,
+    /// Where looks are varied.
+    pub varied: Option<Varied<'a>>,
+}
+
+/// What the scene has more of where looks are varied.
+pub(super) struct Varied<'a> {
+    pub lighting: Lighting,
+    /// One a vehicle.
+    pub looks: &'a [VehicleLook],
+    /// x, y, z of the vehicles in the site, one a vehicle.
+    pub axes: Vec<[Vector3<f64>; 3]>,
 }
 
 /// What is known of a surface at a pixel.
@@ -63,6 +76,8 @@ pub(super) struct Fragment {
     pub normal: Vector3<f64>,
     pub point_in_site: Point3<f64>,
     pub depth_m: f64,
+    /// From the camera to the point, unit, in the site.
+    pub ray: Vector3<f64>,
     /// Vehicle index + 1, 0 for the world.
     pub owner: u16,
 }
@@ -87,6 +102,9 @@ pub(super) struct Shaded {
 }
 
 pub(super) fn shade(scene: &Scene<'_>, f: &Fragment) -> Shaded {
+    if let (Some(varied), Material::Skin(part)) = (&scene.varied, f.material) {
+        return Shaded { colour: varied_skin(scene, varied, f, part), road: 0.0 };
+    }
     let mut road = 0.0;
     let mut gloss = 0.0;
     let base = match f.material {
@@ -125,6 +143,15 @@ pub(super) fn shade(scene: &Scene<'_>, f: &Fragment) -> Shaded {
     // The sky lights from above, the street throws a little back.
     let sky = 0.5 + 0.5 * f.normal.z as f32;
     let clear = 1.0 - air.overcast;
+    if let Some(varied) = &scene.varied {
+        let open = scene.shadows.light_at(&f.point_in_site, &scene.sun, clear);
+        let light = varied.lighting.on(scene.textures, &f.point_in_site, &f.normal, open);
+        let mut colour = times(base, scaled(light.colour, air.brightness));
+        if air.wet > 0.0 && f.material == Material::Ground && f.normal.z > 0.5 {
+            colour = wet(scene, f, colour, road);
+        }
+        return Shaded { colour: hazy(air, colour, f.depth_m), road };
+    }
     let shadow = if f.owner == 0 { scene.shadows.light_at(&f.point_in_site, &scene.sun, clear) } else { 1.0 };
     let light =
         (0.42 + 0.28 * sky) * (0.35 + 0.65 * shadow) + (0.45 * clear * sun + 0.18 * (1.0 - clear)) * shadow;
@@ -136,8 +163,55 @@ pub(super) fn shade(scene: &Scene<'_>, f: &Fragment) -> Shaded {
     if air.wet > 0.0 && f.material == Material::Ground && f.normal.z > 0.5 {
         colour = wet(scene, f, colour, road);
     }
-    let haze = 1.0 - (-(f.depth_m as f32) / air.reach_m).exp();
-    Shaded { colour: mixed(colour, air.haze, haze), road }
+    Shaded { colour: hazy(air, colour, f.depth_m), road }
+}
+
+/// A colour through so much air.
+fn hazy(air: &Air, colour: Colour, depth_m: f64) -> Colour {
+    let haze = 1.0 - (-(depth_m as f32) / air.reach_m).exp();
+    mixed(colour, air.haze, haze)
+}
+
+/// A vehicle's skin under varied light: diffuse, mirrored surroundings by Fresnel's law (Schlick), the sun's highlight.
+fn varied_skin(scene: &Scene<'_>, varied: &Varied<'_>, f: &Fragment, part: Part) -> Colour {
+    let index = usize::from(f.owner).wrapping_sub(1);
+    let (Some(vehicle), Some(form), Some(look), Some([x, y, z])) = (
+        scene.drive.vehicles.get(index),
+        scene.forms.get(index),
+        varied.looks.get(index),
+        varied.axes.get(index),
+    ) else {
+        return scene.air.haze;
+    };
+    let air = &scene.air;
+    let skin = varied_paint::skin(scene, f, part, (vehicle, form, look));
+    let normal = (f.normal + x * skin.bulge.x + y * skin.bulge.y + z * skin.bulge.z).normalize();
+    let light = varied.lighting.on(scene.textures, &f.point_in_site, &normal, 1.0);
+    // Little light gets under the body.
+    let height = f.attributes[2] as f32;
+    let under = (0.25 + 2.5 * height).min(1.0) * if normal.z < -0.3 { 0.3 } else { 1.0 };
+    let mut colour = times(skin.colour, scaled(light.colour, air.brightness * under));
+    if skin.mirror > 0.0 {
+        let away = f.ray;
+        let facing = -away.dot(&normal);
+        let reflected = away + normal * (2.0 * facing);
+        let grazing = (1.0 - facing.clamp(0.0, 1.0) as f32).powi(5);
+        let share = (skin.mirror + (1.0 - skin.mirror) * grazing * 0.7).clamp(0.0, 1.0) * under;
+        let seen = varied.lighting.mirrored(scene.textures, air, &reflected, look.shift);
+        colour = mixed(colour, scaled(seen, air.brightness), share);
+        let glint = reflected.dot(&varied.lighting.sun).max(0.0) as f32;
+        let highlight = glint.powi(90) * light.sun * 6.0 * share.min(0.3);
+        colour = added(colour, scaled(varied.lighting.sun_colour, highlight));
+    }
+    hazy(air, added(colour, skin.glow), f.depth_m)
+}
+
+fn times(a: Colour, b: Colour) -> Colour {
+    [a[0] * b[0], a[1] * b[1], a[2] * b[2]]
+}
+
+fn added(a: Colour, b: Colour) -> Colour {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
 /// Wet ground: darker, and at grazing angles a mirror of the sky, more so where water stands.

@@ -9,7 +9,7 @@ use crate::form::{Form, Glasshouse};
 use crate::vehicle::SimulatedVehicle;
 
 /// A cross-section of a body: x, lowest and highest z, half width (½ at the widest), all as fractions.
-type Station = [f64; 4];
+pub(super) type Station = [f64; 4];
 
 /// The cab of a truck.
 const CAB: [Station; 4] = [
@@ -38,7 +38,7 @@ pub(crate) fn mesh(vehicle: &SimulatedVehicle) -> Mesh {
 }
 
 fn build(class: VehicleClass, size: &Dimensions, form: &Form) -> Mesh {
-    let mut builder = Builder { mesh: Mesh::default(), size: *size, form: *form };
+    let mut builder = Builder::new(*size, *form);
     if let Some(glasshouse) = &form.glasshouse {
         builder.loft(&lower_body(glasshouse, form), Part::Body, 0.88);
         builder.cabin(glasshouse);
@@ -65,7 +65,7 @@ fn build(class: VehicleClass, size: &Dimensions, form: &Form) -> Mesh {
 }
 
 /// Bumper, boot, flanks and bonnet up to the windows, rear to front.
-fn lower_body(g: &Glasshouse, form: &Form) -> Vec<Station> {
+pub(super) fn lower_body(g: &Glasshouse, form: &Form) -> Vec<Station> {
     let (foot, bonnet_start) = (g.windscreen, 0.5 * (g.windscreen.0 + 0.465));
     let middle = 0.5 * (g.rear_window.1 + foot.1);
     vec![
@@ -83,26 +83,30 @@ fn lower_body(g: &Glasshouse, form: &Form) -> Vec<Station> {
     ]
 }
 
-struct Builder {
-    mesh: Mesh,
+pub(super) struct Builder {
+    pub(super) mesh: Mesh,
     size: Dimensions,
     form: Form,
 }
 
 impl Builder {
+    pub(super) fn new(size: Dimensions, form: Form) -> Self {
+        Self { mesh: Mesh::default(), size, form }
+    }
+
     /// A vertex at fractions of length, width, height.
     fn at(&self, [x, y, z]: [f64; 3]) -> Vertex {
         let position = Point3::new(x * self.size.length_m, y * self.size.width_m, z * self.size.height_m);
         Vertex { position, attributes: [x, y, z] }
     }
 
-    fn face(&mut self, corners: [[f64; 3]; 4], part: Part) {
+    pub(super) fn face(&mut self, corners: [[f64; 3]; 4], part: Part) {
         let quad = corners.map(|c| self.at(c));
         self.mesh.quad(quad, Material::Skin(part));
     }
 
     /// Skin over cross-sections; `shoulder` is how wide the top is against the widest place.
-    fn loft(&mut self, stations: &[Station], part: Part, shoulder: f64) {
+    pub(super) fn loft(&mut self, stations: &[Station], part: Part, shoulder: f64) {
         let ring = |[x, low, high, half]: Station| -> [[f64; 3]; 10] {
             let z = |f: f64| low + (high - low) * f;
             let right = [
@@ -166,7 +170,7 @@ impl Builder {
     }
 
     /// Four wheels that stand on the road.
-    fn wheels(&mut self, width_m: f64) {
+    pub(super) fn wheels(&mut self, width_m: f64) {
         const SIDES: usize = 16;
         let radius = self.form.tyre_radius;
         let outer = 0.485;

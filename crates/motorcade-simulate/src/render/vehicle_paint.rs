@@ -31,6 +31,7 @@ pub(super) fn colour(scene: &Scene<'_>, f: &Fragment, part: Part) -> Paint {
     match part {
         Part::Tyre => Paint { colour: scaled([0.06, 0.06, 0.06], 1.0 + 0.4 * grain), gloss: 0.0 },
         Part::Hub => Paint { colour: scaled([0.48, 0.49, 0.50], 1.0 + 0.5 * grain), gloss: 0.1 },
+        Part::Trim => Paint { colour: TRIM, gloss: 0.0 },
         Part::Cargo => Paint { colour: scaled(cargo(&place), 1.0 + 0.1 * grain), gloss: 0.02 },
         Part::Cabin => cabin(vehicle, form.glasshouse.as_ref(), &place, grain),
         Part::Body => body(vehicle, form, &place, grain),

@@ -6,6 +6,7 @@ mod plants;
 mod plots;
 
 pub(crate) use ground::kerb_height_m;
+pub(crate) use plants::pole;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 

@@ -32,6 +32,13 @@ fn post(mesh: &mut Mesh, foot: Point3<f64>, height_m: f64, radii_m: (f64, f64), 
     }
 }
 
+/// A single post that stands anywhere.
+pub(crate) fn pole(foot: Point3<f64>, height_m: f64, radius_m: f64, colour: [f32; 3]) -> Option<Chunk> {
+    let mut mesh = Mesh::default();
+    post(&mut mesh, foot, height_m, (radius_m, 0.85 * radius_m), colour);
+    Chunk::around(mesh)
+}
+
 /// A trunk with a lumpy crown of a few balls.
 pub(super) fn tree(road: &Road, place: (f64, f64), height_m: f64, rng: &mut ChaCha8Rng) -> Option<Chunk> {
     let mut mesh = Mesh::default();

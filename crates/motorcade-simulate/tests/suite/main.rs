@@ -7,6 +7,7 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests may fail loudly too")]
 
 mod cases;
+mod frame_rates;
 mod nees;
 mod outcome;
 

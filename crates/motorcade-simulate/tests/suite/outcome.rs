@@ -1,10 +1,11 @@
 //! One scenario rendered, run and judged.
 
-use motorcade::{Config, External, NoProgress, RunContext, write_run};
+use motorcade::{Config, Motorcade, NoProgress, output, push_sequence};
 use motorcade_dataset::{Sequence, SequenceOptions};
-use motorcade_evaluate::evaluate_run;
+use motorcade_evaluate::{Estimates, GroundTruth, evaluate};
 use motorcade_perception::{Perception, PerceptionOptions};
 use motorcade_simulate::{RenderOptions, Scenario, Weather, WriteOptions, simulate};
+use motorcade_vehicles::VehicleTrajectory;
 
 use super::cases::Case;
 use super::nees::{Nees, nees};
@@ -24,6 +25,8 @@ pub struct Outcome {
     pub vehicle_ate_m: Option<f64>,
     pub coverage: Option<f64>,
     pub nees: Nees,
+    /// Mean P(moving) of vehicles that were seen for a second and more.
+    pub moving: f64,
 }
 
 impl Outcome {
@@ -75,17 +78,32 @@ fn settings() -> Config {
     asked.split_whitespace().fold(Config::default(), |config, set| config.set(set).unwrap())
 }
 
+/// Mean P(moving) of vehicles that were seen for a second and more.
+fn moving(vehicles: &[VehicleTrajectory], least: usize) -> f64 {
+    let long: Vec<f64> = vehicles.iter().filter(|v| v.states.len() >= least).map(|v| v.p_moving).collect();
+    long.iter().sum::<f64>() / long.len().max(1) as f64
+}
+
+/// A case at the rate of the bounds, as a whole.
 pub fn run(case: &Case) -> Outcome {
+    run_at(case, RenderOptions::default().fps, false)
+}
+
+/// A case with as many frames as its motion has at this rate, as a whole or online.
+pub fn run_at(case: &Case, fps: f64, online: bool) -> Outcome {
     let scenario = Scenario::by_name(case.name).unwrap();
-    let render = RenderOptions { weather: case.weather, ..RenderOptions::default() }
-        .with_width(asked("WIDTH", case.width_px));
-    let drive = simulate(&scenario, case.frames, asked("SEED", SEED), &render).unwrap();
+    let usual = RenderOptions::default();
+    let frames = (case.frames as f64 * fps / usual.fps).round() as usize;
+    let render =
+        RenderOptions { weather: case.weather, fps, ..usual }.with_width(asked("WIDTH", case.width_px));
+    let drive = simulate(&scenario, frames, asked("SEED", SEED), &render).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let written = drive.write_kitti(folder.path(), &WriteOptions::default(), &|_| {}).unwrap();
 
     let options = SequenceOptions {
         sequence: Some(written.sequence.clone()),
         camera: Some(2),
+        fps: Some(fps),
         ..SequenceOptions::default()
     };
     let sequence = Sequence::open(&written.training, &options).unwrap();
@@ -97,20 +115,22 @@ pub fn run(case: &Case) -> Outcome {
     let perception = Perception::open(&perception, sequence.size()).unwrap();
     let config = settings();
     let height_m = scenario.plan.rig.height_m;
-    let result =
-        motorcade::run(&sequence, &perception, &External::default(), height_m, &config, 1, &NoProgress)
-            .unwrap();
-    let context = RunContext {
-        config,
-        camera_from_cam0: sequence.camera_from_cam0(),
-        input: sequence.summary(),
-        perception: perception.describe(),
-        command: Vec::new(),
-        fingerprint: String::new(),
+    let camera_from_cam0 = sequence.camera_from_cam0();
+    let mut slam = Motorcade::builder(sequence.camera().unwrap())
+        .height_m(height_m)
+        .config(config)
+        .perception(perception)
+        .build()
+        .unwrap();
+    push_sequence(&mut slam, &sequence, 1, &NoProgress, &mut |_| ()).unwrap();
+    let result = if online { slam.finish_online(&NoProgress) } else { slam.finish() };
+    let estimates = Estimates {
+        world_from_camera: result.ego.frames.iter().map(|f| f.world_from_camera).collect(),
+        covariances: None,
+        tracks: Some(output::track_labels(&result, camera_from_cam0)),
     };
-    let out = folder.path().join("run");
-    write_run(&out, &result, &context, &[]).unwrap();
-    let report = evaluate_run(&out, &written.training, &written.sequence, 2, 0).unwrap();
+    let truth = GroundTruth::read_kitti(&written.training, &written.sequence, 2, 0).unwrap();
+    let report = evaluate(&estimates, &truth).unwrap();
     let means = report.vehicles_mean;
     Outcome {
         length_m: report.ego.length_m,
@@ -119,6 +139,7 @@ pub fn run(case: &Case) -> Outcome {
         vehicles: report.vehicles.as_ref().map_or(0, Vec::len),
         vehicle_ate_m: means.as_ref().map(|m| m.ate_ego_se3_m),
         coverage: means.as_ref().map(|m| m.coverage),
+        moving: moving(&result.vehicles, fps.round() as usize),
         nees: nees(&result.ego.frames, &drive.world_from_camera()).unwrap_or_default(),
     }
 }

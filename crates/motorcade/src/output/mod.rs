@@ -7,6 +7,7 @@ mod record;
 mod tracks;
 
 pub(crate) use camera::status_name;
+pub use tracks::track_labels;
 
 use std::fs;
 use std::io::{self, BufWriter, Write};
@@ -19,16 +20,16 @@ use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::result::RunResult;
 
-/// What the outputs need to know beside the result.
+/// Facts about a run that stand in its outputs beside the result.
 #[derive(Clone, Debug)]
 pub struct RunContext {
     /// Configuration of the run.
     pub config: Config,
     /// `camera_from_cam0` of KITTI input: results in KITTI format are in cam0, as its labels; identity otherwise.
     pub camera_from_cam0: Pose<Camera, Cam0>,
-    /// What the input was recognised as.
+    /// Description of the input.
     pub input: motorcade_dataset::Summary,
-    /// Where vehicles and road came from, in words.
+    /// Sources of vehicles and road in words.
     pub perception: (String, String),
     /// The command that was run.
     pub command: Vec<String>,

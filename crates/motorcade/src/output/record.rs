@@ -21,7 +21,7 @@ fn record(result: &RunResult, context: &RunContext) -> serde_json::Value {
         *statuses.entry(status_name(frame.status)).or_default() += 1;
     }
     let problem =
-        |f: &crate::result::FrameInfo| f.problem.as_ref().map(|p| json!({"frame": f.number, "problem": p}));
+        |f: &crate::record::FrameInfo| f.problem.as_ref().map(|p| json!({"frame": f.number, "problem": p}));
     let problems: Vec<_> = result.frames.iter().filter_map(problem).collect();
     json!({
         "motorcade": env!("CARGO_PKG_VERSION"),
@@ -43,7 +43,7 @@ fn record(result: &RunResult, context: &RunContext) -> serde_json::Value {
         },
         "length_m": result.ego.length_m(),
         "variance_factors": result.graph.as_ref().map(|g| g.variance_factors()),
-        "vehicles_looked_for": result.looked_for_vehicles,
+        "vehicles_looked_for": result.detects_vehicles,
         "unreadable_frames": problems,
         "timings": result.stopwatch.summary(),
         "warnings": result.warnings,

@@ -3,7 +3,8 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use motorcade_dataset::{Label, write_tum};
+use motorcade_dataset::{Cam0, Label, write_tum};
+use motorcade_geometry::{Camera, Pose};
 use motorcade_perception::BoundingBox;
 use motorcade_vehicles::{Source, VehicleState, VehicleTrajectory};
 use nalgebra::{Point3, Vector3};
@@ -107,9 +108,18 @@ fn table(out: impl Write, result: &RunResult) -> io::Result<()> {
     table.flush()
 }
 
-/// KITTI tracking results. Locations are bottom-face centres in rectified cam0, `ry` about its y axis.
+/// KITTI tracking results.
 fn kitti(mut out: impl Write, result: &RunResult, context: &RunContext) -> io::Result<()> {
-    let cam0_from_camera = context.camera_from_cam0.inverse();
+    for label in track_labels(result, context.camera_from_cam0) {
+        writeln!(out, "{}", label.to_line())?;
+    }
+    Ok(())
+}
+
+/// Vehicles as KITTI tracking results: locations are bottom-face centres in rectified cam0 \[m\], `ry` about its y axis.
+pub fn track_labels(result: &RunResult, camera_from_cam0: Pose<Camera, Cam0>) -> Vec<Label> {
+    let cam0_from_camera = camera_from_cam0.inverse();
+    let mut labels = Vec::new();
     let rows = by_frame(result);
     for (vehicle, s) in &rows {
         let Some(bbox) = s.bbox else { continue };
@@ -125,7 +135,7 @@ fn kitti(mut out: impl Write, result: &RunResult, context: &RunContext) -> io::R
         // KITTI: ry = 0 faces +x, positive turns towards −z.
         let ry_rad = (-forward.z).atan2(forward.x);
         let alpha_rad = wrap(ry_rad - location.x.atan2(location.z));
-        let label = Label {
+        labels.push(Label {
             frame: result.frames[s.frame].number,
             track: vehicle.id as i64,
             class: vehicle.class.name().to_owned(),
@@ -137,10 +147,9 @@ fn kitti(mut out: impl Write, result: &RunResult, context: &RunContext) -> io::R
             location_m: [location.x, location.y, location.z],
             ry_rad,
             score: Some(s.score),
-        };
-        writeln!(out, "{}", label.to_line())?;
+        });
     }
-    Ok(())
+    labels
 }
 
 /// True when another vehicle was seen where this one is only predicted: it is hidden behind that one, or is that one.

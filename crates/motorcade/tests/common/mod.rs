@@ -1,10 +1,10 @@
-//! A drive as the pass over its frames would leave it.
+//! The output of the front end for a generated drive.
 
 #![allow(dead_code, reason = "each test uses its part")]
 
-use motorcade::{FrameInfo, FrontEnd, Stopwatch};
+use motorcade::{Config, FrameInfo, FrontEndRecord, Settings, Stopwatch};
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
-use motorcade_odometry::{OdometryTrajectory, RoadMeasurement};
+use motorcade_odometry::{OdometryTrajectory, RoadMeasurement, RoadState};
 use motorcade_perception::{BoundingBox, BoxConvention, Detection, VehicleClass};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -13,6 +13,12 @@ pub const CAMERA: PinholeCamera =
     PinholeCamera { fx: 720.0, fy: 720.0, cx: 600.0, cy: 180.0, width: 1242, height: 375 };
 /// Height of the camera \[m\].
 pub const HEIGHT_M: f64 = 1.65;
+
+/// Settings for this camera.
+pub fn settings(config: Config) -> Settings {
+    Settings { config, ..Settings::new(CAMERA, HEIGHT_M) }
+}
+
 /// True pose of the camera in a frame, on a ring road of one kilometre.
 pub fn pose(k: usize) -> Pose<World, Camera> {
     let radius = 1000.0 / std::f64::consts::TAU;
@@ -21,13 +27,13 @@ pub fn pose(k: usize) -> Pose<World, Camera> {
     Pose::from_parts(turn, centre - turn * centre)
 }
 
-/// How far the car ahead is in a frame \[m\].
+/// Distance of the car ahead in a frame \[m\].
 pub fn gap_m(k: usize) -> f64 {
     15.0 + 2.0 * (k as f64 / 40.0).sin()
 }
 
 /// A ring road of one kilometre, 10 m/s: a car ahead, and every 15 s another one parked beside the road.
-pub fn drive(frames: usize) -> FrontEnd {
+pub fn drive(frames: usize) -> FrontEndRecord {
     let poses: Vec<_> = (0..frames).map(pose).collect();
     let boxed = |ahead: f64, left: f64| {
         let at = |x: f64, y: f64| (CAMERA.fx * x / ahead + CAMERA.cx, CAMERA.fy * y / ahead + CAMERA.cy);
@@ -47,10 +53,15 @@ pub fn drive(frames: usize) -> FrontEnd {
         all.extend((parked > 8.0).then(|| boxed(parked, -4.0)));
         all
     };
+    let timestamps_ns: Vec<i64> = (0..poses.len() as i64).map(|k| k * 100_000_000).collect();
     let measured = |k: usize| RoadMeasurement {
         frame: k,
         reference: k - 2,
-        value: Vector3::new(-HEIGHT_M.ln() + 0.01 * (k as f64 * 0.7).sin(), 0.003 * (k as f64).sin(), 0.0),
+        state: RoadState {
+            log_inverse_height: -HEIGHT_M.ln() + 0.01 * (k as f64 * 0.7).sin(),
+            pitch_rad: 0.003 * (k as f64).sin(),
+            roll_rad: 0.0,
+        },
         baseline: (poses[k].translation() - poses[k - 2].translation()).norm(),
         covariance: Matrix3::from_diagonal(&Vector3::new(1e-5, 1e-6, 1e-6)),
         curvature: None,
@@ -59,14 +70,13 @@ pub fn drive(frames: usize) -> FrontEnd {
     };
     let frame =
         |k: usize| FrameInfo { number: k as u64, timestamp_ns: k as i64 * 100_000_000, problem: None };
-    FrontEnd {
-        camera: CAMERA,
+    FrontEndRecord {
         frames: (0..frames).map(frame).collect(),
         detections: (0..frames).map(seen).collect(),
-        looked_for_vehicles: true,
+        keypoints: vec![Vec::new(); frames],
+        detects_vehicles: true,
         road_measurements: (2..frames).map(measured).collect(),
-        motion: OdometryTrajectory::from_poses(&poses),
-        metric: false,
+        motion: OdometryTrajectory::from_poses(&poses, &timestamps_ns),
         stopwatch: Stopwatch::default(),
         warnings: Vec::new(),
         interrupted: false,

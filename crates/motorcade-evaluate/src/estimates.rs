@@ -1,0 +1,59 @@
+//! Estimates of a run, from memory or from its directory.
+
+use std::path::Path;
+
+use motorcade_dataset::text::TextFile;
+use motorcade_dataset::{Error as InputError, Label, read_labels, read_trajectory};
+use motorcade_geometry::{Camera, Pose, World};
+use nalgebra::Matrix6;
+
+use crate::error::Result;
+
+/// Estimates of a run, one row a frame.
+#[derive(Clone, Debug, Default)]
+pub struct Estimates {
+    /// Camera poses \[m\]; the world is arbitrary.
+    pub world_from_camera: Vec<Pose<World, Camera>>,
+    /// Covariances of the poses (6×6 `[ω, ν]`, right perturbation), when the run has them.
+    pub covariances: Option<Vec<Matrix6<f64>>>,
+    /// Vehicles as KITTI tracking results, when the run has them. Frames are the input's own numbers, or rows of the run.
+    pub tracks: Option<Vec<Label>>,
+}
+
+impl Estimates {
+    /// Reads a run directory: `ego.kitti.txt` or `ego.tum`, and `ego_covariance.csv` and `tracks.kitti.txt` where they exist.
+    ///
+    /// # Errors
+    /// A directory without a trajectory, or a file that does not read.
+    pub fn read(directory: &Path) -> Result<Self> {
+        let names = ["ego.kitti.txt", "ego.tum"];
+        let Some(ego) = names.iter().map(|name| directory.join(name)).find(|path| path.is_file()) else {
+            let problem = "is no run directory: it holds neither ego.kitti.txt nor ego.tum".into();
+            return Err(InputError::Input { path: directory.to_path_buf(), problem }.into());
+        };
+        let existing = |name: &str| Some(directory.join(name)).filter(|path| path.is_file());
+        Ok(Self {
+            world_from_camera: read_trajectory(&ego)?.poses,
+            covariances: existing("ego_covariance.csv").map(|path| read_covariances(&path)).transpose()?,
+            tracks: existing("tracks.kitti.txt").map(|path| read_labels(&path)).transpose()?,
+        })
+    }
+}
+
+/// Reads `ego_covariance.csv`: a header, then the frame and the 21 numbers of the upper triangle, row by row.
+fn read_covariances(path: &Path) -> Result<Vec<Matrix6<f64>>> {
+    let file = TextFile::read(path)?;
+    let mut out = Vec::new();
+    for row in file.comma_rows().skip(1) {
+        row.require_columns(&[22], "the frame and 21 numbers of the upper triangle")?;
+        let numbers: [f64; 21] = row.numbers(1, "a number of the covariance")?;
+        let mut covariance = Matrix6::zeros();
+        let entries = (0..6).flat_map(|r| (r..6).map(move |c| (r, c)));
+        for ((r, c), value) in entries.zip(numbers) {
+            covariance[(r, c)] = value;
+            covariance[(c, r)] = value;
+        }
+        out.push(covariance);
+    }
+    Ok(out)
+}

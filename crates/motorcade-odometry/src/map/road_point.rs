@@ -1,0 +1,111 @@
+//! Soft constraint of a landmark to the road plane, inside the bundle adjustment.
+
+use motorcade_geometry::{Camera, Pose, World, robust::RobustKernel};
+use nalgebra::{Matrix3, Point3, Vector3, Vector6};
+
+use super::options::{AdvancedBundleOptions, AdvancedWindowOptions};
+
+/// A point on the road as a keyframe sees it: residual `(mᵀ T X − 1) / sigma`, its height above the road in camera heights.
+#[derive(Clone, Copy, Debug)]
+pub struct RoadPoint {
+    /// Index of the pose of the keyframe.
+    pub pose: usize,
+    /// The road in that camera's frame, `mᵀX = 1`.
+    pub m: Vector3<f64>,
+    /// Standard deviation of the height \[camera heights\].
+    pub sigma: f64,
+}
+
+impl RoadPoint {
+    /// The constraint of a point in the camera of pose `pose`; `None` when it does not belong to the road `m`.
+    pub(crate) fn new(
+        pose: usize,
+        m: &Vector3<f64>,
+        point_in_camera: &Point3<f64>,
+        options: &AdvancedWindowOptions,
+    ) -> Option<Self> {
+        let p = point_in_camera.coords * m.norm();
+        let above = m.dot(&point_in_camera.coords) - 1.0;
+        let belongs = above.abs() < options.road_gate_heights
+            && p.x.abs() < options.road_half_width_heights
+            && p.z < options.road_far_heights
+            && p.z > options.road_near_heights;
+        let sigma = options.road_unevenness_heights.hypot(options.plane_tilt_sigma_rad * p.z);
+        belongs.then_some(Self { pose, m: *m, sigma })
+    }
+
+    /// Constraint of one of `count` points that share the plane and its error: together they carry the plane's information
+    /// once.
+    #[must_use]
+    pub(crate) fn sharing_plane(self, count: usize, options: &AdvancedWindowOptions) -> Self {
+        Self { sigma: self.sigma.hypot(options.plane_height_sigma * (count as f64).sqrt()), ..self }
+    }
+
+    /// Cost \[px²\].
+    pub(crate) fn cost(
+        &self,
+        pose: &Pose<Camera, World>,
+        point: &Point3<f64>,
+        options: &AdvancedBundleOptions,
+    ) -> f64 {
+        let residual = (self.m.dot(&pose.transform_point(point).coords) - 1.0) / self.sigma;
+        let kernel = RobustKernel::Cauchy(options.road_point_kernel);
+        options.pixel_sigma_px * options.pixel_sigma_px * kernel.cost(residual * residual)
+    }
+
+    /// Residual, its weight \[px²\], and its Jacobians by the pose (1×6, right perturbation `[ω, ν]` of `camera_from_world`)
+    /// and the point (1×3).
+    pub(crate) fn linearise(
+        &self,
+        pose: &Pose<Camera, World>,
+        point: &Point3<f64>,
+        options: &AdvancedBundleOptions,
+    ) -> (f64, f64, Vector6<f64>, Vector3<f64>) {
+        let residual = (self.m.dot(&pose.transform_point(point).coords) - 1.0) / self.sigma;
+        // mᵀ T exp(δ) X: ∂/∂X = mᵀR, ∂/∂ω = −mᵀR X^, ∂/∂ν = mᵀR
+        let rotation: Matrix3<f64> = pose.rotation_matrix();
+        let by_point = rotation.tr_mul(&self.m) / self.sigma;
+        let by_turn = point.coords.cross(&by_point);
+        let by_pose = Vector6::new(by_turn.x, by_turn.y, by_turn.z, by_point.x, by_point.y, by_point.z);
+        let kernel = RobustKernel::Cauchy(options.road_point_kernel);
+        let weight = options.pixel_sigma_px * options.pixel_sigma_px * kernel.weight(residual * residual);
+        (residual, weight, by_pose, by_point)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn jacobians_match_differences() {
+        let options = AdvancedBundleOptions::default();
+        let pose = Pose::<Camera, World>::exp(&Vector6::new(0.02, -0.05, 0.01, 0.3, -0.2, 1.0));
+        let point = Point3::new(0.4, 1.8, 9.0);
+        let road_point = RoadPoint { pose: 0, m: Vector3::new(0.02, 0.55, -0.01), sigma: 0.05 };
+        let residual =
+            |pose: &Pose<Camera, World>, point: &Point3<f64>| road_point.linearise(pose, point, &options).0;
+        let (here, _, by_pose, by_point) = road_point.linearise(&pose, &point, &options);
+        for k in 0..6 {
+            let mut step = Vector6::zeros();
+            step[k] = 1e-7;
+            let slope = (residual(&pose.retract(&step), &point) - here) / 1e-7;
+            assert!((slope - by_pose[k]).abs() < 1e-4, "{k}: {slope} {}", by_pose[k]);
+        }
+        for k in 0..3 {
+            let mut moved = point;
+            moved[k] += 1e-7;
+            assert!(((residual(&pose, &moved) - here) / 1e-7 - by_point[k]).abs() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn only_points_of_the_own_lane_near_the_plane_belong_to_the_road() {
+        let m = Vector3::new(0.0, 0.5, 0.0);
+        let belongs = |x: f64, y: f64, z: f64| {
+            RoadPoint::new(0, &m, &Point3::new(x, y, z), &AdvancedWindowOptions::default()).is_some()
+        };
+        assert!(belongs(1.0, 2.05, 20.0) && belongs(-2.0, 1.9, 6.0));
+        assert!(!belongs(1.0, 1.5, 20.0) && !belongs(4.0, 2.0, 10.0) && !belongs(0.0, 2.0, 40.0));
+    }
+}

@@ -1,0 +1,141 @@
+//! Monocular odometry up to scale: corners tracked by KLT, pose against the local map, keyframes, windowed bundle
+//! adjustment. A break starts a new segment with a scale of its own.
+
+mod feedback;
+mod frame_tracking;
+mod initial_poses;
+mod initialisation;
+mod keyframes;
+mod options;
+mod records;
+mod scratch;
+mod static_vehicles;
+mod velocity;
+
+use std::sync::Arc;
+
+use image::GrayImage;
+use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
+
+pub use feedback::RoadFeedback;
+pub use options::{AdvancedPolicyOptions, FeedbackOptions, OdometryOptions, PolicyOptions};
+
+use crate::map::{Landmark, Window};
+use crate::tracking::{Pyramid, PyramidPool, StaticMask};
+use crate::trajectory::OdometryTrajectory;
+use initialisation::Initialisation;
+use scratch::Scratch;
+use velocity::Velocity;
+
+type CameraFromWorld = Pose<Camera, World>;
+type CameraFromCamera = Pose<Camera, Camera>;
+
+/// The odometry; frames go in one by one.
+pub struct Odometry {
+    camera: PinholeCamera,
+    options: OdometryOptions,
+    trajectory: OdometryTrajectory,
+    window: Window,
+    initialisation: Option<Initialisation>,
+    last: Option<LastFrame>,
+    velocity: Velocity,
+    /// Time of failed frames in a row \[ns\].
+    failing_ns: i64,
+    standstill: Standstill,
+    /// Logarithm of the camera's height that the segment's unit is held to.
+    held_log_height: Option<f64>,
+    pyramids: PyramidPool,
+    scratch: Scratch,
+}
+
+/// The last frame with valid tracks.
+struct LastFrame {
+    frame: usize,
+    timestamp_ns: i64,
+    pyramid: Arc<Pyramid>,
+    camera_from_world: CameraFromWorld,
+}
+
+/// Result of the last standstill test, and the time of its reference pixels.
+#[derive(Clone, Copy, Debug, Default)]
+struct Standstill {
+    stands: bool,
+    reference_ns: i64,
+}
+
+/// A frame in work.
+#[derive(Clone, Copy)]
+struct Frame<'a> {
+    /// Number of the frame.
+    number: usize,
+    timestamp_ns: i64,
+    pyramid: &'a Arc<Pyramid>,
+    mask: &'a StaticMask<'a>,
+}
+
+impl Odometry {
+    /// Ready for the first frame.
+    pub fn new(camera: PinholeCamera, options: OdometryOptions) -> Self {
+        Self {
+            camera,
+            options,
+            trajectory: OdometryTrajectory { frames: Vec::new(), keyframes: Vec::new() },
+            window: Window::new(options.window),
+            initialisation: None,
+            last: None,
+            velocity: Velocity::zero(),
+            failing_ns: 0,
+            standstill: Standstill::default(),
+            held_log_height: None,
+            pyramids: PyramidPool::default(),
+            scratch: Scratch::default(),
+        }
+    }
+
+    /// Poses of all frames so far; bundle adjustment still refines the newest ones.
+    pub fn trajectory(&self) -> &OdometryTrajectory {
+        &self.trajectory
+    }
+
+    /// The landmarks of the local map.
+    pub fn landmarks(&self) -> &[Landmark] {
+        &self.window.landmarks
+    }
+
+    /// Records a frame that could not be read; its pose is bridged.
+    pub fn skip(&mut self, timestamp_ns: i64) {
+        if self.initialisation.is_some() || self.last.is_none() {
+            self.initialisation = None;
+            self.record_initialising(timestamp_ns);
+        } else {
+            self.bridge(timestamp_ns);
+        }
+    }
+
+    /// Processes the next frame; returns its pyramid for the stages that use the same pixels. Once it is dropped, its memory is
+    /// reused for a later frame.
+    pub fn process(&mut self, timestamp_ns: i64, image: &GrayImage, mask: &StaticMask<'_>) -> Arc<Pyramid> {
+        let pyramid = self.pyramids.pyramid(image, self.options.klt.advanced.pyramid_levels);
+        let frame = Frame { number: self.trajectory.frames.len(), timestamp_ns, pyramid: &pyramid, mask };
+        if self.window.newest().is_none() {
+            self.initialise(&frame);
+        } else {
+            self.track_frame(&frame);
+        }
+        self.scratch.make_room(self.window.landmarks.len());
+        pyramid
+    }
+
+    /// Ends the run; every frame has its final pose.
+    pub fn finish(self) -> OdometryTrajectory {
+        self.trajectory
+    }
+
+    /// Ends the segment and starts initialisation with this frame.
+    fn start_segment(&mut self, frame: &Frame<'_>) {
+        self.window = Window::new(self.options.window);
+        self.failing_ns = 0;
+        self.restart_initialisation(frame);
+        self.mark_newest_initialising();
+    }
+}

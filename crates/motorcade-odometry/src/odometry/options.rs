@@ -1,0 +1,156 @@
+//! Options of the odometry.
+
+use crate::map::{PoseOnlyOptions, WindowOptions};
+use crate::tracking::{CornerOptions, KltOptions};
+
+/// All options of the odometry.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
+)]
+#[serde(default, deny_unknown_fields)]
+pub struct OdometryOptions {
+    /// Corner detection.
+    pub corners: CornerOptions,
+    /// Tracking.
+    pub klt: KltOptions,
+    /// Pose against the map.
+    pub pose: PoseOnlyOptions,
+    /// Local map.
+    pub window: WindowOptions,
+    /// Initialisation, keyframes and breaks.
+    pub policy: PolicyOptions,
+    /// Feedback of the road and of static vehicles.
+    pub feedback: FeedbackOptions,
+    /// Seed of the two-view sampling.
+    pub seed: u64,
+}
+
+/// Initialisation, keyframes and breaks.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct PolicyOptions {
+    /// Median image motion that initialises a map \[rad, pixels over focal length\]: a degree, 12 px of a KITTI camera.
+    pub begin_flow_rad: f64,
+    /// Tracks needed for it.
+    pub begin_tracks: usize,
+    /// Median image motion of landmarks since the last keyframe that requires another \[rad\]: 30 px of a KITTI camera.
+    pub keyframe_flow_rad: f64,
+    /// Share of the last keyframe's landmarks still tracked below which another is required.
+    pub keyframe_kept: f64,
+    /// Median image motion below which the camera stands still \[px\]: above the noise of tracking.
+    pub standstill_px: f64,
+    /// Landmarks that must agree with a pose.
+    pub least_inliers: usize,
+    /// Time of failed frames after which a new segment starts \[s\].
+    pub give_up_s: f64,
+    /// Settings that rarely need a change.
+    pub advanced: AdvancedPolicyOptions,
+}
+
+impl Default for PolicyOptions {
+    fn default() -> Self {
+        Self {
+            begin_flow_rad: 0.0166,
+            begin_tracks: 60,
+            keyframe_flow_rad: 0.0416,
+            keyframe_kept: 0.5,
+            standstill_px: 0.25,
+            least_inliers: 15,
+            give_up_s: 0.45,
+            advanced: AdvancedPolicyOptions::default(),
+        }
+    }
+}
+
+/// Gates of initialisation and tracking.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct AdvancedPolicyOptions {
+    /// Share of the landmarks that must agree with a pose.
+    pub least_inlier_share: f64,
+    /// Time for which a landmark may be an outlier before it is removed \[s\].
+    pub outlier_s: f64,
+    /// Least time over which a standstill is tested \[s\]: shorter motions are below the noise of tracking.
+    pub standstill_s: f64,
+    /// Depth without any landmark nearby \[odometry units\]: practically no parallax.
+    pub far_depth: f64,
+    /// Tracks below which initialisation never succeeds; small and plain images have few corners.
+    pub least_tracks: usize,
+    /// Share of the first corners that must still be tracked, where that is less than `begin_tracks`.
+    pub begin_kept: f64,
+    /// Least median motion of an initialisation \[px\]: below, the noise of tracking passes for parallax.
+    pub begin_flow_px: f64,
+    /// Pixel noise of the two-view geometry \[px\].
+    pub two_view_noise_px: f64,
+    /// Share of the tracks that must agree with it.
+    pub two_view_inlier_share: f64,
+    /// Median depth of a new map, which sets its unit: about a street's in metres.
+    pub median_depth: f64,
+    /// Time before the first frame of a map for which its speed is extrapolated \[s\].
+    pub backwards_s: f64,
+    /// Standard deviation of the rotation between two views alone \[rad\]. Median errors on driving pairs (0.9 m ahead, 0.4 px
+    /// of noise) are 0.015° of rotation and 0.33° of direction.
+    pub two_view_rotation_sigma_rad: f64,
+    /// Standard deviation of the direction of translation between them \[rad\].
+    pub two_view_direction_sigma_rad: f64,
+}
+
+impl Default for AdvancedPolicyOptions {
+    fn default() -> Self {
+        Self {
+            least_inlier_share: 0.4,
+            outlier_s: 0.25,
+            standstill_s: 0.08,
+            far_depth: 1e4,
+            least_tracks: 20,
+            begin_kept: 0.5,
+            begin_flow_px: 4.0,
+            two_view_noise_px: 1.0,
+            two_view_inlier_share: 0.5,
+            median_depth: 15.0,
+            backwards_s: 1.0,
+            two_view_rotation_sigma_rad: 0.02_f64.to_radians(),
+            two_view_direction_sigma_rad: 0.4_f64.to_radians(),
+        }
+    }
+}
+
+/// Feedback of the road and of static vehicles.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct FeedbackOptions {
+    /// Standard deviation of a frame's log height beyond its pixels: the body heaves by 2 cm, the road is not flat. Measured on
+    /// rendered drives against their truth.
+    pub height_sigma: f64,
+    /// Change of log height above which a measurement is rejected: seven times its scatter.
+    pub most_height_change: f64,
+    /// Distance of a box's bottom edge beyond which it does not determine depth \[camera heights\]: 33 m for a car.
+    pub farthest_vehicle_heights: f64,
+    /// Depth of the near part of a static vehicle over that of the road at its bottom edge: a quarter less for boxes that end
+    /// above the tyres, a fifth more for receding bodies. Oncoming vehicles show 0.5 or less, vehicles ahead 2 or more;
+    /// inside remain those slower than about a fifth of the camera's speed.
+    pub static_depth_ratio: [f64; 2],
+    /// Share of a vehicle's landmarks that are nearer than its near part.
+    pub near_share: f64,
+    /// Landmarks needed on a vehicle.
+    pub least_landmarks: usize,
+    /// A box that ends this near to the bottom of the image is truncated \[px\].
+    pub truncated_px: f64,
+    /// Time for which a vehicle must be classified as static before its landmarks are used \[s\].
+    pub static_s: f64,
+}
+
+impl Default for FeedbackOptions {
+    fn default() -> Self {
+        Self {
+            height_sigma: 0.02,
+            most_height_change: 0.15,
+            farthest_vehicle_heights: 20.0,
+            static_depth_ratio: [0.75, 1.2],
+            near_share: 0.25,
+            least_landmarks: 4,
+            truncated_px: 3.0,
+            static_s: 0.25,
+        }
+    }
+}

@@ -1,0 +1,29 @@
+//! The road plane: alignment of grey values, tracking from frame to frame, measurements of scale and tilt.
+
+mod alignment;
+mod closed_form;
+mod history;
+mod measurement;
+mod normal_equations;
+mod options;
+mod pixels;
+mod plane;
+mod plane_search;
+mod profile;
+mod search;
+mod state;
+mod tracker;
+mod view;
+
+pub use alignment::align_road;
+pub use closed_form::ClosedFormScale;
+pub use measurement::{RoadCurvature, RoadEstimate, RoadMeasurement};
+pub use options::{
+    AdvancedRoadOptions, AlignmentOptions, ClosedFormOptions, PlaneSearchOptions, PlaneTrackingOptions,
+    ProfileOptions, RoadOptions, ScaleAverage,
+};
+pub use pixels::RoadPixels;
+pub use plane::{RoadPlane, road_normal};
+pub use state::RoadState;
+pub use tracker::{RoadInput, RoadTracker};
+pub use view::{RoadScratch, RoadView};

@@ -1,0 +1,260 @@
+//! The road plane from frame to frame: search, tracking, and search after a loss.
+
+use std::sync::Arc;
+
+use motorcade_geometry::{BoundingBox, Camera, PinholeCamera, Pose, World};
+use nalgebra::{Point2, Vector3};
+
+use super::alignment::align_road;
+use super::history::{EarlierFrame, RoadHistory};
+use super::measurement::RoadMeasurement;
+use super::options::{PlaneTrackingOptions, RoadOptions};
+use super::pixels::RoadPixels;
+use super::plane::RoadPlane;
+use super::plane_search::{PlaneSearch, near_anchor};
+use super::view::{RoadScratch, RoadView};
+use crate::time::{nanoseconds, seconds};
+use crate::tracking::Pyramid;
+
+/// A frame, for the road.
+#[derive(Clone, Copy)]
+pub struct RoadInput<'a> {
+    /// Number of the frame (row of the run).
+    pub frame: usize,
+    /// Time of the frame \[ns\].
+    pub timestamp_ns: i64,
+    /// Segment of the odometry.
+    pub segment: usize,
+    /// The image.
+    pub pyramid: &'a Arc<Pyramid>,
+    /// Boxes of all vehicles, moving or not: they hide the road in this frame, and when it serves as the earlier one.
+    pub vehicles: &'a [BoundingBox],
+    /// True with a road mask.
+    pub masked: bool,
+}
+
+/// Tracks the road plane through a drive.
+pub struct RoadTracker {
+    camera: PinholeCamera,
+    options: RoadOptions,
+    history: RoadHistory,
+    /// Present plane m in the odometry's unit.
+    plane: Option<Vector3<f64>>,
+    /// Slow average of log |m|: the odometry's unit is held, so a plane that drifts away from it is false.
+    anchor: Option<f64>,
+    /// Normal of the last known plane: a new segment has another unit but the same camera.
+    normal: Vector3<f64>,
+    search: PlaneSearch,
+    segment: usize,
+    /// Time of failed alignments in a row \[ns\].
+    failing_ns: i64,
+    /// Half width of the stretch without a road mask \[camera heights\].
+    unmasked_half_width: f64,
+    measurements: Vec<RoadMeasurement>,
+    scratch: RoadScratch,
+}
+
+impl RoadTracker {
+    /// A tracker without a plane.
+    pub fn new(camera: PinholeCamera, options: RoadOptions) -> Self {
+        Self {
+            camera,
+            options,
+            history: RoadHistory::default(),
+            plane: None,
+            anchor: None,
+            normal: Vector3::y(),
+            search: PlaneSearch::default(),
+            segment: 0,
+            failing_ns: 0,
+            unmasked_half_width: options.unmasked_half_width_heights,
+            measurements: Vec::new(),
+            scratch: RoadScratch::default(),
+        }
+    }
+
+    /// All measurements so far, in order of frames.
+    pub fn measurements(&self) -> &[RoadMeasurement] {
+        &self.measurements
+    }
+
+    /// The tracked plane in the odometry's unit; m with `mᵀX = 1`.
+    pub fn plane(&self) -> Option<Vector3<f64>> {
+        self.plane
+    }
+
+    /// Processes a frame and returns its measurement, if the road could be aligned; frames less than
+    /// [`RoadOptions::interval_s`] after the last one are not aligned. `pose_of` gives `camera_from_world` of it and of earlier
+    /// frames of the segment, `usable` the pixels that may be road.
+    pub fn process(
+        &mut self,
+        input: &RoadInput<'_>,
+        pose_of: impl Fn(usize) -> Option<Pose<Camera, World>>,
+        usable: impl Fn(&Point2<f64>) -> bool,
+    ) -> Option<RoadMeasurement> {
+        if input.segment != self.segment {
+            self.start_segment(input.segment);
+        }
+        let elapsed_ns = self.history.newest_ns().map_or(0, |before| input.timestamp_ns - before);
+        let is_first = self.history.newest_ns().is_none();
+        if !is_first && (0..nanoseconds(self.options.interval_s)).contains(&elapsed_ns) {
+            return None;
+        }
+        self.history.remove_before(input.timestamp_ns - nanoseconds(self.options.oldest_s));
+        let road = self.road_pixels(input, usable);
+        let measured = pose_of(input.frame).and_then(|camera_from_world| {
+            let current = Current { input, camera_from_world, elapsed_ns: elapsed_ns.max(0), road: &road };
+            match self.plane {
+                Some(plane) => self.track(&current, plane, &pose_of),
+                None => {
+                    self.search(&current, &pose_of);
+                    None
+                }
+            }
+        });
+        let (frame, timestamp_ns, pyramid) = (input.frame, input.timestamp_ns, input.pyramid.clone());
+        self.history.push(EarlierFrame { frame, timestamp_ns, pyramid, road });
+        self.measurements.extend(measured);
+        measured
+    }
+
+    /// Forgets what belongs to the unit of the segment before.
+    fn start_segment(&mut self, segment: usize) {
+        (self.segment, self.plane, self.anchor, self.failing_ns) = (segment, None, None, 0);
+        self.search.reset();
+        self.history.clear();
+    }
+
+    /// Road pixels of this frame, for itself and for later ones.
+    fn road_pixels(&mut self, input: &RoadInput<'_>, usable: impl Fn(&Point2<f64>) -> bool) -> RoadPixels {
+        let mut road = self.history.take_spare();
+        let tracking = &self.options.advanced.tracking;
+        // Pixels beyond twice the stretch and above the horizon are never used.
+        let reach = 2.0 * self.options.far_heights;
+        let near = |p: &Point2<f64>| self.normal.dot(&self.camera.ray(p)) * reach > 1.0;
+        let hidden =
+            |p: &Point2<f64>| input.vehicles.iter().any(|v| with_shadow(v, tracking).contains(p.x, p.y));
+        road.fill(&self.camera, |p| near(p) && usable(p) && !hidden(p));
+        road
+    }
+
+    /// Options with the half width of this frame's stretch.
+    fn frame_options(&self, masked: bool) -> RoadOptions {
+        let half_width_heights =
+            if masked { self.options.half_width_heights } else { self.unmasked_half_width };
+        RoadOptions { half_width_heights, ..self.options }
+    }
+
+    /// Aligns a known plane.
+    fn track(
+        &mut self,
+        current: &Current<'_>,
+        plane: Vector3<f64>,
+        pose_of: &impl Fn(usize) -> Option<Pose<Camera, World>>,
+    ) -> Option<RoadMeasurement> {
+        // A shorter baseline, at standstill or walking pace, has too little parallax.
+        let least_baseline = self.options.baseline_heights / plane.norm();
+        let (earlier, motion) =
+            self.history.reference(&current.camera_from_world, pose_of, least_baseline)?;
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let reference = earlier.frame;
+        let view = self.view(current, earlier, motion, plane);
+        let options = self.frame_options(current.input.masked);
+        let tracking = &options.advanced.tracking;
+        // Smooth asphalt has false minima with residuals as small as the true one, but the camera's height does not jump.
+        let anchor = self.anchor;
+        let plausible = |found: &RoadPlane| {
+            (found.m.norm() / plane.norm()).ln().abs() < tracking.most_jump
+                && near_anchor(anchor, &found.m, tracking)
+        };
+        let usable = |p: &Point2<f64>| current.road.contains(p);
+        let found = align_road(&view, usable, &options, &mut scratch).filter(plausible);
+        self.scratch = scratch;
+        self.adapt_width(found.as_ref());
+        let Some(found) = found else {
+            self.failing_ns += current.elapsed_ns;
+            if self.failing_ns >= nanoseconds(tracking.give_up_s) {
+                (self.plane, self.failing_ns) = (None, 0);
+                self.search.reset();
+            }
+            return None;
+        };
+        self.failing_ns = 0;
+        let updated = plane + (found.m - plane) * tracking.gain;
+        self.plane = Some(updated);
+        self.normal = updated.normalize();
+        let rate = (seconds(current.elapsed_ns) / tracking.anchor_s).min(1.0);
+        self.anchor = self.anchor.map(|a| a + rate * (found.m.norm().ln() - a));
+        Some(RoadMeasurement::new(current.input.frame, reference, motion.translation().norm(), &found))
+    }
+
+    /// Searches an unknown plane.
+    fn search(&mut self, current: &Current<'_>, pose_of: &impl Fn(usize) -> Option<Pose<Camera, World>>) {
+        let options = self.frame_options(current.input.masked);
+        let search = &options.advanced.search;
+        let least_baseline = search.baseline_heights * search.guess_units;
+        let Some((earlier, motion)) =
+            self.history.reference(&current.camera_from_world, pose_of, least_baseline)
+        else {
+            return;
+        };
+        let mut candidates = std::mem::take(&mut self.search);
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let view = self.view(current, earlier, motion, self.normal / search.guess_units);
+        let usable = |p: &Point2<f64>| current.road.contains(p);
+        let found = candidates.add(view, &usable, &options, self.anchor, current.elapsed_ns, &mut scratch);
+        (self.search, self.scratch) = (candidates, scratch);
+        if let Some((plane, anchor)) = found {
+            self.plane = Some(plane);
+            self.normal = plane.normalize();
+            self.anchor = anchor.or(Some(plane.norm().ln()));
+        }
+    }
+
+    fn view<'a>(
+        &'a self,
+        current: &Current<'a>,
+        earlier: &'a EarlierFrame,
+        reference_from_current: Pose<Camera, Camera>,
+        guess: Vector3<f64>,
+    ) -> RoadView<'a> {
+        let both = self.options.both_pictures;
+        RoadView {
+            camera: &self.camera,
+            current: current.input.pyramid,
+            reference: &earlier.pyramid,
+            road_in_reference: if both { &earlier.road } else { RoadPixels::everywhere() },
+            reference_from_current,
+            guess,
+        }
+    }
+
+    /// Widens the unmasked stretch when it does not align or has too little texture, narrows it when it has plenty.
+    fn adapt_width(&mut self, found: Option<&RoadPlane>) {
+        let tracking = &self.options.advanced.tracking;
+        let wanted = tracking.unmasked_pixels;
+        let factor = match found.map_or(0, |f| f.pixels) {
+            n if n < wanted => tracking.width_step,
+            n if n > 2 * wanted => 1.0 / tracking.width_step,
+            _ => 1.0,
+        };
+        let narrow = self.options.unmasked_half_width_heights;
+        let wide = tracking.unmasked_widest_heights.max(narrow);
+        self.unmasked_half_width = (self.unmasked_half_width * factor).clamp(narrow, wide);
+    }
+}
+
+/// The frame in work.
+struct Current<'a> {
+    input: &'a RoadInput<'a>,
+    camera_from_world: Pose<Camera, World>,
+    /// Time since the frame before \[ns\].
+    elapsed_ns: i64,
+    road: &'a RoadPixels,
+}
+
+/// A box with the vehicle's shadow, which moves with the vehicle.
+fn with_shadow(vehicle: &BoundingBox, options: &PlaneTrackingOptions) -> BoundingBox {
+    let y2 = vehicle.y2 + options.shadow * (vehicle.y2 - vehicle.y1);
+    BoundingBox { y2, ..*vehicle }.grown(options.rim_px)
+}

@@ -1,0 +1,154 @@
+//! The metric trajectory of the camera and the road under it, from up-to-scale odometry and road measurements.
+
+use motorcade_geometry::{Camera, Pose};
+use nalgebra::{Matrix3, Matrix6};
+
+use super::ego_frame::EgoFrame;
+use super::options::MetricOptions;
+use super::segment_states::{Drive, Method};
+use super::state::{NoiseModel, SmoothedState};
+use super::steps::{metric_steps, unit_steps};
+use super::uncertainty::{Uncertainty, step_covariance};
+use crate::road::{RoadMeasurement, road_normal};
+use crate::time::calibrated;
+use crate::trajectory::{FrameStatus, OdometryTrajectory};
+
+/// The metric trajectory of a drive.
+#[derive(Clone, Debug)]
+pub struct EgoTrajectory {
+    /// One per frame.
+    pub frames: Vec<EgoFrame>,
+    /// Height of the camera above the road \[m\].
+    pub height_m: f64,
+    /// Noise of each segment, estimated from the drive.
+    pub noise: Vec<Option<NoiseModel>>,
+}
+
+impl EgoTrajectory {
+    /// Metric trajectory of an odometry by the camera's height \[m\].
+    ///
+    /// All lengths are proportional to `height_m`, exactly. A segment without any road measurement continues at the
+    /// metric speed of the one before it. `measurements` are in order of frames.
+    pub fn new(
+        odometry: &OdometryTrajectory,
+        measurements: &[RoadMeasurement],
+        height_m: f64,
+        options: &MetricOptions,
+    ) -> Self {
+        Self::build(odometry, measurements, height_m, options, Method::Smoothed)
+    }
+
+    /// As [`EgoTrajectory::new`], but each frame keeps the scale measured in it, as in the paper; frames without one take
+    /// that of the frame before. The road is level and the camera looks along it.
+    pub fn unsmoothed(
+        odometry: &OdometryTrajectory,
+        measurements: &[RoadMeasurement],
+        height_m: f64,
+        options: &MetricOptions,
+    ) -> Self {
+        Self::build(odometry, measurements, height_m, options, Method::PerFrame)
+    }
+
+    /// As [`EgoTrajectory::new`] for an odometry that is metric already: only the road is taken from the measurements.
+    /// `scale_bias_sigma` is the standard deviation of an error of log scale that all its lengths share.
+    pub fn metric(
+        odometry: &OdometryTrajectory,
+        measurements: &[RoadMeasurement],
+        height_m: f64,
+        scale_bias_sigma: f64,
+        options: &MetricOptions,
+    ) -> Self {
+        let options = MetricOptions { bias_sigma: scale_bias_sigma, ..*options };
+        Self::build(odometry, measurements, height_m, &options, Method::Metric)
+    }
+
+    fn build(
+        odometry: &OdometryTrajectory,
+        measurements: &[RoadMeasurement],
+        height_m: f64,
+        options: &MetricOptions,
+        method: Method,
+    ) -> Self {
+        let steps = unit_steps(odometry);
+        let drive = Drive { odometry, steps: &steps, measurements, height_m, options };
+        let mut states: Vec<Option<SmoothedState>> = vec![None; odometry.frames.len()];
+        let segments = 0..odometry.keyframes.len();
+        let noise = segments.map(|segment| drive.fill(method, segment, &mut states)).collect();
+        let scales = scales(&states, height_m / options.guess_units);
+        let metric = metric_steps(&odometry.frames, &steps, &scales);
+        let mut ego = Self { frames: Vec::with_capacity(states.len()), height_m, noise };
+        let mut uncertainty = Uncertainty::default();
+        for (k, state) in states.iter().enumerate() {
+            let frame = ego.next_frame(&drive, k, &metric[k], scales[k], state.as_ref());
+            let covariance = uncertainty.advance(&frame, &metric[k]);
+            ego.frames.push(EgoFrame { covariance, ..frame });
+        }
+        ego
+    }
+
+    /// Length of the trajectory \[m\].
+    pub fn length_m(&self) -> f64 {
+        let step = |w: &[EgoFrame]| {
+            (w[1].world_from_camera.translation() - w[0].world_from_camera.translation()).norm()
+        };
+        self.frames.windows(2).map(step).sum()
+    }
+
+    fn next_frame(
+        &self,
+        drive: &Drive<'_>,
+        k: usize,
+        metric_step: &Pose<Camera, Camera>,
+        scale: f64,
+        state: Option<&SmoothedState>,
+    ) -> EgoFrame {
+        let (options, frames) = (drive.options, &drive.odometry.frames);
+        let record = &frames[k];
+        let scale_sigma = state.map_or(options.unknown_scale_sigma, |s| s.covariance[(0, 0)].max(0.0).sqrt());
+        let world_from_camera =
+            self.frames.last().map_or(Pose::identity(), |b| b.world_from_camera * *metric_step);
+        // The part of the error that is independent from frame to frame.
+        let alone = scale_sigma / state.map_or(1.0, |s| s.overlap.sqrt());
+        let step_measured = drive.steps[k].is_some()
+            && matches!(record.status, FrameStatus::Tracked | FrameStatus::Standstill);
+        let before = k.checked_sub(1).map_or(record, |b| &frames[b]);
+        let elapsed = if k == 0 { 1.0 } else { calibrated(record.timestamp_ns - before.timestamp_ns) };
+        let unmeasured = (!step_measured).then_some(elapsed);
+        let step_covariance =
+            step_covariance(metric_step, record.covariance, (scale, alone), unmeasured, options);
+        let (pitch_rad, roll_rad) = state.map_or((0.0, 0.0), |s| (s.value.y, s.value.z));
+        let mut road_tilt_covariance = Matrix3::zeros();
+        match state {
+            Some(s) => road_tilt_covariance
+                .fixed_view_mut::<2, 2>(0, 0)
+                .copy_from(&s.covariance.fixed_view::<2, 2>(1, 1)),
+            None => road_tilt_covariance.fill_diagonal(options.unknown_tilt_sigma_rad.powi(2)),
+        }
+        EgoFrame {
+            world_from_camera,
+            status: record.status,
+            step_measured,
+            step_covariance,
+            covariance: Matrix6::zeros(),
+            scale,
+            scale_sigma,
+            scale_sigma_alone: alone,
+            scale_correlation: state.map_or(0.0, |s| s.correlation),
+            scale_bias_sigma: options.bias_sigma,
+            scale_measured: drive.measurements.binary_search_by_key(&k, |m| m.frame).is_ok(),
+            road_normal: road_normal(pitch_rad, roll_rad),
+            road_tilt_covariance,
+            inliers: record.inliers,
+        }
+    }
+}
+
+/// Metres per unit of the odometry in each frame; without a state as in the frame before, at first `initial`.
+fn scales(states: &[Option<SmoothedState>], initial: f64) -> Vec<f64> {
+    let mut scale = initial;
+    let next = |state: &Option<SmoothedState>| {
+        scale = state.as_ref().map_or(scale, |s| s.value.x.exp());
+        scale
+    };
+    states.iter().map(next).collect()
+}

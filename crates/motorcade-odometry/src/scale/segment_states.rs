@@ -1,0 +1,132 @@
+//! Scale and tilt in every frame of a segment.
+
+use motorcade_geometry::{Camera, Pose, robust::median};
+use nalgebra::{Matrix3, Vector3};
+
+use super::options::MetricOptions;
+use super::smoother::smooth;
+use super::state::{Interval, NoiseModel, SmoothedState, StateMeasurement};
+use crate::road::{RoadEstimate, RoadMeasurement};
+use crate::time::calibrated;
+use crate::trajectory::OdometryTrajectory;
+
+/// How measurements become states.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Method {
+    /// Smoothed over time.
+    Smoothed,
+    /// Each frame keeps the scale measured in it, as in the paper; frames without one take that of the frame before.
+    PerFrame,
+    /// The odometry is metric: only the tilt is smoothed.
+    Metric,
+}
+
+/// Odometry and measurements of a drive.
+#[derive(Clone, Copy)]
+pub(super) struct Drive<'a> {
+    pub odometry: &'a OdometryTrajectory,
+    /// Steps in the odometry's unit.
+    pub steps: &'a [Option<Pose<Camera, Camera>>],
+    pub measurements: &'a [RoadMeasurement],
+    pub height_m: f64,
+    pub options: &'a MetricOptions,
+}
+
+impl Drive<'_> {
+    /// Fills in the states of the frames of a segment; returns the noise if it was estimated.
+    pub fn fill(
+        &self,
+        method: Method,
+        segment: usize,
+        states: &mut [Option<SmoothedState>],
+    ) -> Option<NoiseModel> {
+        match method {
+            Method::Smoothed => self.fill_smoothed(segment, states),
+            Method::PerFrame => {
+                self.fill_per_frame(segment, states);
+                None
+            }
+            Method::Metric => {
+                let model = self.fill_smoothed(segment, states);
+                self.fix_scale(segment, states);
+                model
+            }
+        }
+    }
+
+    /// Log of metres per unit, eq. (5), and tilt by a measurement.
+    fn value(&self, estimate: &RoadEstimate) -> Vector3<f64> {
+        estimate.state.to_vector() + Vector3::new(self.height_m.ln(), 0.0, 0.0)
+    }
+
+    fn fill_smoothed(&self, segment: usize, states: &mut [Option<SmoothedState>]) -> Option<NoiseModel> {
+        let records = &self.odometry.frames;
+        let frames: Vec<usize> = (0..self.steps.len()).filter(|k| records[*k].segment == segment).collect();
+        let (first, last) = (*frames.first()?, *frames.last()?);
+        let state = |m: &RoadMeasurement| {
+            // The scale belongs to the motion between the two frames, and so to the middle between them.
+            let middle = (m.frame + m.reference).div_ceil(2).max(first);
+            let estimate = m.corrected(self.odometry, &self.options.profile);
+            StateMeasurement {
+                frame: middle - first,
+                value: self.value(&estimate),
+                covariance: estimate.covariance,
+            }
+        };
+        let own = self.measurements.iter().filter(|m| (first..=last).contains(&m.frame));
+        let own: Vec<StateMeasurement> = own.map(state).collect();
+        let mut scales: Vec<f64> = own.iter().map(|m| m.value.x).collect();
+        let typical = median(&mut scales)?.exp();
+        let interval = |k: usize| Interval {
+            travelled: self.steps[k].map_or(0.0, |s| s.translation().norm() * typical / self.height_m),
+            elapsed: match k {
+                0 => 1.0,
+                _ => calibrated(records[k].timestamp_ns - records[k - 1].timestamp_ns),
+            },
+        };
+        let intervals: Vec<Interval> = (first..=last).map(interval).collect();
+        let (smoothed, model) = smooth(&intervals, &own, &self.options.smoother)?;
+        for (k, state) in (first..=last).zip(smoothed) {
+            states[k] = Some(state);
+        }
+        Some(model)
+    }
+
+    fn fill_per_frame(&self, segment: usize, states: &mut [Option<SmoothedState>]) {
+        let in_segment = |k: usize| self.odometry.frames[k].segment == segment;
+        let state = |m: &RoadMeasurement| {
+            let estimate = m.corrected(self.odometry, &self.options.profile);
+            let value = self.value(&estimate);
+            SmoothedState { value, covariance: estimate.covariance, correlation: 0.0, overlap: 1.0 }
+        };
+        let mut own = self.measurements.iter().filter(|m| in_segment(m.frame)).peekable();
+        let Some(mut present) = own.peek().map(|m| state(m)) else { return };
+        for (k, slot) in states.iter_mut().enumerate() {
+            while let Some(m) = own.next_if(|m| m.frame <= k) {
+                present = state(m);
+            }
+            if in_segment(k) {
+                *slot = Some(present);
+            }
+        }
+    }
+
+    /// Scale 1 in every frame, and a level road where none was measured.
+    fn fix_scale(&self, segment: usize, states: &mut [Option<SmoothedState>]) {
+        let (scale, tilt) = (self.options.metric_variance, self.options.mounting_variance_rad2);
+        let level = SmoothedState {
+            value: Vector3::zeros(),
+            covariance: Matrix3::from_diagonal(&Vector3::new(scale, tilt, tilt)),
+            correlation: 0.0,
+            overlap: 1.0,
+        };
+        for (record, slot) in self.odometry.frames.iter().zip(states) {
+            if record.segment == segment {
+                let mut state = slot.unwrap_or(level);
+                state.value.x = 0.0;
+                state.covariance[(0, 0)] = scale;
+                *slot = Some(state);
+            }
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! Values of the smoother.
+
+use motorcade_geometry::robust::{median, sigma_from_absolute};
+use nalgebra::{Matrix3, Vector3};
+
+use super::options::SmootherOptions;
+
+/// Motion from the frame before.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Interval {
+    /// Distance travelled \[camera heights\].
+    pub travelled: f64,
+    /// Time \[0.1 s\].
+    pub elapsed: f64,
+}
+
+/// A measurement at a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct StateMeasurement {
+    /// Frame it belongs to.
+    pub frame: usize,
+    /// `[log s, pitch, roll]`.
+    pub value: Vector3<f64>,
+    /// Covariance (3×3).
+    pub covariance: Matrix3<f64>,
+}
+
+/// Smoothed state of a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct SmoothedState {
+    /// `[log s, pitch, roll]`.
+    pub value: Vector3<f64>,
+    /// Covariance (3×3).
+    pub covariance: Matrix3<f64>,
+    /// Correlation of the error of log s with that of the frame before, 0 to 1.
+    pub correlation: f64,
+    /// Number of neighbouring measurements that count as one in the covariance of log s.
+    pub overlap: f64,
+}
+
+/// Noise of a drive, estimated from the drive itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NoiseModel {
+    /// Drift of log s per √(camera height travelled).
+    pub drift: f64,
+    /// Standard deviation of log s of a single frame beyond its pixels: heave of the body, unevenness of the road.
+    pub height_sigma: f64,
+    /// Mean pitch and roll \[rad\].
+    pub mean_tilt: [f64; 2],
+    /// Standard deviations of pitch and roll about it \[rad\].
+    pub tilt_sigma: [f64; 2],
+}
+
+impl NoiseModel {
+    /// Mean and spread of the tilt; no drift. `None` without measurements.
+    pub(super) fn of_tilt(measurements: &[StateMeasurement], options: &SmootherOptions) -> Option<Self> {
+        let least = options.least_tilt_sigma_rad;
+        let of = |k: usize| -> Option<(f64, f64)> {
+            let mut values: Vec<f64> = measurements.iter().map(|m| m.value[k]).collect();
+            let mean = median(&mut values)?;
+            let mut absolute: Vec<f64> = values.iter().map(|v| (v - mean).abs()).collect();
+            Some((mean, sigma_from_absolute(&mut absolute)?.clamp(least, options.tilt_sigma_range * least)))
+        };
+        let ((pitch, pitch_sigma), (roll, roll_sigma)) = (of(1)?, of(2)?);
+        Some(Self {
+            drift: 0.0,
+            height_sigma: 0.0,
+            mean_tilt: [pitch, roll],
+            tilt_sigma: [pitch_sigma, roll_sigma],
+        })
+    }
+
+    /// Mean of the state; the scale has none.
+    pub(super) fn mean(&self) -> Vector3<f64> {
+        Vector3::new(0.0, self.mean_tilt[0], self.mean_tilt[1])
+    }
+
+    /// Transition over an interval and its noise: a random walk of log s per distance, a first-order autoregression of the tilt
+    /// in time.
+    pub(super) fn transition(
+        &self,
+        interval: &Interval,
+        options: &SmootherOptions,
+    ) -> (Matrix3<f64>, Matrix3<f64>) {
+        let correlation = options.tilt_correlation.powf(interval.elapsed);
+        let innovation = 1.0 - correlation * correlation;
+        let noise = Vector3::new(
+            self.drift * self.drift * interval.travelled + 1e-12 * interval.elapsed,
+            innovation * self.tilt_sigma[0].powi(2),
+            innovation * self.tilt_sigma[1].powi(2),
+        );
+        let transition = Vector3::new(1.0, correlation, correlation);
+        (Matrix3::from_diagonal(&transition), Matrix3::from_diagonal(&noise))
+    }
+}

@@ -1,0 +1,189 @@
+//! Camera poses of all frames, up to scale.
+
+use std::collections::BTreeMap;
+
+use motorcade_geometry::{Camera, Pose, World};
+use nalgebra::{Matrix6, Vector6};
+
+use crate::time::calibrated;
+
+type CameraFromWorld = Pose<Camera, World>;
+type CameraFromCamera = Pose<Camera, Camera>;
+
+/// How the pose of a frame was found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FrameStatus {
+    /// No map yet; the pose is filled in when one begins.
+    Initialising,
+    /// Tracked against the map.
+    Tracked,
+    /// The camera stood still: the pose of the frame before.
+    Standstill,
+    /// Not tracked (missing, corrupt, covered): bridged between its neighbours.
+    Bridged,
+}
+
+/// A frame's pose, relative to a keyframe so that later adjustments move it along.
+#[derive(Clone, Debug)]
+pub struct FrameRecord {
+    /// Time of the frame \[ns\].
+    pub timestamp_ns: i64,
+    /// How it was found.
+    pub status: FrameStatus,
+    /// Segment it belongs to.
+    pub segment: usize,
+    /// Keyframe number within the segment.
+    pub keyframe: usize,
+    /// Pose relative to that keyframe.
+    pub camera_from_keyframe: CameraFromCamera,
+    /// Landmarks that agree with the pose.
+    pub inliers: usize,
+    /// Reprojection error of the inliers \[px\].
+    pub rms_px: f64,
+    /// Covariance of the motion from the frame before (6×6 `[ω, ν]`, translation in the segment's unit). Errors of consecutive
+    /// poses against the same map are anti-correlated; what accumulates is a random walk over time, so this is the covariance
+    /// of the pose against the map times the interval over 0.1 s.
+    pub covariance: Matrix6<f64>,
+}
+
+/// Frame poses, each segment in its own unit of length.
+#[derive(Clone, Debug)]
+pub struct OdometryTrajectory {
+    /// One record a frame, in order.
+    pub frames: Vec<FrameRecord>,
+    /// `camera_from_world` of each keyframe of each segment.
+    pub keyframes: Vec<Vec<CameraFromWorld>>,
+}
+
+impl OdometryTrajectory {
+    /// An external trajectory as one segment in its own unit: `world_from_camera` and time \[ns\] of every frame. The shorter
+    /// list counts.
+    pub fn from_poses(poses: &[Pose<World, Camera>], timestamps_ns: &[i64]) -> Self {
+        let mut out = Self { frames: Vec::new(), keyframes: vec![Vec::new()] };
+        timestamps_ns.iter().for_each(|timestamp_ns| out.push_next_pose(poses, *timestamp_ns));
+        out
+    }
+
+    /// Adds the next frame of an external trajectory, `poses[k]` for frame k; without one left nothing is added. Every frame is
+    /// a keyframe.
+    pub fn push_next_pose(&mut self, poses: &[Pose<World, Camera>], timestamp_ns: i64) {
+        let keyframe = self.frames.len();
+        let (Some(pose), Some(keyframes)) = (poses.get(keyframe), self.keyframes.last_mut()) else { return };
+        let before = keyframe.checked_sub(1);
+        let step = before.map_or(0.0, |b| (pose.translation() - poses[b].translation()).norm());
+        let interval = before.map_or(1.0, |b| calibrated(timestamp_ns - self.frames[b].timestamp_ns));
+        keyframes.push(pose.inverse());
+        self.frames.push(FrameRecord {
+            timestamp_ns,
+            status: FrameStatus::Tracked,
+            segment: 0,
+            keyframe,
+            camera_from_keyframe: CameraFromCamera::identity(),
+            inliers: 0,
+            rms_px: 0.0,
+            covariance: external_covariance(step, interval),
+        });
+    }
+
+    /// The frames `range`, numbered from 0, and the keyframes they need.
+    pub fn window(&self, range: std::ops::Range<usize>) -> Self {
+        let mut frames = self.frames[range].to_vec();
+        let mut spans: BTreeMap<usize, (usize, usize)> = BTreeMap::new();
+        for record in frames.iter().filter(|r| r.segment < self.keyframes.len()) {
+            let span = spans.entry(record.segment).or_insert((record.keyframe, record.keyframe));
+            *span = (span.0.min(record.keyframe), span.1.max(record.keyframe));
+        }
+        for record in &mut frames {
+            if let Some((own, (_, (first, _)))) = spans.iter().enumerate().find(|s| *s.1.0 == record.segment)
+            {
+                record.segment = own;
+                record.keyframe -= first;
+            }
+        }
+        let of = |(segment, (first, last)): (&usize, &(usize, usize))| {
+            self.keyframes[*segment].iter().take(last + 1).skip(*first).copied().collect()
+        };
+        Self { frames, keyframes: spans.iter().map(of).collect() }
+    }
+
+    /// `camera_from_world` of a frame in its segment's world; `None` while its segment has no map.
+    pub fn camera_from_world(&self, frame: usize) -> Option<CameraFromWorld> {
+        let record = self.frames.get(frame)?;
+        let keyframe = self.keyframes.get(record.segment)?.get(record.keyframe)?;
+        Some(record.camera_from_keyframe * *keyframe)
+    }
+}
+
+/// Covariance of a step of an external trajectory over an interval \[0.1 s\]: 0.02° and 1 % of the step at 10 frames/s, as a
+/// good odometry, and the same random walk at other rates.
+fn external_covariance(step: f64, interval: f64) -> Matrix6<f64> {
+    let interval = if interval > 0.0 { interval } else { 1.0 };
+    let turn = 0.02_f64.to_radians().powi(2) * interval;
+    let shift = (0.01 * step).powi(2) / interval + 1e-8 * interval;
+    Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, shift, shift, shift))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use motorcade_geometry::lie::se3;
+
+    #[test]
+    fn a_window_keeps_the_poses_of_its_frames() {
+        let pose = |k: usize| -> CameraFromWorld {
+            Pose::new(se3::exp(&(Vector6::new(0.01, 0.02, 0.0, 0.1, 0.0, 1.0) * k as f64)))
+        };
+        let record = |segment: usize, keyframe: usize, k: usize| FrameRecord {
+            timestamp_ns: k as i64 * 100_000_000,
+            status: FrameStatus::Tracked,
+            segment,
+            keyframe,
+            camera_from_keyframe: pose(k).cast::<Camera, Camera>(),
+            inliers: k,
+            rms_px: 0.0,
+            covariance: Matrix6::zeros(),
+        };
+        let lost = FrameRecord { status: FrameStatus::Initialising, ..record(usize::MAX, 0, 0) };
+        let frames = vec![
+            record(0, 0, 0),
+            record(0, 1, 1),
+            record(0, 1, 2),
+            record(0, 3, 3),
+            lost,
+            record(1, 0, 4),
+            record(1, 2, 5),
+        ];
+        let whole = OdometryTrajectory {
+            frames,
+            keyframes: vec![(0..5).map(pose).collect(), (5..9).map(pose).collect()],
+        };
+        for range in [0..7, 1..7, 2..4, 3..6, 4..7, 6..7] {
+            let window = whole.window(range.clone());
+            assert_eq!(window.frames.len(), range.len());
+            for (own, k) in range.enumerate() {
+                let same = window.camera_from_world(own).map(|p| *p.isometry())
+                    == whole.camera_from_world(k).map(|p| *p.isometry());
+                assert!(same, "frame {k}");
+            }
+        }
+        assert!(whole.window(2..4).keyframes[0].len() == 3);
+    }
+
+    #[test]
+    fn errors_of_an_external_trajectory_accumulate_with_time_not_with_frames() {
+        // Ten seconds at 10 m/s.
+        let summed = |rate: usize| {
+            let count = 10 * rate;
+            let position = |k: usize| Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 10.0 * k as f64 / rate as f64);
+            let poses: Vec<Pose<World, Camera>> = (0..count).map(|k| Pose::exp(&position(k))).collect();
+            let timestamps_ns: Vec<i64> = (0..count).map(|k| (k * 1_000_000_000 / rate) as i64).collect();
+            let trajectory = OdometryTrajectory::from_poses(&poses, &timestamps_ns);
+            trajectory.frames.iter().skip(1).map(|f| f.covariance).sum::<Matrix6<f64>>()
+        };
+        let reference = summed(10);
+        for rate in [5, 25, 50] {
+            let ratio = summed(rate).component_div(&reference).diagonal();
+            assert!(ratio.iter().all(|r| (r - 1.0).abs() < 0.03), "{rate}: {ratio}");
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! The 2D keypoints of a vehicle in one frame.
+
+use motorcade_shape::{Layout, ObservedKeypoint};
+
+use crate::detection::BoundingBox;
+
+/// Keypoints of a vehicle in one frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VehicleKeypoints {
+    /// Meaning of the points by index.
+    pub layout: Layout,
+    /// One a keypoint of the layout; confidence 0 where it was not found.
+    pub points: Vec<ObservedKeypoint>,
+    /// Box of the vehicle they belong to, or the box around the points when that is not known \[px\].
+    pub bbox: BoundingBox,
+}
+
+impl VehicleKeypoints {
+    /// Confidence from which a point counts as found.
+    pub const FOUND: f64 = 0.3;
+
+    /// Keypoints whose box is the one around the points found; `None` for fewer than three.
+    pub fn around_points(layout: Layout, points: Vec<ObservedKeypoint>) -> Option<Self> {
+        let found: Vec<&ObservedKeypoint> = points.iter().filter(|p| p.confidence >= Self::FOUND).collect();
+        let reach = |start: f64, f: fn(f64, f64) -> f64, axis: usize| {
+            found.iter().map(|p| p.pixel[axis]).fold(start, f)
+        };
+        if found.len() < 3 {
+            return None;
+        }
+        let (low, high) = (f64::INFINITY, f64::NEG_INFINITY);
+        let bbox = BoundingBox::new([
+            reach(low, f64::min, 0),
+            reach(low, f64::min, 1),
+            reach(high, f64::max, 0),
+            reach(high, f64::max, 1),
+        ]);
+        Some(Self { layout, points, bbox })
+    }
+}

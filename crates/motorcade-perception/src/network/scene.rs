@@ -1,0 +1,198 @@
+//! The scene network: vehicles and road of a frame in one pass (`training/README.md` specifies its outputs).
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use image::GrayImage;
+use motorcade_dataset::Frame;
+use rten_tensor::Tensor;
+use rten_tensor::prelude::*;
+
+use super::engine::Network;
+use super::nms::suppress;
+use super::preprocess::{Scale, input};
+use crate::detection::{BoundingBox, BoxConvention, Detection, VehicleClass};
+use crate::detectors::{RoadSegmenter, VehicleDetector};
+use crate::error::Result;
+use crate::road::RoadMask;
+
+/// Classes by channel.
+const CLASSES: [VehicleClass; 4] =
+    [VehicleClass::Car, VehicleClass::Truck, VehicleClass::Bus, VehicleClass::Motorcycle];
+/// Strides of the box outputs \[px of the input\].
+const STRIDES: [usize; 2] = [8, 16];
+/// Width and height of the input are multiples of this \[px\].
+const GRANULARITY: usize = 32;
+/// Boxes thinner than this are not vehicles \[px of the frame\].
+const LEAST_PX: f64 = 2.0;
+
+/// Output of one pass.
+#[derive(Clone)]
+struct Scene {
+    number: u64,
+    timestamp_ns: i64,
+    detections: Vec<Detection>,
+    road: RoadMask,
+}
+
+struct Shared {
+    network: Network,
+    min_score: f64,
+    /// Height and width of the input for images of the drive \[px\].
+    size: (usize, usize),
+    last: Option<Scene>,
+}
+
+/// A handle on the scene network; the vehicle detector and the road segmenter of a run share one pass a frame.
+#[derive(Clone)]
+pub struct SceneNetwork(Arc<Mutex<Shared>>);
+
+impl SceneNetwork {
+    /// For images of this size (width, height) \[px\]; `pixels` are those of the input, nearly.
+    pub(crate) fn new(network: Network, image_size: (u32, u32), pixels: usize, min_score: f64) -> Self {
+        let size = input_size(image_size, pixels);
+        Self(Arc::new(Mutex::new(Shared { network, min_score, size, last: None })))
+    }
+
+    fn scene(&self, frame: &Frame) -> Result<Scene> {
+        // A pass that panicked leaves the last scene, which belongs to another frame.
+        let mut shared = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let same = |s: &&Scene| (s.number, s.timestamp_ns) == (frame.number, frame.timestamp_ns);
+        if let Some(scene) = shared.last.as_ref().filter(same) {
+            return Ok(scene.clone());
+        }
+        let scene = shared.pass(frame)?;
+        shared.last = Some(scene.clone());
+        Ok(scene)
+    }
+
+    fn description(&self) -> String {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).network.description()
+    }
+}
+
+impl Shared {
+    fn pass(&self, frame: &Frame) -> Result<Scene> {
+        let (image, (height, width)) = (frame.rgb(), self.size);
+        let outputs = self.network.run_all(input(&self.network.spec, &image, self.size))?;
+        let [boxes8, boxes16, road] = outputs.as_slice() else {
+            return Err(self.network.wrong_output(&[outputs.len()], "three outputs: boxes8, boxes16, road"));
+        };
+        let scale = Scale {
+            x: f64::from(image.width()) / width as f64,
+            y: f64::from(image.height()) / height as f64,
+        };
+        let mut detections = Vec::new();
+        for (output, stride) in [boxes8, boxes16].into_iter().zip(STRIDES) {
+            let shape = [1, CLASSES.len() + 4, height / stride, width / stride];
+            let values = self.values(output, &shape)?;
+            detections.extend(boxes(&values, (shape[2], shape[3]), stride, scale, self.min_score));
+        }
+        for detection in &mut detections {
+            detection.bbox = detection.bbox.clipped(image.width(), image.height());
+        }
+        detections.retain(|d| d.bbox.width() >= LEAST_PX && d.bbox.height() >= LEAST_PX);
+        let values = self.values(road, &[1, 1, height / 4, width / 4])?;
+        let bytes = values.iter().map(|p| (p * 255.0).round().clamp(0.0, 255.0) as u8).collect();
+        let mask = GrayImage::from_raw(width as u32 / 4, height as u32 / 4, bytes).unwrap_or_default();
+        Ok(Scene {
+            number: frame.number,
+            timestamp_ns: frame.timestamp_ns,
+            detections: suppress(detections),
+            road: RoadMask::new(mask, image.width(), image.height()),
+        })
+    }
+
+    fn values(&self, output: &Tensor<f32>, shape: &[usize]) -> Result<Vec<f32>> {
+        if output.shape() != shape {
+            return Err(self.network.wrong_output(output.shape(), &format!("{shape:?}")));
+        }
+        Ok(output.to_vec())
+    }
+}
+
+/// Boxes of one output `[1, classes + 4, rows, columns]`: scores, then distances left, top, right, bottom \[px of the input\].
+fn boxes(
+    values: &[f32],
+    (rows, columns): (usize, usize),
+    stride: usize,
+    scale: Scale,
+    min_score: f64,
+) -> Vec<Detection> {
+    let cells = rows * columns;
+    let at = |channel: usize, cell: usize| f64::from(values[channel * cells + cell]);
+    let mut found = Vec::new();
+    for cell in 0..cells {
+        let scores = (0..CLASSES.len()).map(|class| (at(class, cell), class));
+        let Some((score, class)) = scores.max_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
+        if score < min_score {
+            continue;
+        }
+        let centre = |index: usize| (index as f64 + 0.5) * stride as f64;
+        let (x, y) = (centre(cell % columns), centre(cell / columns));
+        let [left, top, right, bottom] = [0, 1, 2, 3].map(|side| at(CLASSES.len() + side, cell));
+        // Pixel edges of the input to pixel centres of the image.
+        let edges =
+            [(x - left) * scale.x, (y - top) * scale.y, (x + right) * scale.x, (y + bottom) * scale.y];
+        found.push(Detection {
+            class: CLASSES[class],
+            score,
+            bbox: BoundingBox::new(edges.map(|edge| edge - 0.5)),
+            convention: BoxConvention::VisibleExtent,
+            external_id: None,
+        });
+    }
+    found
+}
+
+/// Height and width of the input: about `pixels` in all, near the shape of the image, never larger than it.
+fn input_size((width, height): (u32, u32), pixels: usize) -> (usize, usize) {
+    let (width, height) = (f64::from(width), f64::from(height));
+    let shrink = (pixels as f64 / (width * height)).sqrt().min(1.0);
+    let round = |length: f64| ((length * shrink / GRANULARITY as f64).round() as usize).max(1) * GRANULARITY;
+    (round(height), round(width))
+}
+
+impl VehicleDetector for SceneNetwork {
+    fn detect(&mut self, frame: &Frame) -> Result<Vec<Detection>> {
+        Ok(self.scene(frame)?.detections)
+    }
+    fn description(&self) -> String {
+        Self::description(self)
+    }
+}
+
+impl RoadSegmenter for SceneNetwork {
+    fn segment(&mut self, frame: &Frame) -> Result<Option<RoadMask>> {
+        Ok(Some(self.scene(frame)?.road))
+    }
+    fn description(&self) -> String {
+        Self::description(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_input_has_the_shape_of_the_image() {
+        let pixels = 256 * 832;
+        assert_eq!(input_size((1242, 375), pixels), (256, 832));
+        assert_eq!(input_size((1280, 720), pixels), (352, 608));
+        assert_eq!(input_size((320, 160), pixels), (160, 320));
+    }
+
+    #[test]
+    fn a_cell_describes_a_box_about_its_centre() {
+        // Two cells; the second one is a truck.
+        let mut values = vec![0.0; 8 * 2];
+        values[2 + 1] = 0.8;
+        for (side, distance) in [10.0, 4.0, 6.0, 2.0].into_iter().enumerate() {
+            values[(4 + side) * 2 + 1] = distance;
+        }
+        let found = boxes(&values, (1, 2), 8, Scale { x: 2.0, y: 1.0 }, 0.1);
+        assert_eq!(found.len(), 1);
+        assert_eq!(found[0].class, VehicleClass::Truck);
+        assert_eq!(found[0].bbox.to_array(), [3.5, -0.5, 35.5, 5.5]);
+    }
+}

@@ -1,0 +1,147 @@
+//! The detectors of a run, together.
+
+use std::path::PathBuf;
+
+use motorcade_dataset::Frame;
+
+use crate::detection::Detection;
+use crate::detectors::{KeypointDetector, RoadSegmenter, VehicleDetector};
+use crate::error::Result;
+use crate::files::{DetectionTable, RoadMaskFolder};
+use crate::keypoints::VehicleKeypoints;
+use crate::models::{ModelOptions, ModelSet, ModelSource};
+use crate::recording::Recording;
+use crate::road::RoadMask;
+
+/// Output of the detectors for one frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Observations {
+    /// Vehicles, best first from networks, in the order of the file from files.
+    pub detections: Vec<Detection>,
+    /// The road, when a segmenter is there.
+    pub road: Option<RoadMask>,
+    /// Keypoints of vehicles.
+    pub keypoints: Vec<VehicleKeypoints>,
+}
+
+/// Networks and files to open. Files take the place of networks; with neither there is no detector.
+#[derive(Clone, Debug, Default)]
+pub struct PerceptionOptions {
+    /// Networks.
+    pub models: ModelSource,
+    /// File of detections.
+    pub detections: Option<PathBuf>,
+    /// Folder of road masks.
+    pub road_masks: Option<PathBuf>,
+    /// Options of inference.
+    pub networks: ModelOptions,
+}
+
+/// The detectors of a run; each may be missing.
+#[derive(Default)]
+pub struct Perception {
+    vehicles: Option<Box<dyn VehicleDetector>>,
+    road: Option<Box<dyn RoadSegmenter>>,
+    keypoints: Option<Box<dyn KeypointDetector>>,
+}
+
+impl std::fmt::Debug for Perception {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (vehicles, road) = self.describe();
+        f.debug_struct("Perception").field("vehicles", &vehicles).field("road", &road).finish()
+    }
+}
+
+impl Perception {
+    /// No detectors.
+    pub fn none() -> Self {
+        Self::default()
+    }
+
+    /// Opens files and networks for frames of this size (width, height) \[px\].
+    ///
+    /// # Errors
+    /// A file that does not read; a folder of networks without a usable manifest; a network that does not load.
+    pub fn open(options: &PerceptionOptions, image_size: (u32, u32)) -> Result<Self> {
+        let set = ModelSet::open(&options.models, image_size, &options.networks)?;
+        let mut perception = Self { vehicles: set.vehicles, road: set.road, keypoints: set.keypoints };
+        if let Some(path) = &options.detections {
+            perception = perception.with_detector(DetectionTable::read(path)?);
+        }
+        if let Some(folder) = &options.road_masks {
+            perception = perception.with_segmenter(RoadMaskFolder::open(folder)?);
+        }
+        Ok(perception)
+    }
+
+    /// With this detector of vehicles.
+    #[must_use]
+    pub fn with_detector(mut self, detector: impl VehicleDetector + 'static) -> Self {
+        self.vehicles = Some(Box::new(detector));
+        self
+    }
+    /// With this segmenter of the road.
+    #[must_use]
+    pub fn with_segmenter(mut self, segmenter: impl RoadSegmenter + 'static) -> Self {
+        self.road = Some(Box::new(segmenter));
+        self
+    }
+    /// With this detector of keypoints.
+    #[must_use]
+    pub fn with_keypoints(mut self, detector: impl KeypointDetector + 'static) -> Self {
+        self.keypoints = Some(Box::new(detector));
+        self
+    }
+
+    /// True when there is a detector of vehicles.
+    pub fn detects_vehicles(&self) -> bool {
+        self.vehicles.is_some()
+    }
+    /// True when there is a segmenter of the road; otherwise the road is found from geometry.
+    pub fn segments_road(&self) -> bool {
+        self.road.is_some()
+    }
+    /// Sources in words, for the record of a run: vehicles, road.
+    pub fn describe(&self) -> (String, String) {
+        let none = || "not looked for".to_owned();
+        (
+            self.vehicles.as_ref().map_or_else(none, |detector| detector.description()),
+            self.road.as_ref().map_or_else(none, |segmenter| segmenter.description()),
+        )
+    }
+
+    /// Runs the detectors on a frame.
+    ///
+    /// # Errors
+    /// A detector that fails.
+    pub fn observe(&mut self, frame: &Frame) -> Result<Observations> {
+        let detections = match &mut self.vehicles {
+            Some(detector) => detector.detect(frame)?,
+            None => Vec::new(),
+        };
+        let road = match &mut self.road {
+            Some(segmenter) => segmenter.segment(frame)?,
+            None => None,
+        };
+        let keypoints = match &mut self.keypoints {
+            Some(detector) => detector.keypoints(frame, &detections)?,
+            None => Vec::new(),
+        };
+        Ok(Observations { detections, road, keypoints })
+    }
+
+    /// Runs the detectors on every frame once and keeps their output, for many runs on the same frames.
+    ///
+    /// # Errors
+    /// A detector that fails.
+    pub fn record(&mut self, frames: impl Iterator<Item = Frame>) -> Result<Recording> {
+        let mut recording = Recording::new(
+            self.describe(),
+            [self.vehicles.is_some(), self.road.is_some(), self.keypoints.is_some()],
+        );
+        for frame in frames {
+            recording.insert(frame.number, self.observe(&frame)?);
+        }
+        Ok(recording)
+    }
+}

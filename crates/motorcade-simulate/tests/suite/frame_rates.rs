@@ -1,0 +1,64 @@
+//! The same motion at several frame rates: errors may not depend on the rate.
+
+use motorcade_simulate::Weather::Clear;
+use rayon::prelude::*;
+
+use super::cases::{Bounds, Case};
+use super::outcome::{Outcome, run_at};
+
+/// Frames per second; errors are compared with those at the second.
+const RATES: [f64; 4] = [5.0, 10.0, 25.0, 50.0];
+/// Errors at other rates, as a multiple of those at ten frames a second, at most.
+const MOST: f64 = 1.3;
+/// Errors below these are noise: ego and vehicle ATE \[m\].
+const FLOOR_M: (f64, f64) = (0.10, 0.25);
+/// Difference of the mean P(moving), at most.
+const MOVING: f64 = 0.15;
+
+fn case(name: &'static str) -> Case {
+    let bounds =
+        Bounds { ego_ate_m: 0.0, scale_pct: 0.0, vehicle_ate_m: None, coverage_pct: None, nees_pct: 0.0 };
+    Case { name, frames: 100, weather: Clear, width_px: 1242, bounds }
+}
+
+/// Prints the table of a scenario; returns the bounds that are missed.
+fn table(name: &'static str, online: bool) -> Vec<String> {
+    let outcomes: Vec<Outcome> = RATES.par_iter().map(|fps| run_at(&case(name), *fps, online)).collect();
+    let reference = &outcomes[1];
+    let mut missed = Vec::new();
+    for (fps, outcome) in RATES.iter().zip(&outcomes) {
+        let vehicles = outcome.vehicle_ate_m.unwrap_or(f64::NAN);
+        let mode = if online { "online" } else { "batch" };
+        println!(
+            "| {name} | {mode} | {fps} | {:.2} m | {:+.2} % | {vehicles:.2} m | {:.2} | {:.0} % |",
+            outcome.ego_ate_m,
+            outcome.scale_pct,
+            outcome.moving,
+            100.0 * outcome.nees.within
+        );
+        let mut check = |what: &str, found: f64, most: f64| {
+            if found > most {
+                missed.push(format!("{name} {mode} at {fps} frames/s: {what} {found:.3}, bound {most:.3}"));
+            }
+        };
+        check("ego ATE [m]", outcome.ego_ate_m, (MOST * reference.ego_ate_m).max(FLOOR_M.0));
+        let reference_m = reference.vehicle_ate_m.unwrap_or(f64::NAN);
+        check("vehicle ATE [m]", vehicles, (MOST * reference_m).max(FLOOR_M.1));
+        check("difference of P(moving)", (outcome.moving - reference.moving).abs(), MOVING);
+    }
+    missed
+}
+
+#[test]
+#[ignore = "half an hour: three scenarios rendered at 5 to 50 frames a second"]
+fn errors_do_not_depend_on_the_frame_rate() {
+    println!("| scenario | mode | frames/s | ego ATE | scale | vehicle ATE | P(moving) | NEES < 12.6 |");
+    println!("|---|---|---|---|---|---|---|---|");
+    let only = std::env::var("MOTORCADE_SUITE_ONLY").ok();
+    let scenarios = ["bends", "overtaking", "oncoming"].into_iter();
+    let chosen = scenarios.filter(|name| only.as_ref().is_none_or(|only| only == name));
+    let missed: Vec<String> = chosen
+        .flat_map(|name| [false, true].into_iter().flat_map(move |online| table(name, online)))
+        .collect();
+    assert!(missed.is_empty(), "{}", missed.join("\n"));
+}

@@ -1,0 +1,172 @@
+//! Position and size of a vehicle from one box: the paper's equation (1) with the vehicle's size, its heading and the plane of
+//! the frame, solved by Gauss–Newton with a covariance.
+//!
+//! State: position on the road (ahead, left), height of the road there over the plane, size. Measurements: up to four edges of the
+//! box; truncated and occluded edges are one-sided constraints. Priors: size of the class or track, height of the road.
+
+mod jacobian;
+mod noise;
+mod single_view;
+#[cfg(test)]
+mod tests;
+
+use motorcade_geometry::PinholeCamera;
+use motorcade_shape::{Dimensions, SizePrior};
+use nalgebra::{Matrix3, Matrix6, Point3, Vector3, Vector6};
+
+use crate::box_fit::jacobian::{edge_by_point, edge_by_state};
+use crate::box_fit::noise::{edge_deviation_px, road_height_sigma_m};
+use crate::ground::GroundFrame;
+use crate::observed_box::ObservedBox;
+use crate::options::BoxFitOptions;
+use crate::outline::{extreme_points, upright_pose};
+
+pub use single_view::SingleView;
+
+/// Smallest distance ahead at which a fit is a vehicle \[m\].
+const NEAREST_M: f64 = 1.0;
+/// Smallest distance ahead that a fit starts from \[m\].
+const NEAREST_START_M: f64 = 3.0;
+/// Inverse depths at which a fit starts \[1/m\]: 250 m to 2 m.
+const START_INVERSE_DEPTH: [f64; 2] = [0.004, 0.5];
+/// Inverse depth below which the bottom edge is too close to the horizon to start from \[1/m\].
+const HORIZON_INVERSE_DEPTH: f64 = 0.005;
+/// Step length at which the iteration ends \[m\].
+const CONVERGED_M: f64 = 1e-5;
+
+/// Camera, road and noise model of a fit.
+#[derive(Clone, Copy)]
+pub struct BoxFit<'a> {
+    /// Camera.
+    pub camera: &'a PinholeCamera,
+    /// Road of the frame.
+    pub ground: &'a GroundFrame,
+    /// Noise model and limits.
+    pub options: &'a BoxFitOptions,
+}
+
+/// Normal equations of the edges and the road at a state.
+struct Linearised {
+    h: Matrix6<f64>,
+    g: Vector6<f64>,
+    g_by_heading: Vector6<f64>,
+    chi2: f64,
+}
+
+impl BoxFit<'_> {
+    /// Fits position and size for a heading (angle from straight ahead \[rad\]) and a size prior. `None` when too few edges are
+    /// measured, or when no vehicle in front of the camera explains them.
+    pub fn locate(&self, observed: &ObservedBox, heading_rad: f64, prior: &SizePrior) -> Option<SingleView> {
+        let information = Matrix3::from_diagonal(&prior.sigma.to_vector().map(|s| 1.0 / (s * s)));
+        self.locate_sized(observed, heading_rad, &prior.mean, &information)
+    }
+
+    /// [`BoxFit::locate`] with a full information matrix of the size (3×3) \[1/m²\].
+    pub(crate) fn locate_sized(
+        &self,
+        observed: &ObservedBox,
+        heading_rad: f64,
+        mean: &Dimensions,
+        size_information: &Matrix3<f64>,
+    ) -> Option<SingleView> {
+        if !observed.is_sufficient() {
+            return None;
+        }
+        let Self { ground, options, .. } = *self;
+        let (axes, foot) = (ground.axes(), ground.foot());
+        let rotation =
+            upright_pose(&Point3::origin(), &ground.direction_of(heading_rad), &ground.up).rotation_matrix();
+        let mut x = self.initial_state(observed, mean)?;
+        let mean = mean.to_vector();
+        let mut last = None;
+        for _ in 0..options.iterations {
+            let edges = self.linearise(observed, &x, &axes, &rotation)?;
+            let (mut h, mut g) = (edges.h, edges.g);
+            let mut block = h.fixed_view_mut::<3, 3>(3, 3);
+            block += size_information;
+            let mut rows = g.fixed_rows_mut::<3>(3);
+            rows += size_information * (x.fixed_rows::<3>(3).into_owned() - mean);
+            let factor = h.cholesky()?;
+            let mut step = factor.solve(&-g);
+            last = Some((x, factor, edges));
+            let limit = options.step_share * x[0];
+            if step[0].abs() > limit {
+                step *= limit / step[0].abs();
+            }
+            if step.norm() < CONVERGED_M {
+                break;
+            }
+            x += step;
+            if x[0] < NEAREST_M || x.iter().any(|v| !v.is_finite()) {
+                return None;
+            }
+        }
+        let (state, factor, edges) = last?;
+        Some(SingleView {
+            position_in_camera: Point3::from(foot + axes * state.fixed_rows::<3>(0)),
+            covariance: axes * factor.inverse().fixed_view::<3, 3>(0, 0) * axes.transpose(),
+            size: Dimensions::from_vector(&state.fixed_rows::<3>(3).into_owned()),
+            chi2: edges.chi2,
+            information: edges.h,
+            gradient: edges.g,
+            state,
+            gradient_by_heading: edges.g_by_heading,
+            axes,
+        })
+    }
+
+    /// Normal equations of edges and road height in (ahead, left, above | l, w, h).
+    fn linearise(
+        &self,
+        observed: &ObservedBox,
+        x: &Vector6<f64>,
+        axes: &Matrix3<f64>,
+        rotation: &Matrix3<f64>,
+    ) -> Option<Linearised> {
+        let Self { camera, ground, options } = *self;
+        let position = ground.foot() + axes * x.fixed_rows::<3>(0);
+        let size = x.fixed_rows::<3>(3).into_owned();
+        let outline = (observed.class, observed.convention);
+        let predicted = extreme_points(camera, rotation, &position, outline, &size)?;
+        let measured = observed.bbox.to_array();
+        let (mut h, mut g, mut chi2) = (Matrix6::zeros(), Vector6::zeros(), 0.0);
+        let mut g_by_heading = Vector6::zeros();
+        for edge in 0..4 {
+            let offset_px = predicted[edge].pixel - measured[edge];
+            let Some(s) = edge_deviation_px(camera, observed, edge, offset_px, options) else { continue };
+            let r = offset_px / s;
+            let w = 1.0 / (1.0 + r * r / options.cauchy_scale.powi(2));
+            let j = edge_by_state(camera, edge, &predicted[edge], axes, rotation) / s;
+            // Derivative of the extreme point by the heading: up × (X − position).
+            let turned = ground.up.cross(&(predicted[edge].point.coords - position));
+            let by_heading = edge_by_point(camera, edge, &predicted[edge].point) * turned / s * w;
+            g_by_heading += j.transpose() * by_heading;
+            h += j.transpose() * j * w;
+            g += j.transpose() * (r * w);
+            chi2 += r * r;
+        }
+        let height_weight = 1.0 / road_height_sigma_m(ground, x[0], options).powi(2);
+        h[(2, 2)] += height_weight;
+        g[2] += height_weight * x[2];
+        Some(Linearised { h, g, g_by_heading, chi2 })
+    }
+
+    /// Equation (1) at the bottom edge, or depth from the vehicle's height where that edge is not measured; size at its mean.
+    fn initial_state(&self, observed: &ObservedBox, mean: &Dimensions) -> Option<Vector6<f64>> {
+        let Self { camera, ground, .. } = *self;
+        let b = &observed.bbox;
+        let centre = camera.ray(&nalgebra::Point2::new(0.5 * (b.x1 + b.x2), b.y2));
+        let on_road = -ground.up.dot(&centre) / ground.height_m; // (1)
+        let by_height = b.height() / (camera.fy * mean.height_m);
+        let inverse_depth =
+            if observed.edges[3] && on_road > HORIZON_INVERSE_DEPTH { on_road } else { by_height };
+        let depth = 1.0 / inverse_depth.clamp(START_INVERSE_DEPTH[0], START_INVERSE_DEPTH[1]);
+        let point: Vector3<f64> = centre * depth - ground.foot();
+        let size = mean.to_vector();
+        // The bottom edge belongs to the rear tyres, about a quarter of the length behind the centre.
+        let ahead = point.dot(&ground.ahead()) + 0.25 * size.x;
+        let left = point.dot(&ground.left());
+        (ahead > NEAREST_M)
+            .then(|| Vector6::new(ahead.max(NEAREST_START_M), left, 0.0, size.x, size.y, size.z))
+    }
+}

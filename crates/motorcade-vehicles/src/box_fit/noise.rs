@@ -1,0 +1,52 @@
+//! Standard deviations of box edges and of the road's height.
+
+use motorcade_geometry::PinholeCamera;
+use motorcade_perception::BoundingBox;
+
+use crate::ground::GroundFrame;
+use crate::observed_box::ObservedBox;
+use crate::options::BoxFitOptions;
+
+/// Standard deviation of a measured edge (0 to 3: left, top, right, bottom) \[px\].
+fn edge_sigma_px(bbox: &BoundingBox, edge: usize, options: &BoxFitOptions) -> f64 {
+    let side = if edge.is_multiple_of(2) { bbox.width() } else { bbox.height() };
+    (options.edge_sigma_px.powi(2) + (options.edge_sigma_share * side).powi(2)).sqrt()
+}
+
+/// Standard deviation of an edge whose predicted position is `offset_px` further right or down than the observed one \[px\]; `None`
+/// where it is unconstrained.
+///
+/// Truncated or occluded edges are one-sided constraints with a larger sigma. Below an occluded bottom edge the vehicle's extent
+/// is bounded, because its roof, as high as the camera, would not bound its depth. Top and bottom of a truncated car may belong to
+/// a lower part of it.
+pub(super) fn edge_deviation_px(
+    camera: &PinholeCamera,
+    observed: &ObservedBox,
+    edge: usize,
+    offset_px: f64,
+    options: &BoxFitOptions,
+) -> Option<f64> {
+    let sigma = edge_sigma_px(&observed.bbox, edge, options);
+    let height = observed.bbox.height();
+    let reaches = if edge < 2 { offset_px <= 0.0 } else { offset_px >= 0.0 };
+    match (observed.edges[edge], reaches) {
+        (true, true) if !edge.is_multiple_of(2) && observed.is_truncated_part(camera, options.border_px) => {
+            Some(sigma.hypot(options.truncated_part_share * height))
+        }
+        (true, _) => Some(sigma),
+        (false, false) => Some(options.one_sided_factor * sigma),
+        (false, true) => {
+            let occluded = edge == 3 && observed.ends_above_border(camera, options.border_px);
+            occluded.then_some(options.occluded_extent_share * height)
+        }
+    }
+}
+
+/// Standard deviation of the road's height at a distance, over the plane of the frame \[m\]: the plane's pitch, and the change of
+/// the road's slope.
+pub(super) fn road_height_sigma_m(ground: &GroundFrame, ahead_m: f64, options: &BoxFitOptions) -> f64 {
+    let lengths = (ahead_m / options.road_slope_length_m).min(options.road_slope_most_lengths);
+    let slope = options.road_slope_sigma_rad * lengths;
+    let pitch = ground.pitch_sigma_rad.hypot(slope);
+    options.road_height_sigma_m.hypot(pitch * ahead_m)
+}

@@ -1,0 +1,156 @@
+//! Fits to exact, occluded and truncated boxes.
+
+use super::*;
+use crate::outline::image_box;
+use crate::size_prior::size_prior;
+use motorcade_geometry::Pose;
+use motorcade_perception::{BoundingBox, BoxConvention, Detection, VehicleClass};
+use motorcade_testing::CAMERA;
+
+pub(super) fn ground() -> GroundFrame {
+    let up = Vector3::new(0.01, -1.0, 0.01).normalize();
+    GroundFrame {
+        world_from_camera: Pose::identity(),
+        up,
+        height_m: 1.65,
+        pitch_sigma_rad: 1e-3,
+        time_s: 0.0,
+    }
+}
+
+fn observe(detection: &Detection) -> ObservedBox {
+    ObservedBox::new(detection, &CAMERA, &[], &BoxFitOptions::default())
+}
+
+fn locate(observed: &ObservedBox, heading_rad: f64, prior: &SizePrior) -> Option<SingleView> {
+    let options = BoxFitOptions::default();
+    BoxFit { camera: &CAMERA, ground: &ground(), options: &options }.locate(observed, heading_rad, prior)
+}
+
+fn car(bbox: BoundingBox) -> Detection {
+    Detection {
+        class: VehicleClass::Car,
+        score: 1.0,
+        bbox,
+        convention: BoxConvention::VisibleExtent,
+        external_id: None,
+    }
+}
+
+#[test]
+fn exact_boxes_give_exact_positions() {
+    let prior = size_prior(VehicleClass::Car);
+    for (ahead, left, heading) in [(12.0, -3.0, 0.0), (25.0, 4.0, 3.0), (8.0, -4.5, 0.2), (40.0, 1.0, 0.0)] {
+        let truth = ground().point(ahead, left, 0.0);
+        let pose = upright_pose(&truth, &ground().direction_of(heading), &ground().up);
+        for convention in [BoxConvention::VisibleExtent, BoxConvention::ProjectedCuboid] {
+            let bbox = image_box(&CAMERA, &pose, VehicleClass::Car, convention, &prior.mean).unwrap();
+            let observed = observe(&Detection { convention, ..car(bbox) });
+            let found = locate(&observed, heading, &prior).unwrap();
+            let error = (found.position_in_camera - truth).norm();
+            assert!(error < 0.02 * ahead, "{convention:?} {ahead} {left}: {error}");
+            assert!(found.covariance.symmetric_eigenvalues().min() > 0.0);
+        }
+    }
+}
+
+#[test]
+fn derivative_by_size_matches_differences() {
+    // The size is held tightly at its true value and at neighbouring ones.
+    let size = Vector3::new(4.2, 1.7, 1.5);
+    let pose = upright_pose(&ground().point(18.0, -2.5, 0.0), &ground().direction_of(0.5), &ground().up);
+    let bbox = image_box(
+        &CAMERA,
+        &pose,
+        VehicleClass::Car,
+        BoxConvention::VisibleExtent,
+        &Dimensions::from_vector(&size),
+    )
+    .unwrap();
+    let observed = observe(&car(bbox));
+    let held = |size: &Vector3<f64>| {
+        let sigma = Dimensions::from_vector(&Vector3::repeat(1e-5));
+        let prior = SizePrior { mean: Dimensions::from_vector(size), sigma };
+        locate(&observed, 0.5, &prior).unwrap()
+    };
+    let slope = held(&size).position_by_size(&(Matrix3::identity() * 1e10)).unwrap();
+    for k in 0..3 {
+        let h = 1e-3 * Vector3::ith(k, 1.0);
+        let numeric = (held(&(size + h)).position_in_camera - held(&(size - h)).position_in_camera) / 2e-3;
+        let analytic = slope.column(k);
+        assert!((numeric - analytic).norm() < 0.01 * (1.0 + numeric.norm()), "{k}: {numeric} {analytic}");
+    }
+    // A higher car with the same box is further away.
+    assert!(slope[(2, 2)] > 3.0, "{slope}");
+}
+
+#[test]
+fn derivative_by_heading_matches_differences() {
+    let prior = size_prior(VehicleClass::Car);
+    let information = Matrix3::identity() * 1e6;
+    let pose = upright_pose(&ground().point(18.0, -2.5, 0.0), &ground().direction_of(0.1), &ground().up);
+    let bbox =
+        image_box(&CAMERA, &pose, VehicleClass::Car, BoxConvention::VisibleExtent, &prior.mean).unwrap();
+    let observed = observe(&car(bbox));
+    let at = |heading: f64| {
+        let (ground, options) = (ground(), BoxFitOptions::default());
+        let fit = BoxFit { camera: &CAMERA, ground: &ground, options: &options };
+        fit.locate_sized(&observed, heading, &prior.mean, &information).unwrap()
+    };
+    let numeric = (at(0.101).position_in_camera - at(0.099).position_in_camera) / 2e-3;
+    let analytic = at(0.1).position_by_heading(&information).unwrap();
+    assert!((numeric - analytic).norm() < 0.05 * (1.0 + numeric.norm()), "{numeric} {analytic}");
+    // Turned further it shows more of its side: a box of the same width is then further away.
+    assert!(analytic.z > 5.0, "{analytic}");
+}
+
+/// With the bottom occluded, the roof, as high as the camera, hardly constrains the distance.
+#[test]
+fn an_occluded_bottom_edge_bounds_the_depth() {
+    let prior = size_prior(VehicleClass::Car);
+    for ahead in [12.0, 25.0, 45.0] {
+        let truth = ground().point(ahead, -3.0, 0.0);
+        let pose = upright_pose(&truth, &ground().direction_of(0.0), &ground().up);
+        let whole =
+            image_box(&CAMERA, &pose, VehicleClass::Car, BoxConvention::VisibleExtent, &prior.mean).unwrap();
+        for occluded in [0.0, 0.2, 0.4] {
+            let bbox = BoundingBox { y2: whole.y2 - occluded * whole.height(), ..whole };
+            for edges in [[true, true, true, false], [true, true, false, false], [false, true, true, false]] {
+                let observed = ObservedBox {
+                    bbox,
+                    class: VehicleClass::Car,
+                    convention: BoxConvention::VisibleExtent,
+                    edges,
+                };
+                let found = locate(&observed, 0.0, &prior).unwrap();
+                let error = (found.position_in_camera - truth).norm() / ahead;
+                assert!(error < 0.1 + occluded, "{ahead} m, {occluded} occluded, {edges:?}: {error}");
+            }
+        }
+    }
+    // Truncated at two borders beside the camera: near, or no solution.
+    let bbox = BoundingBox { x1: 0.0, y1: 160.0, x2: 204.0, y2: 374.0 };
+    let observed = observe(&car(bbox));
+    let found = locate(&observed, 0.0, &prior);
+    assert!(found.is_none_or(|f| f.position_in_camera.z < 9.0), "{found:?}");
+}
+
+/// A car that leaves the image at the left: its bonnet is lower than its roof, and its tyres are out of the image.
+#[test]
+fn a_truncated_car_is_not_a_small_car() {
+    let prior = size_prior(VehicleClass::Car);
+    for left in [7.0, 7.5, 8.0] {
+        let truth = ground().point(9.0, left, 0.0);
+        let pose = upright_pose(&truth, &ground().direction_of(0.0), &ground().up);
+        let whole =
+            image_box(&CAMERA, &pose, VehicleClass::Car, BoxConvention::VisibleExtent, &prior.mean).unwrap();
+        let (top, bottom) = (whole.y1 + 0.25 * whole.height(), whole.y2 - 0.15 * whole.height());
+        let bbox = BoundingBox { x1: 0.0, y1: top, y2: bottom, ..whole };
+        let observed = observe(&car(bbox));
+        assert_eq!(observed.edges, [false, true, true, true]);
+        let found = locate(&observed, 0.0, &prior).unwrap();
+        let off = found.position_in_camera - truth;
+        let sigmas = off.dot(&(found.covariance.try_inverse().unwrap() * off)).sqrt();
+        assert!(off.norm() < 1.5 && sigmas < 2.0, "{left}: {off}, {sigmas} standard deviations");
+    }
+}

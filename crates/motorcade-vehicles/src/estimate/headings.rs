@@ -1,0 +1,159 @@
+//! Headings of a vehicle, relative to each frame's camera.
+
+use nalgebra::{Point3, Vector3};
+
+use super::input::TrackInput;
+use crate::external::ExternalView;
+use crate::motion::KinematicState;
+use crate::options::TrafficSide;
+use crate::time::{frame_interval_s, times_s};
+use crate::track::TrackBox;
+
+/// Headings from external views, averaged over the nearest in time; `None` when there are none. Reversed views are turned to the
+/// medoid.
+pub(super) fn external_headings(input: &TrackInput<'_>, count: usize) -> Option<Vec<f64>> {
+    let (grounds, views) = (input.grounds, &input.external.views);
+    let options = &input.options.advanced.heading;
+    let times = times_s(grounds.get(input.start..input.start + count)?);
+    let interval_s = frame_interval_s(&times).unwrap_or(options.averaging_time_s);
+    let in_time = ((options.averaging_time_s / interval_s).round() as usize).max(1);
+    let every = in_time.div_ceil(options.averaged_views.max(1));
+    let world: Vec<Vector3<f64>> = views
+        .iter()
+        .map(|v| grounds[v.frame].world_from_camera.transform_vector(&v.forward_in_camera))
+        .collect();
+    let heading = |k: usize| {
+        let nearest = nearest_views(views, input.start + k, in_time);
+        let directions: Vec<&Vector3<f64>> = nearest.iter().step_by(every).map(|i| &world[*i]).collect();
+        let agreement = |d: &Vector3<f64>| directions.iter().map(|o| o.dot(d)).sum::<f64>();
+        let medoid = directions.iter().max_by(|a, b| agreement(a).total_cmp(&agreement(b)))?;
+        let sum: Vector3<f64> = directions.iter().map(|d| *d * d.dot(medoid).signum()).sum();
+        let ground = &grounds[input.start + k];
+        Some(ground.heading_of(&ground.world_from_camera.inverse().transform_vector(&sum)))
+    };
+    (0..count).map(heading).collect()
+}
+
+/// Indices of the `count` views nearest to a frame, nearest first, the earlier of two equally near. Views are in order of frames.
+fn nearest_views(views: &[ExternalView], frame: usize, count: usize) -> Vec<usize> {
+    let mut after = views.partition_point(|v| v.frame < frame);
+    let mut before = after;
+    let mut out = Vec::with_capacity(count.min(views.len()));
+    while out.len() < count {
+        let distance = |v: &ExternalView| v.frame.abs_diff(frame);
+        let (earlier, later) = (before.checked_sub(1).and_then(|i| views.get(i)), views.get(after));
+        let take_earlier = match (earlier, later) {
+            (Some(e), Some(l)) => distance(e) <= distance(l),
+            (Some(_), None) => true,
+            (None, Some(_)) => false,
+            (None, None) => break,
+        };
+        if take_earlier {
+            before -= 1;
+            out.push(before);
+        } else {
+            out.push(after);
+            after += 1;
+        }
+    }
+    out
+}
+
+/// Headings from the direction of travel, held where the vehicle is slow; `fallback` when it is always slow.
+pub(super) fn travel_headings(
+    input: &TrackInput<'_>,
+    states: &[KinematicState],
+    fallback: &[f64],
+) -> Vec<f64> {
+    let hold_speed_mps = input.options.advanced.heading.hold_speed_mps;
+    let directions: Vec<Option<Vector3<f64>>> =
+        states.iter().map(|s| (s.velocity.norm() > hold_speed_mps).then(|| s.velocity.normalize())).collect();
+    let heading = |(k, nearest): (usize, Option<usize>)| match nearest.and_then(|i| directions[i]) {
+        Some(d) => {
+            let ground = &input.grounds[input.start + k];
+            ground.heading_of(&ground.world_from_camera.inverse().transform_vector(&d))
+        }
+        None => fallback[k],
+    };
+    nearest_known(&directions).into_iter().enumerate().map(heading).collect()
+}
+
+/// For each entry the index of the nearest that is known, the earlier of two equally near.
+fn nearest_known<T>(values: &[Option<T>]) -> Vec<Option<usize>> {
+    let known = |i: usize| values[i].is_some().then_some(i);
+    let mut before: Vec<Option<usize>> = Vec::with_capacity(values.len());
+    for i in 0..values.len() {
+        before.push(known(i).or_else(|| before.last().copied().flatten()));
+    }
+    let mut after = None;
+    for i in (0..values.len()).rev() {
+        after = known(i).or(after);
+        before[i] = match (before[i], after) {
+            (Some(b), Some(a)) if a - i < i - b => Some(a),
+            (b, a) => b.or(a),
+        };
+    }
+    before
+}
+
+/// Headings of a static vehicle: the orientation whose boxes fit best over all viewing directions, facing as the traffic of its
+/// side of the road does.
+pub(super) fn static_headings(
+    input: &TrackInput<'_>,
+    states: &[KinematicState],
+    side: TrafficSide,
+) -> Vec<f64> {
+    let options = &input.options.advanced.heading;
+    let boxes = &input.track.boxes;
+    let every = boxes.len().div_ceil(options.compared_boxes).max(1);
+    let compared: Vec<&TrackBox> = boxes.iter().step_by(every).collect();
+    let Some(middle) = compared.get(compared.len() / 2).and_then(|b| input.grounds.get(b.frame)) else {
+        return vec![0.0; states.len()];
+    };
+    let road = middle.world_from_camera.transform_vector(&middle.ahead());
+    // The same direction in the world, relative to this frame's camera.
+    let local = |frame: usize, angle: f64| {
+        let ground = &input.grounds[frame];
+        let along = ground.world_from_camera.inverse().transform_vector(&road);
+        ground.heading_of(&along) + angle
+    };
+    let saturation = input.options.advanced.box_fit.saturation_chi2;
+    let chi2 = |angle: f64| -> f64 {
+        let one = |b: &&TrackBox| {
+            let fit = input.box_fit(&input.grounds[b.frame]);
+            let view = fit.locate(&b.observed, local(b.frame, angle), &input.prior)?;
+            Some(view.chi2_with_size(&input.prior).min(saturation))
+        };
+        // Prior of the orientation: along the road, else across it, seldom oblique.
+        let prior =
+            options.across_cost * angle.sin().powi(2) + options.oblique_cost * (2.0 * angle).sin().powi(2);
+        compared.iter().map(|b| one(b).unwrap_or(saturation)).sum::<f64>() + prior
+    };
+    let count = options.orientations;
+    let angles = (0..count).map(|k| std::f64::consts::PI * k as f64 / count as f64);
+    let best = angles.map(|a| (chi2(a), a)).min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |b| b.1);
+    let folded = if best > std::f64::consts::FRAC_PI_2 { best - std::f64::consts::PI } else { best };
+    // A box does not distinguish front from rear.
+    let position = states.first().map_or(Vector3::zeros(), |s| s.position);
+    let in_camera = middle.world_from_camera.inverse().transform_point(&Point3::from(position));
+    let left_m = in_camera.coords.dot(&middle.left());
+    let oncoming = match side {
+        TrafficSide::Right => left_m > options.roadside_m,
+        TrafficSide::Left => left_m < -options.roadside_m,
+    };
+    let front = if oncoming { folded + std::f64::consts::PI } else { folded };
+    (0..states.len()).map(|k| local(input.start + k, front)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_known_entry_is_found() {
+        let values = [None, Some(()), None, None, None, Some(()), None];
+        let found: Vec<usize> = nearest_known(&values).into_iter().flatten().collect();
+        assert_eq!(found, [1, 1, 1, 1, 5, 5, 5]);
+        assert!(nearest_known::<()>(&[None, None]).iter().all(Option::is_none));
+    }
+}

@@ -1,0 +1,75 @@
+//! Estimate of a track from one initial set of headings.
+
+use nalgebra::{Matrix3, Matrix6, Vector3};
+
+use super::headings::{static_headings, travel_headings};
+use super::input::TrackInput;
+use super::views::Views;
+use crate::motion::{
+    KinematicState, PositionMeasurement, probability_moving, smooth_motion, static_position,
+};
+use crate::options::AdvancedVehicleOptions;
+
+/// Positions, motion and headings of a track.
+pub(super) struct TrackHypothesis {
+    pub(super) views: Views,
+    pub(super) states: Vec<KinematicState>,
+    pub(super) p_moving: f64,
+    /// Relative to each frame's camera \[rad\].
+    pub(super) headings: Vec<f64>,
+}
+
+impl TrackHypothesis {
+    /// Alternates positions, motion and headings from these headings on. `external` are the headings of external views, which
+    /// a static vehicle keeps.
+    pub(super) fn new(
+        input: &TrackInput<'_>,
+        times: &[f64],
+        external: Option<&[f64]>,
+        initial: Vec<f64>,
+    ) -> Option<Self> {
+        let advanced = &input.options.advanced;
+        let first = input.grounds.get(input.start)?;
+        let up = first.world_from_camera.transform_vector(&first.up);
+        // The orientation of a static vehicle is searched once: it follows from the boxes, not from the positions.
+        let (mut found, mut parked): (Option<Self>, Option<Vec<f64>>) = (None, None);
+        let mut headings = initial;
+        for _ in 0..advanced.hypothesis.rounds {
+            let views = Views::new(input, &headings)?;
+            let positions = views.positions(input.grounds);
+            let p_moving = probability_moving(&positions, views.inflation, advanced);
+            let states = if p_moving > 0.5 {
+                smooth_motion(&positions, times, &up, advanced)
+            } else {
+                static_states(&positions, times.len(), advanced)?
+            };
+            let before = headings;
+            headings = if p_moving > 0.5 {
+                travel_headings(input, &states, &before)
+            } else if let Some(external) = external {
+                external.to_vec()
+            } else {
+                let search = || static_headings(input, &states, input.options.traffic_side);
+                parked.get_or_insert_with(search).clone()
+            };
+            found = Some(Self { views, states, p_moving, headings: headings.clone() });
+            if headings == before {
+                break;
+            }
+        }
+        found
+    }
+}
+
+fn static_states(
+    positions: &[PositionMeasurement],
+    count: usize,
+    options: &AdvancedVehicleOptions,
+) -> Option<Vec<KinematicState>> {
+    let (position, covariance) = static_position(positions, options)?;
+    let mut full = Matrix6::zeros();
+    full.fixed_view_mut::<3, 3>(0, 0).copy_from(&covariance);
+    let velocity = Matrix3::identity() * options.motion.static_velocity_variance;
+    full.fixed_view_mut::<3, 3>(3, 3).copy_from(&velocity);
+    Some(vec![KinematicState { position, velocity: Vector3::zeros(), covariance: full }; count])
+}

@@ -1,0 +1,131 @@
+//! States of a vehicle in all frames, from its motion and headings.
+
+use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle, World};
+use motorcade_perception::{BoundingBox, BoxConvention, VehicleClass};
+use motorcade_shape::Dimensions;
+use nalgebra::{Matrix3, Matrix6, Point3};
+
+use super::input::TrackInput;
+use super::measurements::{fused, sightings};
+use super::views::Views;
+use crate::ground::GroundFrame;
+use crate::motion::KinematicState;
+use crate::options::HeadingOptions;
+use crate::outline::{image_box, upright_pose};
+use crate::time::interval_s;
+use crate::track::TrackBox;
+use crate::trajectory::{Sighting, Source, VehicleState};
+
+/// Shortest time over which yaw rates are measured: single-view headings are noisy at high frame rates \[s\].
+const YAW_RATE_TIME_S: f64 = 0.1;
+
+/// States of all frames; headings are relative to each frame's camera.
+pub(super) fn assemble(
+    input: &TrackInput<'_>,
+    views: &Views,
+    states: &[KinematicState],
+    headings: &[f64],
+) -> Vec<VehicleState> {
+    let TrackInput { camera, grounds, track, external, start, .. } = *input;
+    let boxes = by_frame(&track.boxes, |b| b.frame, start, states.len());
+    let external = by_frame(&external.views, |v| v.frame, start, states.len());
+    let mut measured: Vec<Vec<Sighting>> = vec![Vec::new(); states.len()];
+    for (frame, sighting) in sightings(input, views, headings) {
+        if let Some(slot) = measured.get_mut(frame - start) {
+            slot.push(sighting);
+        }
+    }
+    let mut out: Vec<VehicleState> = Vec::with_capacity(states.len());
+    for (k, ((state, heading), sightings)) in states.iter().zip(headings).zip(measured).enumerate() {
+        let ground = &grounds[start + k];
+        let camera_from_world = ground.world_from_camera.inverse();
+        let position = camera_from_world.transform_point(&Point3::from(state.position));
+        let forward = ground.direction_of(*heading);
+        let camera_from_vehicle = upright_pose(&position, &forward, &ground.up);
+        let world_from_vehicle = ground.world_from_camera * camera_from_vehicle;
+        let direction = ground.world_from_camera.transform_vector(&forward);
+        let speed_mps = state.velocity.dot(&direction);
+        let velocity_covariance: Matrix3<f64> = state.covariance.fixed_view::<3, 3>(3, 3).into_owned();
+        let speed_sigma_mps = direction.dot(&(velocity_covariance * direction)).max(0.0).sqrt();
+        let (yaw_rate_radps, dt) = match out.get(earlier(grounds, start, k)) {
+            Some(before) => {
+                let turn = before.world_from_vehicle.rotation().inverse() * world_from_vehicle.rotation();
+                let dt = (ground.time_s - grounds[before.frame].time_s).max(1e-3);
+                (turn.scaled_axis().z / dt, dt)
+            }
+            None => (0.0, YAW_RATE_TIME_S),
+        };
+        let options = &input.options.advanced.heading;
+        out.push(VehicleState {
+            frame: start + k,
+            world_from_vehicle,
+            covariance: pose_covariance(state, &world_from_vehicle, speed_mps, dt, options),
+            bbox: match boxes[k] {
+                Some(b) => Some(b.observed.bbox),
+                None => projected(camera, &camera_from_vehicle, track.class, &views.size.size),
+            },
+            score: boxes[k].map_or(0.0, |b: &TrackBox| b.score),
+            speed_mps,
+            speed_sigma_mps,
+            yaw_rate_radps,
+            source: match (boxes[k], external[k]) {
+                (_, Some(view)) => view.source,
+                (Some(_), None) => Source::Box,
+                (None, None) => Source::Predicted,
+            },
+            measured: fused(input, views, start + k, &forward),
+            sightings,
+        });
+    }
+    out
+}
+
+/// Index (from `start`) of the latest state before `k` that is old enough for a yaw rate, else of the first; `k` for the first state.
+fn earlier(grounds: &[GroundFrame], start: usize, k: usize) -> usize {
+    let age_s = |i: &usize| interval_s(grounds[start + i].time_s, grounds[start + k].time_s);
+    (0..k).rev().find(|i| age_s(i) >= YAW_RATE_TIME_S).unwrap_or(0)
+}
+
+/// The first item of each of `count` frames from `start` on.
+fn by_frame<T>(items: &[T], frame: fn(&T) -> usize, start: usize, count: usize) -> Vec<Option<&T>> {
+    let mut slots = vec![None; count];
+    for item in items {
+        if let Some(slot) = slots.get_mut(frame(item) - start) {
+            slot.get_or_insert(item);
+        }
+    }
+    slots
+}
+
+/// Projected box of a vehicle, clipped to the image; `None` when none of it is inside.
+fn projected(
+    camera: &PinholeCamera,
+    pose: &Pose<Camera, Vehicle>,
+    class: VehicleClass,
+    size: &Dimensions,
+) -> Option<BoundingBox> {
+    let bbox = image_box(camera, pose, class, BoxConvention::VisibleExtent, size)?
+        .clipped(camera.width, camera.height);
+    (bbox.width() > 1.0 && bbox.height() > 1.0).then_some(bbox)
+}
+
+/// Covariance (6×6 `[ω, ν]`, vehicle frame) of a state: the heading is known as well as the direction of travel.
+fn pose_covariance(
+    state: &KinematicState,
+    world_from_vehicle: &Pose<World, Vehicle>,
+    speed_mps: f64,
+    dt: f64,
+    options: &HeadingOptions,
+) -> Matrix6<f64> {
+    let r = world_from_vehicle.rotation_matrix();
+    let position: Matrix3<f64> = state.covariance.fixed_view::<3, 3>(0, 0).into_owned();
+    let velocity: Matrix3<f64> = r.transpose() * state.covariance.fixed_view::<3, 3>(3, 3) * r;
+    let of_travel = velocity[(1, 1)].max(0.0).sqrt() / speed_mps.abs().max(options.hold_speed_mps);
+    let heading = of_travel.max(options.state_sigma_rad).min(options.state_most_sigma_rad);
+    let mut out = Matrix6::zeros();
+    out[(0, 0)] = options.state_tilt_sigma_rad.powi(2);
+    out[(1, 1)] = options.state_tilt_sigma_rad.powi(2);
+    out[(2, 2)] = heading.powi(2) + (options.state_drift_radps * dt).powi(2);
+    out.fixed_view_mut::<3, 3>(3, 3).copy_from(&(r.transpose() * position * r));
+    out
+}

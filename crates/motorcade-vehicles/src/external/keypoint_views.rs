@@ -1,0 +1,247 @@
+//! Views of a track from its keypoints by the shape prior (the paper's equations 6 to 8), all with the one shape they agree on.
+
+use motorcade_geometry::PinholeCamera;
+use motorcade_perception::{BoundingBox, VehicleClass, VehicleKeypoints};
+use motorcade_shape::{
+    Dimensions, FitOptions, Layout, Observation, RoadPlane, ShapeFit, ShapeFitter, ShapePrior, SizePrior,
+    TrackFit,
+};
+use nalgebra::{Matrix3, Point3};
+
+use super::{ExternalTrack, ExternalView, SizeDependence};
+use crate::ground::GroundFrame;
+use crate::options::KeypointViewOptions;
+use crate::size_prior::size_prior;
+use crate::track::{Track, TrackBox};
+use crate::trajectory::Source;
+
+/// Layouts that are fitted; indices of `fitters`.
+const LAYOUTS: [Layout; 2] = [Layout::Car36, Layout::Car14];
+
+/// Fits the shape prior to the keypoints of tracks.
+pub struct KeypointViews<'a> {
+    keypoints: &'a [&'a [VehicleKeypoints]],
+    camera: &'a PinholeCamera,
+    grounds: &'a [GroundFrame],
+    options: &'a KeypointViewOptions,
+    fitters: [ShapeFitter; 2],
+}
+
+/// The keypoints of a track in one frame, ready to be fitted.
+struct FrameKeypoints {
+    frame: usize,
+    /// Index in [`LAYOUTS`].
+    layout: usize,
+    observation: Observation,
+}
+
+impl<'a> KeypointViews<'a> {
+    /// `keypoints` and `grounds` are those of each frame; `shape_prior` replaces the built-in one of its number of keypoints.
+    pub fn new(
+        keypoints: &'a [&'a [VehicleKeypoints]],
+        shape_prior: Option<&ShapePrior>,
+        camera: &'a PinholeCamera,
+        grounds: &'a [GroundFrame],
+        options: &'a KeypointViewOptions,
+    ) -> Self {
+        let fitters = LAYOUTS.map(|layout| {
+            let matching = shape_prior.filter(|p| p.keypoints().len() == layout.count()).cloned();
+            let prior = matching.unwrap_or_else(|| ShapePrior::of_family(layout));
+            ShapeFitter::new(prior, FitOptions::default())
+        });
+        Self { keypoints, camera, grounds, options, fitters }
+    }
+
+    /// A view for each frame of a track that has keypoints; none for classes outside the shape prior.
+    pub fn of_track(&self, track: &Track) -> ExternalTrack {
+        let in_prior = matches!(track.class, VehicleClass::Car | VehicleClass::Van);
+        let boxes = track.boxes.iter().filter(|_| in_prior);
+        let frames: Vec<FrameKeypoints> = boxes.filter_map(|b| self.in_frame(b, track.class)).collect();
+        // The rare track in both layouts has a shape in each.
+        let found = [0, 1].map(|layout| self.common_shape(&frames, layout));
+        let factor = self.options.shape_sigma_factor;
+        let shapes = found.each_ref().map(|fit| fit.as_ref().map(|fit| fit.shape.widened(factor)));
+        let fit = |frame: &FrameKeypoints| {
+            let fitter = &self.fitters[frame.layout];
+            let fit = match &shapes[frame.layout] {
+                Some(shape) => fitter.fit_shaped(self.camera, &frame.observation, shape),
+                None => fitter.fit(self.camera, &frame.observation),
+            };
+            let fit = fit.ok().filter(|fit| !fit.heading_is_ambiguous())?;
+            Some(view(frame.frame, &fit, self.options))
+        };
+        let views = frames.iter().filter_map(fit).collect();
+        let size = found.iter().flatten().next().map(|fit| size(fit, track.class, self.options));
+        ExternalTrack { views, size }
+    }
+
+    /// Keypoints in a box of the track. Its edges do not enter: the box is a measurement of its own.
+    fn in_frame(&self, seen: &TrackBox, class: VehicleClass) -> Option<FrameKeypoints> {
+        let ground = self.grounds.get(seen.frame)?;
+        let bbox = seen.observed.bbox;
+        let keypoints = self.in_box(seen.frame, &bbox)?;
+        let sigma_px = self.options.sigma_share * bbox.width().max(bbox.height());
+        let mut observation = Observation::new(keypoints.points.clone(), sigma_px);
+        observation.road = Some(RoadPlane {
+            slope_sigma_rad: self.options.road_slope_sigma_rad.hypot(ground.pitch_sigma_rad),
+            up: ground.up,
+            ..RoadPlane::level(ground.height_m)
+        });
+        observation.size = Some(size_prior(class));
+        let layout = usize::from(keypoints.layout == Layout::Car14);
+        Some(FrameKeypoints { frame: seen.frame, layout, observation })
+    }
+
+    /// The keypoints whose bounding box overlaps a box most.
+    fn in_box(&self, frame: usize, bbox: &BoundingBox) -> Option<&VehicleKeypoints> {
+        let overlaps = self.keypoints.get(frame)?.iter().map(|k| (k.bbox.iou(bbox), k));
+        let enough = overlaps.filter(|(iou, _)| *iou > self.options.least_iou);
+        enough.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, k)| k)
+    }
+
+    /// The shape that frames spread over the track agree on; `None` with too few frames.
+    fn common_shape(&self, frames: &[FrameKeypoints], layout: usize) -> Option<TrackFit> {
+        let same: Vec<&FrameKeypoints> = frames.iter().filter(|f| f.layout == layout).collect();
+        let count = same.len().min(self.options.shape_frames);
+        let spread = (0..count).map(|i| same[i * same.len() / count].observation.clone());
+        let fit = self.fitters[layout].fit_track(self.camera, &spread.collect::<Vec<_>>()).ok()?;
+        (fit.frames.iter().flatten().count() >= self.options.least_shape_frames).then_some(fit)
+    }
+}
+
+/// The size of a track's shape as a prior for its boxes, not wider than that of the class.
+fn size(fit: &TrackFit, class: VehicleClass, options: &KeypointViewOptions) -> SizePrior {
+    let class = size_prior(class).sigma.to_vector();
+    let sigma = fit
+        .size_covariance
+        .diagonal()
+        .map(|v| (options.shape_sigma_factor * v.max(0.0).sqrt()).max(options.least_size_sigma_m));
+    let sigma = sigma.zip_map(&class, f64::min);
+    SizePrior { mean: fit.dimensions, sigma: Dimensions::from_vector(&sigma) }
+}
+
+fn view(frame: usize, fit: &ShapeFit, options: &KeypointViewOptions) -> ExternalView {
+    let r = fit.camera_from_vehicle.rotation_matrix();
+    let position: Matrix3<f64> = fit.covariance.fixed_view::<3, 3>(3, 3).into_owned();
+    let factor = options.variance_factor;
+    ExternalView {
+        frame,
+        position_in_camera: Point3::from(fit.camera_from_vehicle.translation()),
+        forward_in_camera: r.column(0).into_owned(),
+        covariance: r * position * r.transpose() * factor,
+        heading_sigma_rad: fit.covariance[(2, 2)].max(0.0).sqrt().max(options.least_heading_sigma_rad),
+        size_dependence: size_dependence(fit, factor),
+        scale_sigma: 0.0,
+        source: Source::Keypoints,
+    }
+}
+
+/// Conditional mean and covariance of the position given the size, slope `Σ_ps Σ_ss⁻¹`; `None` for a prior of fixed size.
+/// `variance_factor` multiplies the variance.
+fn size_dependence(fit: &ShapeFit, variance_factor: f64) -> Option<SizeDependence> {
+    let r = fit.camera_from_vehicle.rotation_matrix();
+    let cross = fit.pose_size_covariance.fixed_view::<3, 3>(3, 0).into_owned();
+    let slope = cross * fit.size_covariance.try_inverse()?;
+    let held = fit.covariance.fixed_view::<3, 3>(3, 3) - slope * cross.transpose();
+    Some(SizeDependence {
+        size: fit.dimensions,
+        slope: r * slope,
+        covariance: r * held * r.transpose() * variance_factor,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::observed_box::ObservedBox;
+    use motorcade_geometry::robust::median;
+    use motorcade_geometry::{Camera, Pose, Vehicle};
+    use motorcade_perception::BoxConvention;
+    use motorcade_shape::{BodyType, ObservedKeypoint, project};
+    use motorcade_testing::CAMERA;
+    use nalgebra::{Point2, Vector2, Vector3};
+
+    /// An approaching saloon on a level road, its keypoints off by up to 3 px: all views have its one shape, and err less than
+    /// fits of single frames.
+    #[test]
+    fn frames_of_a_track_share_one_shape() {
+        let prior = ShapePrior::of_family(Layout::Car14);
+        let shape = prior.coefficients_of(BodyType::Saloon).unwrap();
+        let pose = |k: usize| {
+            let (sin, cos) = (0.5 + 0.02 * k as f64).sin_cos();
+            let columns =
+                [Vector3::new(-sin, 0.0, cos), Vector3::new(-cos, 0.0, -sin), Vector3::new(0.0, -1.0, 0.0)];
+            let position = Vector3::new(-3.0, 1.65, 26.0 - k as f64);
+            Pose::<Camera, Vehicle>::from_matrix(&Matrix3::from_columns(&columns), &position)
+        };
+        let ground = GroundFrame {
+            world_from_camera: Pose::identity(),
+            up: -Vector3::y(),
+            height_m: 1.65,
+            pitch_sigma_rad: 0.003,
+            time_s: 0.0,
+        };
+        let (mut detected, mut boxes) = (Vec::new(), Vec::new());
+        for k in 0..18 {
+            let points: Vec<ObservedKeypoint> = project(&prior, shape, &pose(k), &CAMERA)
+                .iter()
+                .enumerate()
+                .map(|(i, p)| {
+                    // Deterministic scatter: multiples of the golden section.
+                    let off = |n: usize| 6.0 * ((0.618_034 * n as f64).fract() - 0.5);
+                    let pixel =
+                        p.pixel.unwrap() + Vector2::new(off(31 * k + 7 * i), off(17 * k + 11 * i + 5));
+                    ObservedKeypoint { pixel, confidence: f64::from(u8::from(p.visible)) }
+                })
+                .collect();
+            let keypoints = VehicleKeypoints::around_points(Layout::Car14, points).unwrap();
+            let observed = ObservedBox {
+                bbox: keypoints.bbox,
+                class: VehicleClass::Car,
+                convention: BoxConvention::VisibleExtent,
+                edges: [true; 4],
+            };
+            boxes.push(TrackBox { frame: k, observed, score: 1.0 });
+            detected.push(vec![keypoints]);
+        }
+        let (grounds, options) = ([ground; 18], KeypointViewOptions::default());
+        let by_frame: Vec<&[VehicleKeypoints]> = detected.iter().map(Vec::as_slice).collect();
+        let views = KeypointViews::new(&by_frame, None, &CAMERA, &grounds, &options);
+        let track = Track { id: 1, class: VehicleClass::Car, boxes };
+        let external = views.of_track(&track);
+
+        let length_m = prior.dimensions(shape).length_m;
+        let (found, class) = (external.size.unwrap().mean, size_prior(VehicleClass::Car).mean);
+        assert!((found.length_m - length_m).abs() < 0.5 * (class.length_m - length_m).abs(), "{found:?}");
+        assert!(external.views.len() >= 15);
+        assert!(external.views.iter().all(|v| v.size_dependence.unwrap().size == found));
+        let error_m = |frame: usize, position: &Vector3<f64>| (position - pose(frame).translation()).norm();
+        let mut shared: Vec<f64> =
+            external.views.iter().map(|v| error_m(v.frame, &v.position_in_camera.coords)).collect();
+        let single = |b: &TrackBox| {
+            let frame = views.in_frame(b, track.class)?;
+            let fit = views.fitters[frame.layout].fit(&CAMERA, &frame.observation).ok()?;
+            Some(error_m(b.frame, &fit.camera_from_vehicle.translation()))
+        };
+        let mut single: Vec<f64> = track.boxes.iter().filter_map(single).collect();
+        let (shared, single) = (median(&mut shared).unwrap(), median(&mut single).unwrap());
+        assert!(shared < 0.8 * single, "{shared} {single}");
+    }
+
+    #[test]
+    fn keypoints_belong_to_the_box_around_them() {
+        let corners = |left: f64| {
+            let mut points = vec![ObservedKeypoint { pixel: Point2::origin(), confidence: 0.0 }; 14];
+            for (i, (x, y)) in [(0.0, 0.0), (80.0, 0.0), (80.0, 60.0), (0.0, 60.0)].into_iter().enumerate() {
+                points[i] = ObservedKeypoint { pixel: Point2::new(left + x, 200.0 + y), confidence: 0.8 };
+            }
+            VehicleKeypoints::around_points(Layout::Car14, points).unwrap()
+        };
+        let frame = [corners(100.0), corners(400.0)];
+        let (by_frame, options): ([&[VehicleKeypoints]; 1], _) = ([&frame], KeypointViewOptions::default());
+        let views = KeypointViews::new(&by_frame, None, &CAMERA, &[], &options);
+        let found = |frame, x1: f64| views.in_box(frame, &BoundingBox::new([x1, 195.0, x1 + 90.0, 265.0]));
+        assert_eq!(found(0, 395.0).unwrap().bbox.x1, 400.0);
+        assert!(found(0, 700.0).is_none() && found(1, 395.0).is_none());
+    }
+}

@@ -1,0 +1,103 @@
+//! Probability that a vehicle moves.
+
+use nalgebra::Vector3;
+
+use crate::motion::PositionMeasurement;
+use crate::options::AdvancedVehicleOptions;
+use crate::time::independent_views;
+
+/// Probability that a vehicle moves: the slope of a line through its positions over time, against the apparent speed that errors
+/// of depth cause. `inflation` is a factor on its standard deviation for boxes that fit worse than their covariances say.
+pub fn probability_moving(
+    positions: &[PositionMeasurement],
+    inflation: f64,
+    options: &AdvancedVehicleOptions,
+) -> f64 {
+    let (Some(first), Some(last)) = (positions.first(), positions.last()) else { return 0.5 };
+    let duration = last.time_s - first.time_s;
+    let (options, correlation_time_s) = (&options.kinematic_state, options.correlation_time_s);
+    if duration < options.shortest_s {
+        return 0.5;
+    }
+    // Slope over time of a weighted straight line through the positions.
+    let weight = |p: &PositionMeasurement| 1.0 / p.covariance.trace().max(1e-6);
+    let w_sum: f64 = positions.iter().map(weight).sum();
+    let t_mean = positions.iter().map(|p| weight(p) * p.time_s).sum::<f64>() / w_sum;
+    let lever = |p: &PositionMeasurement| weight(p) * (p.time_s - t_mean);
+    let levers: f64 = positions.iter().map(|p| lever(p) * (p.time_s - t_mean)).sum::<f64>().max(1e-9);
+    let velocity = positions.iter().map(|p| p.position * lever(p)).sum::<Vector3<f64>>() / levers;
+    let slope = |error: &dyn Fn(&PositionMeasurement) -> f64| {
+        positions.iter().map(|p| error(p) * lever(p)).sum::<f64>() / levers
+    };
+    // A relative depth error common to all positions (size, slope), and a common multiple of each position's own standard deviation
+    // (pitch of the road), look like motion while the range changes.
+    let common = slope(&|p| options.common_depth_share * p.range_m);
+    let apparent_speed = common.hypot(slope(&|p| p.covariance.trace().sqrt()));
+    // Noise of the line: all positions together have the weight of a few independent ones.
+    let count = positions.len();
+    let independent = independent_views(count, duration, correlation_time_s, options.independent_views);
+    let noise = (1.0 / w_sum * count as f64 / independent).sqrt() * options.noise_factor / duration;
+    let sigma = options.speed_floor_mps.hypot(apparent_speed).hypot(noise) * inflation;
+    let excess = velocity.norm() / sigma - options.even_odds_sigmas;
+    1.0 / (1.0 + (-options.logistic_slope * excess).exp())
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use nalgebra::Matrix3;
+
+    pub(in crate::motion) fn positions(speed_mps: f64) -> Vec<PositionMeasurement> {
+        (0..30)
+            .map(|k| {
+                let t = f64::from(k) * 0.1;
+                let position = Vector3::new(2.0, 1.6, 20.0 + speed_mps * t);
+                PositionMeasurement {
+                    frame: k as usize,
+                    time_s: t,
+                    position,
+                    covariance: Matrix3::identity() * 0.09,
+                    range_m: 20.0,
+                }
+            })
+            .collect()
+    }
+
+    fn moving(positions: &[PositionMeasurement]) -> f64 {
+        probability_moving(positions, 1.0, &AdvancedVehicleOptions::default())
+    }
+
+    #[test]
+    fn moving_and_static_vehicles_are_separated() {
+        assert!(moving(&positions(8.0)) > 0.95);
+        assert!(moving(&positions(0.05)) < 0.1);
+    }
+
+    /// An approached car on a road whose pitch is wrong by half a degree, five times its standard deviation: its distance errs
+    /// by its square.
+    #[test]
+    fn a_wrong_pitch_does_not_move_a_parked_car() {
+        const HEIGHT_M: f64 = 1.65;
+        let approached = |from_m: f64, closing_mps: f64, own_mps: f64| -> Vec<PositionMeasurement> {
+            let one = |k: u32| {
+                let t = f64::from(k) * 0.1;
+                let range_m = from_m - closing_mps * t;
+                let by_degree = 1.0_f64.to_radians() * range_m * range_m / HEIGHT_M;
+                let variance_z = 0.04 + (0.2 * by_degree).powi(2);
+                PositionMeasurement {
+                    frame: k as usize,
+                    time_s: t,
+                    position: Vector3::new(2.0, 1.6, from_m - own_mps * t + 0.5 * by_degree),
+                    covariance: Matrix3::from_diagonal(&Vector3::new(0.01, 0.01, variance_z)),
+                    range_m,
+                }
+            };
+            (0..30).map(one).collect()
+        };
+        let (parked, oncoming) = (approached(45.0, 11.0, 0.0), approached(65.0, 19.0, 8.0));
+        let apparent_mps = (parked[0].position - parked[29].position).norm() / 2.9;
+        assert!(apparent_mps > 3.0, "{apparent_mps}");
+        assert!(moving(&parked) < 0.2, "{}", moving(&parked));
+        assert!(moving(&oncoming) > 0.95, "{}", moving(&oncoming));
+    }
+}

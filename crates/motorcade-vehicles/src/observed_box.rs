@@ -1,0 +1,102 @@
+//! A detected box and which of its edges are measurements.
+
+use motorcade_geometry::PinholeCamera;
+use motorcade_perception::{BoundingBox, BoxConvention, Detection, VehicleClass};
+
+use crate::options::BoxFitOptions;
+
+/// Slack of the occlusion test \[px\]: boxes that share an edge do not occlude each other.
+const SLACK_PX: f64 = 1.0;
+
+/// A box and which of its edges are measurements.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ObservedBox {
+    /// The box \[px\].
+    pub bbox: BoundingBox,
+    /// Class of the vehicle.
+    pub class: VehicleClass,
+    /// Convention of the box.
+    pub convention: BoxConvention,
+    /// False for truncated and occluded edges (left, top, right, bottom).
+    pub edges: [bool; 4],
+}
+
+impl ObservedBox {
+    /// Classifies the edges: truncated where the box meets the image border, occluded where a nearer box (with a lower bottom
+    /// edge) covers most of the edge. Boxes of projected cuboids are never occluded.
+    pub fn new(
+        detection: &Detection,
+        camera: &PinholeCamera,
+        others: &[BoundingBox],
+        options: &BoxFitOptions,
+    ) -> Self {
+        let Detection { bbox, class, convention, .. } = *detection;
+        let mut edges = inside_border(&bbox, camera, options.border_px);
+        let nearer = |o: &&BoundingBox| {
+            convention == BoxConvention::VisibleExtent && **o != bbox && o.y2 > bbox.y2 + SLACK_PX
+        };
+        for other in others.iter().filter(nearer) {
+            let (w, h) = (bbox.width().max(1.0), bbox.height().max(1.0));
+            let across = (bbox.x2.min(other.x2) - bbox.x1.max(other.x1)) / w;
+            let down = (bbox.y2.min(other.y2) - bbox.y1.max(other.y1)) / h;
+            let within = |v: f64, low: f64, high: f64| v > low && v < high;
+            let covered = options.occluded_share;
+            edges[0] &= !(down > covered && within(bbox.x1, other.x1 - SLACK_PX, other.x2));
+            edges[2] &= !(down > covered && within(bbox.x2, other.x1, other.x2 + SLACK_PX));
+            edges[3] &= !(across > covered && within(bbox.y2, other.y1, other.y2));
+        }
+        Self { bbox, class, convention, edges }
+    }
+
+    /// True for a car truncated by the left or right border: its visible height may be that of a bonnet or boot. Lorries,
+    /// buses and vans have one height along their length.
+    pub(crate) fn is_truncated_part(&self, camera: &PinholeCamera, border_px: f64) -> bool {
+        let [left, _, right, _] = inside_border(&self.bbox, camera, border_px);
+        let truncated = !left || !right;
+        truncated && self.class == VehicleClass::Car && self.convention == BoxConvention::VisibleExtent
+    }
+
+    /// True when the bottom edge is above the image border, so that another vehicle and not the border ends the box.
+    pub(crate) fn ends_above_border(&self, camera: &PinholeCamera, border_px: f64) -> bool {
+        inside_border(&self.bbox, camera, border_px)[3]
+    }
+
+    /// False when too few edges are measured to position a vehicle.
+    pub(crate) fn is_sufficient(&self) -> bool {
+        let [_, top, _, bottom] = self.edges;
+        self.edges.iter().filter(|e| **e).count() >= 2 && (top || bottom)
+    }
+}
+
+/// For each edge (left, top, right, bottom) whether it is further than `border_px` from the image border.
+fn inside_border(bbox: &BoundingBox, camera: &PinholeCamera, border_px: f64) -> [bool; 4] {
+    let (right, bottom) = (f64::from(camera.width) - 1.0, f64::from(camera.height) - 1.0);
+    [bbox.x1 > border_px, bbox.y1 > border_px, bbox.x2 < right - border_px, bbox.y2 < bottom - border_px]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use motorcade_testing::CAMERA;
+
+    fn car(bbox: BoundingBox) -> Detection {
+        let (class, convention) = (VehicleClass::Car, BoxConvention::VisibleExtent);
+        Detection { class, score: 1.0, bbox, convention, external_id: None }
+    }
+
+    #[test]
+    fn truncated_and_occluded_edges_are_recognised() {
+        let options = BoxFitOptions::default();
+        let observed = |d: &Detection, others: &[BoundingBox]| ObservedBox::new(d, &CAMERA, others, &options);
+        let truncated = BoundingBox { x1: 0.0, y1: 150.0, x2: 200.0, y2: 374.0 };
+        let found = observed(&car(truncated), &[]);
+        assert_eq!(found.edges, [false, true, true, false]);
+        assert!(found.is_truncated_part(&CAMERA, options.border_px));
+        let far = BoundingBox { x1: 500.0, y1: 170.0, x2: 600.0, y2: 230.0 };
+        let near = BoundingBox { x1: 540.0, y1: 150.0, x2: 700.0, y2: 300.0 };
+        assert_eq!(observed(&car(far), &[far, near]).edges, [true, true, false, false]);
+        // Projected cuboids are drawn behind other vehicles too.
+        let label = Detection { convention: BoxConvention::ProjectedCuboid, ..car(far) };
+        assert_eq!(observed(&label, &[far, near]).edges, [true; 4]);
+    }
+}

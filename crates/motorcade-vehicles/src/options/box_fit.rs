@@ -1,0 +1,62 @@
+//! Options of the fit of a vehicle to one image box.
+
+/// Edge noise, occlusion tests and road height of the fit to one box.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct BoxFitOptions {
+    /// Distance from the image border below which an edge counts as truncated \[px\]. Detectors stop one to two pixels short of the
+    /// border; a larger value discards true edges.
+    pub border_px: f64,
+    /// Share of an edge that a nearer box must cover for the edge to count as occluded. Chosen on KITTI 0003 and 0005.
+    pub occluded_share: f64,
+    /// Standard deviation of an edge, constant part \[px\]: jitter of a detector.
+    pub edge_sigma_px: f64,
+    /// Standard deviation of an edge as a share of the box's side: mirrors, shadows and the detector's habits.
+    pub edge_sigma_share: f64,
+    /// Factor on the standard deviation of truncated and occluded edges, which are one-sided constraints.
+    pub one_sided_factor: f64,
+    /// Standard deviation of the part of a vehicle below an occluded bottom edge, as a share of the visible height. It bounds the
+    /// depth of a vehicle whose roof is as high as the camera.
+    pub occluded_extent_share: f64,
+    /// Standard deviation of top and bottom of a car truncated at the side, as a share of the visible height: a bonnet is
+    /// lower than the roof.
+    pub truncated_part_share: f64,
+    /// Change of the road's slope over `road_slope_length_m`, one standard deviation \[rad\]: vertical curves of streets, 0.2°.
+    pub road_slope_sigma_rad: f64,
+    /// Length over which the slope changes by `road_slope_sigma_rad` \[m\].
+    pub road_slope_length_m: f64,
+    /// Largest number of such lengths; beyond, the slope's standard deviation is constant.
+    pub road_slope_most_lengths: f64,
+    /// Standard deviation of the road's height at the camera \[m\]: texture and crown.
+    pub road_height_sigma_m: f64,
+    /// Scale of the Cauchy kernel on whitened edge residuals: a larger value follows boxes that jump.
+    pub cauchy_scale: f64,
+    /// Gauss–Newton steps at most.
+    pub iterations: usize,
+    /// Largest change of the distance in one step, as a share of it: far away the problem is almost flat in depth.
+    pub step_share: f64,
+    /// χ² at which the edges of one box saturate: a box that nothing explains counts no more.
+    pub saturation_chi2: f64,
+}
+
+impl Default for BoxFitOptions {
+    fn default() -> Self {
+        Self {
+            border_px: 3.0,
+            occluded_share: 0.4,
+            edge_sigma_px: 1.2,
+            edge_sigma_share: 0.025,
+            one_sided_factor: 3.0,
+            occluded_extent_share: 0.3,
+            truncated_part_share: 0.15,
+            road_slope_sigma_rad: 0.2_f64.to_radians(),
+            road_slope_length_m: 20.0,
+            road_slope_most_lengths: 3.0,
+            road_height_sigma_m: 0.02,
+            cauchy_scale: 3.0,
+            iterations: 12,
+            step_share: 0.33,
+            saturation_chi2: 30.0,
+        }
+    }
+}

@@ -1,0 +1,21 @@
+//! Options of the choice between heading hypotheses of a track.
+
+/// Goodness of fit of a track's boxes, and when a second heading hypothesis replaces the first.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct HypothesisOptions {
+    /// Alternations between headings and positions at most.
+    pub rounds: usize,
+    /// χ² by which the second hypothesis must fit better: most traffic goes along the road.
+    pub preference_chi2: f64,
+    /// The boxes of a track count as at most this many independent ones in its χ².
+    pub independent_views: f64,
+    /// Expected χ² of the edges of one box: with position and size free few degrees of freedom remain.
+    pub expected_chi2: f64,
+}
+
+impl Default for HypothesisOptions {
+    fn default() -> Self {
+        Self { rounds: 3, preference_chi2: 6.0, independent_views: 12.0, expected_chi2: 2.0 }
+    }
+}

@@ -1,0 +1,83 @@
+//! Options of the vehicle stage: one choice of the user, and the advanced ones of each step.
+
+mod box_fit;
+mod external;
+mod heading;
+mod hypothesis;
+mod motion;
+mod size;
+
+pub use box_fit::BoxFitOptions;
+pub use external::{ExternalViewOptions, KeypointViewOptions};
+pub use heading::HeadingOptions;
+pub use hypothesis::HypothesisOptions;
+pub use motion::{KinematicStateOptions, MotionOptions};
+pub use size::SizeOptions;
+
+/// Side of the road traffic keeps to. It decides only which way a parked vehicle is assumed to face, because a box does not
+/// distinguish front from rear.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
+)]
+#[serde(rename_all = "lowercase")]
+pub enum TrafficSide {
+    /// Most of the world.
+    #[default]
+    Right,
+    /// Britain, Japan, India, Australia, southern Africa.
+    Left,
+}
+
+/// Options of the vehicle stage.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
+)]
+#[serde(default, deny_unknown_fields)]
+pub struct VehicleOptions {
+    /// Side of the road traffic keeps to.
+    pub traffic_side: TrafficSide,
+    /// Noise models and gates of each step.
+    pub advanced: AdvancedVehicleOptions,
+}
+
+/// Noise models and gates of the vehicle stage, by step.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct AdvancedVehicleOptions {
+    /// Time over which errors of a vehicle's views are correlated \[s\]: views closer together share their information, so that
+    /// it grows with time and not with the frame rate. At 10 frames/s views count as independent, beside the common errors of size
+    /// and plane; the limits on independent views were chosen there.
+    pub correlation_time_s: f64,
+    /// Position and size from one box.
+    pub box_fit: BoxFitOptions,
+    /// Size shared by the frames of a track.
+    pub size: SizeOptions,
+    /// Motion model and smoothing.
+    pub motion: MotionOptions,
+    /// Moving or static.
+    pub kinematic_state: KinematicStateOptions,
+    /// Headings.
+    pub heading: HeadingOptions,
+    /// Choice between heading hypotheses.
+    pub hypothesis: HypothesisOptions,
+    /// Views from keypoints.
+    pub keypoints: KeypointViewOptions,
+    /// Views from vehicle poses of a file.
+    pub external: ExternalViewOptions,
+}
+
+impl Default for AdvancedVehicleOptions {
+    fn default() -> Self {
+        Self {
+            correlation_time_s: 0.1,
+            box_fit: BoxFitOptions::default(),
+            size: SizeOptions::default(),
+            motion: MotionOptions::default(),
+            kinematic_state: KinematicStateOptions::default(),
+            heading: HeadingOptions::default(),
+            hypothesis: HypothesisOptions::default(),
+            keypoints: KeypointViewOptions::default(),
+            external: ExternalViewOptions::default(),
+        }
+    }
+}

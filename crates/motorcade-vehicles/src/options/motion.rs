@@ -1,0 +1,73 @@
+//! Options of the motion model and of the decision between moving and static.
+
+/// Continuous-time white-noise-acceleration model of a vehicle's position and velocity.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct MotionOptions {
+    /// Spectral density of the acceleration along the road \[m/s² per √Hz\]: gentle braking and bends. A smaller value smooths
+    /// more and lags in braking.
+    pub acceleration_density: f64,
+    /// Spectral density of the acceleration across the road plane \[m/s² per √Hz\]: undulation of the road.
+    pub vertical_density: f64,
+    /// Standard deviation of a velocity before it is measured \[m/s\]: traffic.
+    pub initial_speed_sigma_mps: f64,
+    /// Factor on the covariance of the first position of a smoothed track, which is used twice.
+    pub initial_position_factor: f64,
+    /// Mahalanobis distance beyond which a position loses weight \[χ²₃\]: 95 % quantile.
+    pub gate_chi2: f64,
+    /// Largest speed of a vehicle while it is tracked \[m/s\].
+    pub largest_speed_mps: f64,
+    /// Positions of a static vehicle count as at most this many independent ones: errors of size and plane are common.
+    pub static_independent_views: f64,
+    /// Variance of each component of a static vehicle's velocity \[m²/s²\].
+    pub static_velocity_variance: f64,
+}
+
+impl Default for MotionOptions {
+    fn default() -> Self {
+        Self {
+            acceleration_density: 1.2,
+            vertical_density: 0.3,
+            initial_speed_sigma_mps: 15.0,
+            initial_position_factor: 4.0,
+            gate_chi2: 7.8,
+            largest_speed_mps: 60.0,
+            static_independent_views: 4.0,
+            static_velocity_variance: 0.05,
+        }
+    }
+}
+
+/// Moving or static: mean velocity against the apparent velocity that depth errors cause.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct KinematicStateOptions {
+    /// Shortest observation that is decided \[s\]; P(moving) of shorter ones is 0.5.
+    pub shortest_s: f64,
+    /// Relative depth error common to all positions of a track: size and slope of the road. Chosen on KITTI 0001 and 0005.
+    pub common_depth_share: f64,
+    /// Speed below which motion is not observable \[m/s\].
+    pub speed_floor_mps: f64,
+    /// Positions count as at most this many independent ones in the noise of the mean velocity.
+    pub independent_views: f64,
+    /// Factor on the noise of the mean velocity: the noise of single positions is not white.
+    pub noise_factor: f64,
+    /// Ratio of speed to its standard deviation at which P(moving) is 0.5.
+    pub even_odds_sigmas: f64,
+    /// Slope of the logistic function in that ratio.
+    pub logistic_slope: f64,
+}
+
+impl Default for KinematicStateOptions {
+    fn default() -> Self {
+        Self {
+            shortest_s: 0.25,
+            common_depth_share: 0.05,
+            speed_floor_mps: 0.3,
+            independent_views: 4.0,
+            noise_factor: 3.0,
+            even_odds_sigmas: 3.0,
+            logistic_slope: 2.0,
+        }
+    }
+}

@@ -1,0 +1,61 @@
+//! The boxes of one vehicle.
+
+use motorcade_perception::VehicleClass;
+
+use crate::observed_box::ObservedBox;
+
+/// One box of a track.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrackBox {
+    /// Frame (row of the run).
+    pub frame: usize,
+    /// The box and its measured edges.
+    pub observed: ObservedBox,
+    /// Score.
+    pub score: f64,
+}
+
+/// The boxes of one vehicle, in order of time.
+#[derive(Clone, Debug)]
+pub struct Track {
+    /// Identity.
+    pub id: usize,
+    /// Class with the largest sum of scores.
+    pub class: VehicleClass,
+    /// Boxes.
+    pub boxes: Vec<TrackBox>,
+}
+
+impl Track {
+    /// Sets the class of the track and of its boxes.
+    pub(crate) fn set_class(&mut self, class: VehicleClass) {
+        self.class = class;
+        for b in &mut self.boxes {
+            b.observed.class = class;
+        }
+    }
+}
+
+/// Smallest weight of a box in the vote on the class.
+const LEAST_VOTE: f64 = 0.01;
+
+/// Sums of scores by class.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct ClassVotes([f64; VehicleClass::ALL.len()]);
+
+impl ClassVotes {
+    /// Adds the vote of a box.
+    pub(crate) fn add(&mut self, seen: &TrackBox) {
+        for (votes, class) in self.0.iter_mut().zip(VehicleClass::ALL) {
+            if class == seen.observed.class {
+                *votes += seen.score.max(LEAST_VOTE);
+            }
+        }
+    }
+
+    /// The class with the largest sum.
+    pub(crate) fn class(&self) -> VehicleClass {
+        let most = VehicleClass::ALL.into_iter().zip(self.0).max_by(|a, b| a.1.total_cmp(&b.1));
+        most.map_or(VehicleClass::Car, |(class, _)| class)
+    }
+}

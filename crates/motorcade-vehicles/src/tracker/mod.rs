@@ -1,0 +1,163 @@
+//! Data association: boxes of a drive to vehicles.
+//!
+//! Each track is filtered on the road; its predicted position, seen from the new camera pose, predicts its next box. Boxes are
+//! assigned by overlap, confident ones first; occluded tracks are re-identified by position.
+
+mod active_track;
+mod association;
+mod localizer;
+mod options;
+
+use motorcade_geometry::PinholeCamera;
+use motorcade_perception::{BoundingBox, Detection};
+
+use crate::ground::GroundFrame;
+use crate::options::VehicleOptions;
+use crate::track::{Track, TrackBox};
+use active_track::ActiveTrack;
+use association::{Candidate, by_overlap, greedy};
+use localizer::Localizer;
+
+pub use options::{AdvancedTrackerOptions, TrackerOptions};
+
+/// Slack for times rounded to nanoseconds: a gap of exactly the longest is bridged \[s\].
+const ROUNDING_S: f64 = 1e-6;
+
+/// Links the boxes of all frames; `detections[k]` are those of frame k.
+pub fn track_vehicles(
+    camera: &PinholeCamera,
+    grounds: &[GroundFrame],
+    detections: &[Vec<Detection>],
+    options: &TrackerOptions,
+    vehicles: &VehicleOptions,
+) -> Vec<Track> {
+    let mut tracker = Tracker::new(*camera, *options, vehicles);
+    let mut tracks = Vec::new();
+    for (frame, (ground, found)) in grounds.iter().zip(detections).enumerate() {
+        tracks.extend(tracker.advance(frame, ground, found, |k| grounds.get(k).copied()));
+    }
+    tracks.extend(tracker.finish());
+    tracks.sort_by_key(|t| t.id);
+    tracks
+}
+
+/// Links boxes to tracks, frame by frame.
+pub struct Tracker {
+    localizer: Localizer,
+    options: TrackerOptions,
+    active: Vec<ActiveTrack>,
+    next_id: usize,
+}
+
+impl Tracker {
+    /// A tracker without tracks. Of `vehicles` it uses the box fit and the motion model.
+    pub fn new(camera: PinholeCamera, options: TrackerOptions, vehicles: &VehicleOptions) -> Self {
+        let localizer = Localizer {
+            camera,
+            box_fit: vehicles.advanced.box_fit,
+            motion: vehicles.advanced.motion,
+            correlation_time_s: vehicles.advanced.correlation_time_s,
+            explained_chi2: options.advanced.explained_chi2,
+        };
+        Self { localizer, options, active: Vec::new(), next_id: 1 }
+    }
+
+    /// Takes the boxes of the next frame; returns the tracks that ended. `ground_of` gives the present estimate of an earlier
+    /// frame; frames for which it returns `None` keep the ground frame stored when their box was detected.
+    pub fn advance(
+        &mut self,
+        frame: usize,
+        ground: &GroundFrame,
+        detections: &[Detection],
+        ground_of: impl Fn(usize) -> Option<GroundFrame>,
+    ) -> Vec<Track> {
+        self.active.iter_mut().for_each(|track| track.update_ground(&ground_of));
+        let (localizer, options) = (&self.localizer, &self.options);
+        let boxes: Vec<&Detection> = detections.iter().filter(|d| d.score >= options.least_score).collect();
+        let all: Vec<BoundingBox> = boxes.iter().map(|d| d.bbox).collect();
+        let predict = |t: &ActiveTrack| t.predicted_box(localizer, ground, &options.advanced);
+        let predicted: Vec<Option<BoundingBox>> = self.active.iter().map(predict).collect();
+        let mut pairs = by_overlap(&predicted, &boxes, options);
+        pairs.extend(self.reidentify(ground, &boxes, &all, &pairs));
+        let mut assigned = vec![false; boxes.len()];
+        for (track, index) in pairs {
+            assigned[index] = true;
+            let observed = localizer.observe(boxes[index], &all);
+            let next = TrackBox { frame, observed, score: boxes[index].score };
+            self.active[track].extend(localizer, ground, next);
+        }
+        for (index, detection) in boxes.iter().enumerate() {
+            // A second box on a tracked vehicle (another class, a looser fit) does not start a track.
+            let taken = all.iter().zip(&assigned).filter(|(_, assigned)| **assigned).map(|(b, _)| b);
+            let mut known = predicted.iter().flatten().chain(taken);
+            let duplicate = known.any(|b| b.iou(&detection.bbox) > options.advanced.duplicate_iou);
+            if assigned[index] || detection.score < options.begin_score || duplicate {
+                continue;
+            }
+            let first =
+                TrackBox { frame, observed: localizer.observe(detection, &all), score: detection.score };
+            if let Some(begun) = ActiveTrack::begin(self.next_id, localizer, ground, first) {
+                self.next_id += 1;
+                self.active.push(begun);
+            }
+        }
+        let (active, ended): (Vec<ActiveTrack>, Vec<ActiveTrack>) = std::mem::take(&mut self.active)
+            .into_iter()
+            .partition(|t| t.unseen_s(ground) <= options.longest_gap_s + ROUNDING_S);
+        self.active = active;
+        self.reported(ended)
+    }
+
+    /// Pairs of occluded tracks and unassigned boxes at the same position on the road. A vehicle that comes out from behind
+    /// another shows a part of itself, which overlaps little with its predicted box.
+    fn reidentify(
+        &self,
+        ground: &GroundFrame,
+        boxes: &[&Detection],
+        all: &[BoundingBox],
+        pairs: &[(usize, usize)],
+    ) -> Vec<(usize, usize)> {
+        let gates = &self.options.advanced;
+        let occluded = |t: &usize| {
+            self.active[*t].unseen_s(ground) > gates.occluded_after_s
+                && pairs.iter().all(|(track, _)| track != t)
+        };
+        // Neither assigned nor a duplicate of an assigned box.
+        let new = |b: &usize| {
+            let duplicate = |(_, found): &(usize, usize)| all[*found].iou(&all[*b]) > gates.duplicate_iou;
+            boxes[*b].score >= self.options.begin_score && !pairs.iter().any(duplicate)
+        };
+        let occluded: Vec<usize> = (0..self.active.len()).filter(occluded).collect();
+        if occluded.is_empty() {
+            return Vec::new();
+        }
+        let mut candidates = Vec::new();
+        for detection in (0..boxes.len()).filter(new) {
+            let observed = self.localizer.observe(boxes[detection], all);
+            let Some(position) = self.localizer.position(ground, &observed) else { continue };
+            let candidate = |track: &usize| {
+                let cost = self.active[*track].distance(&self.localizer, ground, &position, gates)?;
+                Some(Candidate { cost, track: *track, detection })
+            };
+            candidates.extend(occluded.iter().filter_map(candidate));
+        }
+        greedy(candidates)
+    }
+
+    /// Confirmed active tracks; of each the boxes from frame `first` on.
+    pub fn present(&self, first: usize) -> Vec<Track> {
+        let confirmed = self.active.iter().filter(|t| t.is_confirmed(self.options.least_boxes));
+        confirmed.map(|t| t.recent(first)).filter(|t| !t.boxes.is_empty()).collect()
+    }
+
+    /// Ends all tracks.
+    pub fn finish(mut self) -> Vec<Track> {
+        let active = std::mem::take(&mut self.active);
+        self.reported(active)
+    }
+
+    fn reported(&self, ended: Vec<ActiveTrack>) -> Vec<Track> {
+        let confirmed = ended.iter().filter(|t| t.is_confirmed(self.options.least_boxes));
+        confirmed.map(|t| t.recent(0)).collect()
+    }
+}

@@ -1,0 +1,66 @@
+//! Options of the tracker.
+
+/// Options of the tracker.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct TrackerOptions {
+    /// Score from which a box may start a track.
+    pub begin_score: f64,
+    /// Score below which a box is ignored; scores in between may only extend a track (Zhang et al., ByteTrack, ECCV 2022).
+    pub least_score: f64,
+    /// Overlap (IoU) with the predicted box from which a box is assigned.
+    pub least_iou: f64,
+    /// Longest gap that is bridged \[s\].
+    pub longest_gap_s: f64,
+    /// Boxes of a track below which it is not reported, counted as at most one per correlation time of the vehicle options: four
+    /// within 0.3 s at any frame rate.
+    pub least_boxes: usize,
+    /// Gates of the association.
+    pub advanced: AdvancedTrackerOptions,
+}
+
+impl Default for TrackerOptions {
+    fn default() -> Self {
+        Self {
+            begin_score: 0.45,
+            least_score: 0.15,
+            least_iou: 0.25,
+            longest_gap_s: 2.0,
+            least_boxes: 4,
+            advanced: AdvancedTrackerOptions::default(),
+        }
+    }
+}
+
+/// Gates of the association.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct AdvancedTrackerOptions {
+    /// χ² of the four edges and the size of a box up to which a heading along the road explains it: 99 % quantile of χ²₄.
+    pub explained_chi2: f64,
+    /// Time since the last box from which a track counts as occluded rather than missed once, and may be re-identified by
+    /// its position \[s\].
+    pub occluded_after_s: f64,
+    /// Overlap (IoU) of two boxes from which they are duplicates of one vehicle.
+    pub duplicate_iou: f64,
+    /// Gate of the re-identification by position \[χ²₃\]: 95 % quantile.
+    pub reidentify_chi2: f64,
+    /// Largest distance, and largest standard deviation of the predicted position, of a re-identification \[m\]: a car's length
+    /// and a little; another vehicle in the same lane is further away.
+    pub reidentify_m: f64,
+    /// Largest change of the predicted box's scale between two boxes.
+    pub largest_scale_change: f64,
+}
+
+impl Default for AdvancedTrackerOptions {
+    fn default() -> Self {
+        Self {
+            explained_chi2: 13.3,
+            occluded_after_s: 0.3,
+            duplicate_iou: 0.5,
+            reidentify_chi2: 7.8,
+            reidentify_m: 5.0,
+            largest_scale_change: 2.0,
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! The estimator over the whole drive.
+
+use motorcade_graph::{GraphError, Report};
+use motorcade_multibody::{MultibodyGraph, WindowFrames};
+use motorcade_odometry::EgoTrajectory;
+use motorcade_vehicles::{VehicleTrajectory, track_vehicles};
+
+use super::unit::{self, Unit};
+use super::vehicles::{VehicleInput, estimate_vehicles, ground_frames, times_s};
+use crate::progress::Progress;
+use crate::record::FrontEndRecord;
+use crate::result::{Estimated, RunResult};
+use crate::scale_source;
+use crate::settings::Settings;
+
+/// Estimates a drive from all the front end knows of it: metres, vehicles, the multi-object graph.
+///
+/// # Panics
+/// Never: numerical failures leave the estimates of the stage before and are reported as warnings.
+pub fn estimate_drive(mut record: FrontEndRecord, settings: &Settings, progress: &dyn Progress) -> RunResult {
+    let mut stopwatch = std::mem::take(&mut record.stopwatch);
+    let mut ego = stopwatch.time("scale", || metric_trajectory(&record, settings));
+    progress.begin("vehicles", None);
+    let mut vehicles = stopwatch.time("vehicles", || vehicles_of_drive(&record, &ego, settings));
+    let unit = stopwatch.time("vehicles", || estimate_unit(&record, settings, &mut ego, &mut vehicles));
+    progress.begin("graph", None);
+    let solved = stopwatch.time("graph", || solve_graph(&record, &mut ego, &mut vehicles, settings));
+    let mut warnings: Vec<String> = unit.iter().map(Unit::to_string).collect();
+    let graph = solved.unwrap_or_else(|error| {
+        warnings.push(format!("the multi-object graph was not solved ({error}); front-end estimates stand"));
+        None
+    });
+    record.stopwatch = stopwatch;
+    let metric = settings.metric() || unit.is_some();
+    RunResult::new(
+        record,
+        Estimated { camera: settings.camera, ego, vehicles, graph, warnings, metric },
+        progress,
+    )
+}
+
+fn metric_trajectory(record: &FrontEndRecord, settings: &Settings) -> EgoTrajectory {
+    let Settings { height_m, config, .. } = settings;
+    scale_source::ego(&record.motion, &record.road_measurements, *height_m, settings.metric(), config)
+}
+
+/// Vehicles as seen from this camera trajectory.
+fn vehicles_of_drive(
+    record: &FrontEndRecord,
+    ego: &EgoTrajectory,
+    settings: &Settings,
+) -> Vec<VehicleTrajectory> {
+    let FrontEndRecord { frames, detections, keypoints, .. } = record;
+    let grounds = ground_frames(ego, frames, frames.first().map_or(0, |f| f.timestamp_ns));
+    let input = VehicleInput { frames, detections, keypoints, grounds: &grounds };
+    let track = || {
+        let (tracker, vehicles) = (&settings.config.tracker, &settings.config.vehicles);
+        track_vehicles(&settings.camera, &grounds, detections, tracker, vehicles)
+    };
+    estimate_vehicles(&input, settings, track)
+}
+
+/// The unit of an external trajectory of unknown scale, where no road was seen; camera and vehicles then follow it.
+fn estimate_unit(
+    record: &FrontEndRecord,
+    settings: &Settings,
+    ego: &mut EgoTrajectory,
+    vehicles: &mut Vec<VehicleTrajectory>,
+) -> Option<Unit> {
+    let trajectory = settings.external.trajectory.as_ref();
+    let trajectory = trajectory.filter(|t| !t.metric && record.road_measurements.is_empty())?;
+    let mut found = None;
+    // Twice: with the unit known boxes are linked better.
+    for _ in 0..2 {
+        let Some(unit) = unit::of(vehicles, &trajectory.world_from_camera) else { break };
+        let motion = trajectory.in_metres(unit.metres, 0..record.frames.len(), &record.timestamps_ns());
+        *ego = EgoTrajectory::metric(
+            &motion,
+            &[],
+            settings.height_m,
+            unit.sigma,
+            &settings.config.scale.advanced,
+        );
+        *vehicles = vehicles_of_drive(record, ego, settings);
+        found = Some(unit);
+    }
+    found
+}
+
+type Solved = Option<(MultibodyGraph, Report)>;
+
+fn solve_graph(
+    record: &FrontEndRecord,
+    ego: &mut EgoTrajectory,
+    vehicles: &mut [VehicleTrajectory],
+    settings: &Settings,
+) -> Result<Solved, GraphError> {
+    let options = &settings.config.graph;
+    if !options.enabled || ego.frames.is_empty() {
+        return Ok(None);
+    }
+    let mut graph = MultibodyGraph::drive(options, settings.threads)?;
+    let times_s = times_s(&record.frames);
+    let report = graph.update(&WindowFrames { first: 0, times_s: &times_s }, ego, vehicles)?;
+    Ok(Some((graph, report)))
+}

@@ -1,0 +1,14 @@
+//! The estimator: from what the front end knows to metric trajectories of camera and vehicles.
+//!
+//! One estimator over two windows. [`drive`] takes the whole drive, [`sliding`] the last seconds after every frame; both go
+//! through the same steps: metric trajectory, [`vehicles`], [`unit`] of an external trajectory, multi-object graph.
+
+pub(crate) mod drive;
+mod options;
+pub(crate) mod sliding;
+pub(crate) mod unit;
+pub(crate) mod vehicles;
+
+pub use drive::estimate_drive;
+pub use options::OnlineOptions;
+pub use sliding::SlidingEstimator;

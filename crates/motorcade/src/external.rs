@@ -1,0 +1,20 @@
+//! Inputs from files in place of stages, or as help for them.
+
+use motorcade_dataset::ExternalVehiclePose;
+use motorcade_perception::KeypointTable;
+use motorcade_shape::ShapePrior;
+
+use crate::motion_source::ExternalTrajectory;
+
+/// Inputs from files in place of stages, or as help for them; all absent by default.
+#[derive(Clone, Debug, Default)]
+pub struct External {
+    /// In place of odometry.
+    pub trajectory: Option<ExternalTrajectory>,
+    /// In place of vehicle localisation.
+    pub vehicles: Option<Vec<ExternalVehiclePose>>,
+    /// Keypoints of vehicles, by frame number.
+    pub keypoints: Option<KeypointTable>,
+    /// Shape prior in place of the built-in one for keypoints of its number.
+    pub shape_prior: Option<ShapePrior>,
+}

@@ -1,0 +1,282 @@
+//! The object that takes frames.
+
+use motorcade_dataset::Frame;
+use motorcade_geometry::PinholeCamera;
+use motorcade_perception::{KeypointDetector, Observations, Perception, RoadSegmenter, VehicleDetector};
+
+use crate::config::Config;
+use crate::error::{Error, Result};
+use crate::estimate::Estimate;
+use crate::estimator::{SlidingEstimator, estimate_drive};
+use crate::external::External;
+use crate::front_end::FrontEnd;
+use crate::progress::{NoProgress, Progress};
+use crate::record::{FrameInfo, FrontEndRecord};
+use crate::result::RunResult;
+use crate::settings::Settings;
+
+/// Monocular multi-body SLAM on the frames of one camera.
+///
+/// [`step`](Self::step) takes an image and returns camera and vehicles as they are known then; [`finish`](Self::finish)
+/// estimates the whole drive once more with everything. Both are the same estimator, over the last seconds and over the drive.
+/// Poses are `world_from_camera` and `world_from_vehicle` in metres; the world is the camera of the first frame.
+///
+/// ```
+/// use motorcade::Motorcade;
+/// use motorcade::dataset::Frame;
+/// use motorcade::geometry::PinholeCamera;
+///
+/// let camera = PinholeCamera { fx: 720.0, fy: 720.0, cx: 160.0, cy: 80.0, width: 320, height: 160 };
+/// let mut slam = Motorcade::builder(camera).height_m(1.65).build()?;
+/// for k in 0..3 {
+///     let image = image::GrayImage::new(320, 160);
+///     let now = slam.step(&Frame::from_gray(image, k * 100_000_000))?;
+///     println!("{:.1} m/s, {} vehicles", now.speed_mps, now.vehicles.len());
+/// }
+/// let drive = slam.finish();
+/// assert_eq!(drive.ego.frames.len(), 3);
+/// # Ok::<(), motorcade::Error>(())
+/// ```
+pub struct Motorcade {
+    settings: Settings,
+    perception: Perception,
+    front_end: FrontEnd,
+    sliding: SlidingEstimator,
+}
+
+impl Motorcade {
+    /// A builder for a camera.
+    pub fn builder(camera: PinholeCamera) -> MotorcadeBuilder {
+        let (config, external, perception) = (Config::default(), External::default(), Perception::none());
+        MotorcadeBuilder { camera, height_m: None, config, external, perception, threads: 1 }
+    }
+
+    /// Settings of the drive.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Takes the next frame and estimates camera, road and vehicles in it.
+    ///
+    /// # Errors
+    /// As [`push`](Self::push).
+    pub fn step(&mut self, frame: &Frame) -> Result<Estimate> {
+        self.push(frame)?;
+        self.estimate().ok_or_else(|| Error::Input(format!("frame {}: no estimate", frame.number)))
+    }
+
+    /// Takes the next frame without estimating the last seconds: for drives that are only wanted as a whole.
+    ///
+    /// # Errors
+    /// An image of another size than the camera's, a timestamp that is not after the one before, a detector that fails. The
+    /// frame is then not taken; [`skip`](Self::skip) keeps its row.
+    pub fn push(&mut self, frame: &Frame) -> Result<()> {
+        self.check(frame)?;
+        let start = std::time::Instant::now();
+        let observations = self.perception.observe(frame)?;
+        self.push_observed(frame, observations, start.elapsed().as_secs_f64() * 1e3)
+    }
+
+    /// As [`push`](Self::push), with observations made elsewhere in `perception_ms` milliseconds.
+    ///
+    /// # Errors
+    /// An image of another size than the camera's, a timestamp that is not after the one before.
+    pub fn push_observed(
+        &mut self,
+        frame: &Frame,
+        mut observations: Observations,
+        perception_ms: f64,
+    ) -> Result<()> {
+        self.check(frame)?;
+        self.add_external_keypoints(frame.number, &mut observations);
+        let Self { front_end, settings, .. } = self;
+        front_end.record_mut().stopwatch.add("perception", perception_ms);
+        front_end.process(frame, observations, settings);
+        Ok(())
+    }
+
+    /// Takes a frame of which there is no image, on an external trajectory.
+    ///
+    /// # Errors
+    /// No external trajectory, or one that ends before this frame; a timestamp that is not after the one before.
+    pub fn push_without_image(&mut self, frame: FrameInfo, mut observations: Observations) -> Result<()> {
+        self.check_time(frame.number, frame.timestamp_ns)?;
+        let row = self.front_end.len();
+        let trajectory = self.settings.external.trajectory.as_ref();
+        if trajectory.is_none_or(|t| t.world_from_camera.len() <= row) {
+            let text = "without frames the camera trajectory must be given, a pose a frame";
+            return Err(Error::Config(text.to_owned()));
+        }
+        self.add_external_keypoints(frame.number, &mut observations);
+        self.front_end.process_without_image(frame, observations);
+        Ok(())
+    }
+
+    /// Takes a frame that is missing or unreadable, for this reason: its pose is bridged and its row stays.
+    ///
+    /// # Errors
+    /// A timestamp that is not after the one before.
+    pub fn skip(&mut self, number: u64, timestamp_ns: i64, problem: &str) -> Result<()> {
+        self.check_time(number, timestamp_ns)?;
+        self.front_end.skip(number, timestamp_ns, problem.to_owned());
+        let warning = format!("frame {number}: {problem}; its pose is bridged");
+        self.front_end.record_mut().warnings.push(warning);
+        Ok(())
+    }
+
+    /// The estimate of the newest frame, from it and the frames before it; `None` before the first.
+    pub fn estimate(&mut self) -> Option<Estimate> {
+        let Self { sliding, front_end, settings, .. } = self;
+        // Frames that were pushed since the last estimate are taken one by one.
+        while sliding.len() < front_end.len() {
+            sliding.advance(&front_end.view(sliding.len() + 1), settings);
+        }
+        sliding.newest(&front_end.view(front_end.len()))
+    }
+
+    /// Ends the drive and estimates it as a whole.
+    pub fn finish(self) -> RunResult {
+        self.finish_with(&NoProgress)
+    }
+
+    /// As [`finish`](Self::finish), reporting progress and warnings.
+    pub fn finish_with(self, progress: &dyn Progress) -> RunResult {
+        estimate_drive(self.front_end.finish(), &self.settings, progress)
+    }
+
+    /// Ends the drive; every frame stays as it was estimated when it came. Frames without an estimate get theirs now.
+    pub fn finish_online(mut self, progress: &dyn Progress) -> RunResult {
+        self.estimate();
+        self.sliding.finish(self.front_end.finish(), &self.settings, progress)
+    }
+
+    /// Ends the pass over the frames: the output of the front end and the settings, for
+    /// [`estimate_drive`](crate::estimate_drive) with several configurations.
+    pub fn into_record(self) -> (FrontEndRecord, Settings) {
+        (self.front_end.finish(), self.settings)
+    }
+
+    /// The detectors, to be run elsewhere; none stay.
+    pub(crate) fn take_perception(&mut self) -> Perception {
+        std::mem::take(&mut self.perception)
+    }
+    /// Marks the drive as stopped before its last frame.
+    pub(crate) fn interrupt(&mut self) {
+        self.front_end.record_mut().interrupted = true;
+    }
+    /// Rows so far.
+    pub(crate) fn frames(&self) -> usize {
+        self.front_end.len()
+    }
+
+    fn add_external_keypoints(&self, number: u64, observations: &mut Observations) {
+        if let Some(table) = &self.settings.external.keypoints {
+            observations.keypoints.extend_from_slice(table.of_frame(number));
+        }
+    }
+
+    fn check(&self, frame: &Frame) -> Result<()> {
+        let (camera, (width, height)) = (&self.settings.camera, frame.size());
+        if (width, height) != (camera.width, camera.height) {
+            return Err(Error::Input(format!(
+                "frame {}: the image has {width}×{height} px, the camera {}×{}; calibrate for this size",
+                frame.number, camera.width, camera.height
+            )));
+        }
+        self.check_time(frame.number, frame.timestamp_ns)
+    }
+
+    fn check_time(&self, number: u64, timestamp_ns: i64) -> Result<()> {
+        let before = self.front_end.newest().map(|f| f.timestamp_ns);
+        if let Some(before) = before.filter(|b| *b >= timestamp_ns) {
+            return Err(Error::Input(format!(
+                "frame {number}: its time {timestamp_ns} ns is not after that of the frame before, {before} ns"
+            )));
+        }
+        Ok(())
+    }
+}
+
+/// Builds a [`Motorcade`].
+pub struct MotorcadeBuilder {
+    camera: PinholeCamera,
+    height_m: Option<f64>,
+    config: Config,
+    external: External,
+    perception: Perception,
+    threads: usize,
+}
+
+impl MotorcadeBuilder {
+    /// Height of the camera above the road \[m\]; all lengths are proportional to it.
+    #[must_use]
+    pub fn height_m(mut self, height_m: f64) -> Self {
+        self.height_m = Some(height_m);
+        self
+    }
+    /// Configuration in place of the default one.
+    #[must_use]
+    pub fn config(mut self, config: Config) -> Self {
+        self.config = config;
+        self
+    }
+    /// Inputs from files in place of stages.
+    #[must_use]
+    pub fn external(mut self, external: External) -> Self {
+        self.external = external;
+        self
+    }
+    /// All detectors at once.
+    #[must_use]
+    pub fn perception(mut self, perception: Perception) -> Self {
+        self.perception = perception;
+        self
+    }
+    /// A detector of vehicles.
+    #[must_use]
+    pub fn detector(mut self, detector: impl VehicleDetector + 'static) -> Self {
+        self.perception = self.perception.with_detector(detector);
+        self
+    }
+    /// A segmenter of the road.
+    #[must_use]
+    pub fn segmenter(mut self, segmenter: impl RoadSegmenter + 'static) -> Self {
+        self.perception = self.perception.with_segmenter(segmenter);
+        self
+    }
+    /// A detector of keypoints.
+    #[must_use]
+    pub fn keypoints(mut self, detector: impl KeypointDetector + 'static) -> Self {
+        self.perception = self.perception.with_keypoints(detector);
+        self
+    }
+    /// Threads of the solver at the end of a drive; results do not depend on it.
+    #[must_use]
+    pub fn threads(mut self, threads: usize) -> Self {
+        self.threads = threads;
+        self
+    }
+
+    /// Ready for the first frame.
+    ///
+    /// # Errors
+    /// No height, or one that is no positive number; intrinsics that are none; a configuration out of range.
+    pub fn build(self) -> Result<Motorcade> {
+        let Self { camera, height_m, config, external, perception, threads } = self;
+        let height_m = height_m.filter(|h| h.is_finite() && *h > 0.0).ok_or_else(|| {
+            Error::Config(
+                "the height of the camera above the road must be a positive number of metres".to_owned(),
+            )
+        })?;
+        let PinholeCamera { fx, fy, cx, cy, .. } = camera;
+        if ![fx, fy, cx, cy].iter().all(|v| v.is_finite()) || fx <= 0.0 || fy <= 0.0 {
+            return Err(Error::Config(format!("the camera has no usable intrinsics: {camera:?}")));
+        }
+        config.validate().map_err(Error::Config)?;
+        let settings = Settings { camera, height_m, config, external, threads };
+        let mut front_end = FrontEnd::new(&settings);
+        front_end.record_mut().detects_vehicles |= perception.detects_vehicles();
+        let sliding = SlidingEstimator::new(&settings);
+        Ok(Motorcade { settings, perception, front_end, sliding })
+    }
+}

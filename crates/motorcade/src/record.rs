@@ -1,0 +1,102 @@
+//! Output of the front end over a drive; the stages after it see nothing else.
+
+use motorcade_dataset::Frame;
+use motorcade_odometry::{OdometryTrajectory, RoadMeasurement};
+use motorcade_perception::{Detection, Observations, VehicleKeypoints};
+
+use crate::settings::Settings;
+use crate::timing::Stopwatch;
+
+/// A frame of the input as the run saw it.
+#[derive(Clone, Debug)]
+pub struct FrameInfo {
+    /// The input's own number.
+    pub number: u64,
+    /// Time \[ns\].
+    pub timestamp_ns: i64,
+    /// Reason why it could not be read, when it could not.
+    pub problem: Option<String>,
+}
+
+impl FrameInfo {
+    pub(crate) fn of(frame: &Frame) -> Self {
+        Self { number: frame.number, timestamp_ns: frame.timestamp_ns, problem: None }
+    }
+}
+
+/// Output of the front end over a drive. `frames`, `detections` and `keypoints` have one entry a frame.
+#[derive(Clone, Debug)]
+pub struct FrontEndRecord {
+    /// Frames, in order.
+    pub frames: Vec<FrameInfo>,
+    /// Detections of each frame.
+    pub detections: Vec<Vec<Detection>>,
+    /// Keypoints of vehicles in each frame.
+    pub keypoints: Vec<Vec<VehicleKeypoints>>,
+    /// False when there was no source of vehicles.
+    pub detects_vehicles: bool,
+    /// The camera's motion up to scale.
+    pub motion: OdometryTrajectory,
+    /// Measurements of the road.
+    pub road_measurements: Vec<RoadMeasurement>,
+    /// Times.
+    pub stopwatch: Stopwatch,
+    /// Messages for the user.
+    pub warnings: Vec<String>,
+    /// True when it was stopped before the last frame.
+    pub interrupted: bool,
+}
+
+impl FrontEndRecord {
+    pub(crate) fn new(settings: &Settings) -> Self {
+        Self {
+            frames: Vec::new(),
+            detections: Vec::new(),
+            keypoints: Vec::new(),
+            detects_vehicles: settings.external.vehicles.is_some(),
+            motion: OdometryTrajectory { frames: Vec::new(), keyframes: Vec::new() },
+            road_measurements: Vec::new(),
+            stopwatch: Stopwatch::default(),
+            warnings: Vec::new(),
+            interrupted: false,
+        }
+    }
+
+    pub(crate) fn push(&mut self, info: FrameInfo, observations: Observations) {
+        self.frames.push(info);
+        self.detections.push(observations.detections);
+        self.keypoints.push(observations.keypoints);
+    }
+
+    /// Times of all frames \[ns\].
+    pub fn timestamps_ns(&self) -> Vec<i64> {
+        self.frames.iter().map(|f| f.timestamp_ns).collect()
+    }
+
+    /// Everything known after the first `rows` frames, by the final motion.
+    pub fn view(&self, rows: usize) -> FrontEndView<'_> {
+        let known = self.road_measurements.partition_point(|m| m.frame < rows);
+        FrontEndView {
+            frames: &self.frames[..rows],
+            detections: &self.detections[..rows],
+            keypoints: &self.keypoints[..rows],
+            motion: &self.motion,
+            road_measurements: &self.road_measurements[..known],
+        }
+    }
+}
+
+/// Everything the front end knows after some frame.
+#[derive(Clone, Copy)]
+pub struct FrontEndView<'a> {
+    /// Frames.
+    pub frames: &'a [FrameInfo],
+    /// Detections of each frame.
+    pub detections: &'a [Vec<Detection>],
+    /// Keypoints of each frame.
+    pub keypoints: &'a [Vec<VehicleKeypoints>],
+    /// The camera's motion up to scale; may hold later frames too.
+    pub motion: &'a OdometryTrajectory,
+    /// Measurements of the road, in order of frames.
+    pub road_measurements: &'a [RoadMeasurement],
+}

@@ -1,0 +1,33 @@
+//! Everything that is fixed over a drive.
+
+use motorcade_geometry::PinholeCamera;
+
+use crate::config::Config;
+use crate::external::External;
+
+/// Everything that is fixed over a drive.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Intrinsics of the (undistorted) frames.
+    pub camera: PinholeCamera,
+    /// Height of the camera above the road \[m\].
+    pub height_m: f64,
+    /// Configuration.
+    pub config: Config,
+    /// Inputs from files in place of stages.
+    pub external: External,
+    /// Threads of the solver at the end of a drive; results do not depend on it.
+    pub threads: usize,
+}
+
+impl Settings {
+    /// Default configuration, no external inputs, one thread.
+    pub fn new(camera: PinholeCamera, height_m: f64) -> Self {
+        Self { camera, height_m, config: Config::default(), external: External::default(), threads: 1 }
+    }
+
+    /// True when the camera's motion comes in metres.
+    pub(crate) fn metric(&self) -> bool {
+        self.external.trajectory.as_ref().is_some_and(|t| t.metric)
+    }
+}

@@ -1,0 +1,1 @@
+"""Training of motorcade's two networks: scene (vehicle boxes, road) and vehicle (keypoints of a crop)."""

@@ -1,0 +1,49 @@
+"""Makes the training data of the scene network: teacher labels of real images, and renders."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from motorcade_training.scene.fuse import fuse_source
+from motorcade_training.scene.label import TeacherOptions, label_images
+from motorcade_training.scene.renders import render
+from motorcade_training.scene.source import collect_renders
+
+SUFFIXES = {".webp", ".png", ".jpg", ".jpeg"}
+
+
+@dataclass(frozen=True)
+class DataOptions:
+    """Where data comes from and goes to."""
+
+    #: Folder of images of one size, with `boxes.csv` beside `images/` if there are labels.
+    images: Path | None
+    #: Folder of the teachers' ONNX files.
+    models: Path
+    #: `motorcade` binary for renders; none without.
+    simulator: Path | None
+    #: Folder of the sources `real` and `renders`.
+    out: Path
+    rows: tuple[int, int]
+    mirror: bool
+    workers: int
+    render_frames: int
+    frames_per_drive: int
+    seed: int
+
+
+def make_data(options: DataOptions) -> None:
+    """Fills `out/real` and `out/renders`. Images labelled before are not labelled again."""
+    if options.images is not None:
+        folder = options.out / "real"
+        if not (folder / "teacher.npz").is_file():
+            inside = options.images / "images"
+            images = sorted(p for p in (inside if inside.is_dir() else options.images).iterdir() if p.suffix in SUFFIXES)
+            if not images:
+                raise ValueError(f"{options.images}: no images")
+            teacher = TeacherOptions(rows=options.rows, mirror=options.mirror)
+            label_images(images, options.models, folder, teacher, options.workers)
+        labels = options.images / "boxes.csv"
+        fuse_source(folder, labels if labels.is_file() else None)
+    if options.simulator is not None:
+        drives = render(options.simulator, options.out / "drives", options.render_frames, options.frames_per_drive, options.seed)
+        collect_renders(drives, options.out / "renders")

@@ -1,0 +1,81 @@
+"""Labelled drives of the project's simulator, and their labels as the training uses them."""
+
+import subprocess
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from motorcade_training.common.seeds import generator
+from motorcade_training.scene.classes import BUS, CAR, MOTORCYCLE, TRUCK
+from motorcade_training.scene.label import read_rgb
+
+#: Scenarios whose pictures differ; those that only disturb the simulated detector are left out.
+SCENARIOS = (
+    "demo bends slope stop-and-go standing-start roundabout oncoming crossing overtaking turning parked rough truck dense "
+    "empty crowd pitched rolled low-camera high-camera lorries"
+).split()
+WEATHERS = ("clear", "overcast", "rain")
+WIDTHS_PX = (1242, 1242, 960)
+KINDS = {"Car": CAR, "Van": CAR, "Truck": TRUCK, "Bus": BUS, "Tram": BUS, "Motorcycle": MOTORCYCLE}
+#: A vehicle of which less than this is in sight is an ignore region.
+LEAST_VISIBLE = 0.3
+
+
+def render(simulator: Path, out: Path, frames: int, per_drive: int, seed: int) -> list[Path]:
+    """Renders short drives with `motorcade simulate` until there are `frames` pictures; keeps drives that are there."""
+    drives = []
+    for index in range(-(-frames // per_drive)):
+        random = generator(seed, "drive", index)
+        scenario = SCENARIOS[index % len(SCENARIOS)]
+        weather, width = random.choice(WEATHERS), random.choice(WIDTHS_PX)
+        drive = out / f"{index:04}-{scenario}"
+        drives.append(drive)
+        if (drive / "training" / "label_02" / "0000.txt").is_file():
+            continue
+        command = [simulator, "simulate", "--scenario", scenario, "--weather", weather, "--width", width]
+        command += ["--frames", per_drive, "--seed", int(random.integers(1 << 31)), "--instance", "--force"]
+        command += ["--exposure-drift", f"{random.uniform(0, 0.2):.2f}", "--out", drive, "--progress", "none"]
+        subprocess.run([str(word) for word in command], check=True, stdout=subprocess.DEVNULL)
+    return drives
+
+
+@dataclass
+class Render:
+    """One labelled picture."""
+
+    #: u8 [H, W, 3], RGB.
+    image: np.ndarray
+    #: Probability of road, u8 [H, W], 255 for certain.
+    road: np.ndarray
+    #: f32 [N, 4] px.
+    boxes: np.ndarray
+    #: i64 [N], -1 for regions to ignore.
+    kinds: np.ndarray
+
+
+def read_drive(drive: Path) -> Iterator[Render]:
+    """The labelled pictures of a simulated drive. Boxes enclose the visible pixels of the vehicle where it is cut out by others."""
+    root = drive / "training"
+    labels: dict[int, list[list[str]]] = {}
+    for line in (root / "label_02" / "0000.txt").read_text().splitlines():
+        words = line.split()
+        labels.setdefault(int(words[0]), []).append(words)
+    for path in sorted((root / "image_02" / "0000").glob("*.png")):
+        road = cv2.imread(str(root / "road_masks" / "0000" / path.name), cv2.IMREAD_GRAYSCALE)
+        instance = cv2.imread(str(root / "instance" / "0000" / path.name), cv2.IMREAD_UNCHANGED)
+        boxes, kinds = [], []
+        for words in labels.get(int(path.stem), []):
+            if words[2] not in KINDS:
+                continue
+            box = np.array(words[6:10], np.float32)
+            low = np.maximum(np.floor(box[:2]).astype(int), 0)
+            high = np.ceil(box[2:]).astype(int) + 1
+            seen = instance[low[1] : high[1], low[0] : high[0]] == int(words[1]) + 1
+            # A vehicle fills about three quarters of its box.
+            share = seen.sum() / max(0.75 * (box[2] - box[0]) * (box[3] - box[1]), 1)
+            boxes.append(box)
+            kinds.append(KINDS[words[2]] if share >= LEAST_VISIBLE and int(words[4]) < 3 else -1)
+        yield Render(read_rgb(path), road, np.array(boxes, np.float32).reshape(-1, 4), np.array(kinds, np.int64))

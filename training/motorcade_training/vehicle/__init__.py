@@ -1,0 +1,1 @@
+"""The vehicle network: a crop around a box → keypoints, visibilities, heading, body type, dimensions."""
