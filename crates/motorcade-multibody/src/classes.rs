@@ -46,9 +46,16 @@ impl EdgeClass {
         Self::MEASUREMENTS.contains(&self)
     }
 
-    /// The robust kernel: camera–vehicle edges have heavy-tailed errors.
-    pub(crate) fn kernel(self, options: &GraphOptions) -> RobustKernel {
-        if self.is_measurement() { options.kernel.at_scale(options.kernel_scale) } else { RobustKernel::None }
+    /// The robust kernel at an interval between frames: camera–vehicle edges have heavy-tailed errors. The scale belongs to the
+    /// covariances as inflated at the reference interval; at others it is such that the same error of a frame has the same
+    /// weight.
+    pub(crate) fn kernel(self, interval_s: f64, options: &GraphOptions) -> RobustKernel {
+        if !self.is_measurement() {
+            return RobustKernel::None;
+        }
+        let reference = options.inflation(options.advanced.reference_interval_s);
+        let scale = options.kernel_scale * (reference / options.inflation(interval_s)).sqrt();
+        options.kernel.at_scale(scale)
     }
 }
 

@@ -171,7 +171,7 @@ impl MultibodyGraph {
             scale_weight: weight,
         };
         let nodes = self.add_edges(vehicles, &context)?;
-        let report = self.solve()?;
+        let report = self.solve(times.mean_interval())?;
         self.write_back(ego, vehicles, (&cameras, &nodes), weight)?;
         Ok(report)
     }
@@ -276,13 +276,13 @@ impl MultibodyGraph {
         (nodes, known.scales)
     }
 
-    fn solve(&mut self) -> Result<Report, GraphError> {
+    fn solve(&mut self, mean_interval_s: f64) -> Result<Report, GraphError> {
         let mut report = self.window.optimise()?;
         let re_estimated = self.whole_drive && !self.options.constant_weights;
         for _ in 0..if re_estimated { self.options.variance_rounds } else { 0 } {
             let (graph, groups) = (self.window.graph_mut(), &self.groups);
             let before = groups.factors(graph);
-            self.variance_factors = variance::estimate(graph, &self.counted, groups, &self.options)?;
+            self.variance_factors = variance::estimate(graph, &self.counted, groups, mean_interval_s, &self.options)?;
             if groups.factors(graph) == before {
                 break;
             }

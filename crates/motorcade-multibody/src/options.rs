@@ -77,7 +77,7 @@ pub struct GraphOptions {
     pub near_limit_m: f64,
     /// Robust kernel of camera–vehicle edges.
     pub kernel: GraphKernel,
-    /// Its scale \[standard deviations\]: boxes have heavy-tailed errors.
+    /// Its scale \[standard deviations, as inflated by the correlation time at 10 frames/s\]: boxes have heavy-tailed errors.
     pub kernel_scale: f64,
     /// Time for which errors of camera–vehicle edges are correlated \[s\]. Their variances are multiplied by this time over
     /// the interval between frames, at least by 1. Larger values trust single frames less.
@@ -122,6 +122,12 @@ impl Default for GraphOptions {
 }
 
 impl GraphOptions {
+    /// Factor on the variances of camera–vehicle edges at an interval between frames: errors of neighbouring frames are
+    /// correlated.
+    pub(crate) fn inflation(&self, interval_s: f64) -> f64 {
+        (self.correlation_time_s / interval_s).max(1.0)
+    }
+
     /// The first setting out of its range, with what it must be; all are usable otherwise.
     pub fn validate(&self) -> Result<(), String> {
         let a = &self.advanced;

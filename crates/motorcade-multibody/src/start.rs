@@ -84,7 +84,7 @@ fn candidates(
         };
         let scale = slope * slope.transpose() * variance;
         // As in the graph: errors of neighbouring frames are correlated.
-        let inflation = (options.correlation_time_s / times.interval(state.frame)).max(1.0);
+        let inflation = options.inflation(times.interval(state.frame));
         Some(Candidate {
             pose: there * pose.inverse() * *reference,
             position_variance: inflation * (place + scale).trace(),

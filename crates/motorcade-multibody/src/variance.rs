@@ -42,6 +42,7 @@ pub(crate) fn estimate(
     graph: &mut Graph,
     edges: &[(FactorId, EdgeClass)],
     groups: &ClassGroups,
+    mean_interval_s: f64,
     options: &GraphOptions,
 ) -> Result<Vec<VarianceFactor>, GraphError> {
     let marginals = Marginals::new(graph)?;
@@ -58,7 +59,7 @@ pub(crate) fn estimate(
         let found = if degrees_of_freedom < options.advanced.least_degrees_of_freedom {
             1.0
         } else {
-            solve(all, graph.scale(group).variance, class.kernel(options))
+            solve(all, graph.scale(group).variance, class.kernel(mean_interval_s, options))
         };
         let factor = found.min(options.advanced.most_variance_factor).max(1.0);
         graph.set_scale(group, LossScale::variance(factor))?;

@@ -24,7 +24,7 @@ pub(crate) fn of_cameras(context: &EdgeContext<'_>) -> Result<Vec<Edge>, GraphEr
         }
         let information = step_information(&frames[1], &step, context.times.interval(k + 1), context);
         let edge = Between::new(nodes[0], nodes[1], *step.isometry(), information)?;
-        Ok(Edge::classed(edge, EdgeClass::Odometry, context))
+        Ok(Edge::classed(edge, EdgeClass::Odometry, k + 1, context))
     };
     cameras.windows(2).zip(ego.frames.windows(2)).enumerate().map(edge).collect()
 }

@@ -22,13 +22,14 @@ impl Edge {
         Self { class: None, factor: Box::new(factor) }
     }
 
-    /// An edge under the kernel of its class.
+    /// An edge of frame `frame` under the kernel of its class.
     pub(super) fn classed(
         factor: impl Factor + 'static,
         class: EdgeClass,
+        frame: usize,
         context: &EdgeContext<'_>,
     ) -> Self {
-        let kernel = class.kernel(context.options);
+        let kernel = class.kernel(context.times.interval(frame), context.options);
         Self { class: Some(class), factor: Box::new(Robust::new(factor, kernel)) }
     }
 }

@@ -26,7 +26,7 @@ pub(super) fn motion_model(
         let sigmas = steady_sigmas.map(|sigma| sigma * growth);
         let ratio = intervals_s[1] / intervals_s[0];
         let steady = SteadyMotion::new([w[0], w[1], w[2]], ratio, sigmas);
-        out.push(Edge::classed(steady, EdgeClass::SteadyMotion, context));
+        out.push(Edge::classed(steady, EdgeClass::SteadyMotion, states[2].frame, context));
     }
     for (w, states) in nodes.windows(2).zip(vehicle.states.windows(2)) {
         // The motion of a slow vehicle does not show its heading.
@@ -38,9 +38,7 @@ pub(super) fn motion_model(
         let sigmas = [turn, turn, sideways, advanced.vertical_slip_m].map(|sigma| sigma * growth);
         out.push(Edge::classed(
             NoSideSlip::new([w[0], w[1]], rear_axle_m, sigmas),
-            EdgeClass::NoSideSlip,
-            context,
-        ));
+            EdgeClass::NoSideSlip, states[1].frame, context));
     }
     out
 }

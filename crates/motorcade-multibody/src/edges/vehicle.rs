@@ -59,13 +59,13 @@ fn scaled_measurements(
     context: &EdgeContext<'_>,
 ) -> Vec<Edge> {
     let of_state = |(state, node): (&VehicleState, &VariableId)| {
-        let (camera, node) = (context.cameras[state.frame], *node);
+        let (camera, node, frame) = (context.cameras[state.frame], *node, state.frame);
         let inflation = inflation(vehicle, state, context);
         let edge = move |sighting: &Sighting| {
             let information = inverse(&(sighting.covariance * inflation));
             let (scale, at) = scales.of(sighting, vehicle);
             let factor = ScaledPoseFactor::new([camera, node, scale], sighting, at, information);
-            Edge::classed(factor, EdgeClass::of(sighting.source), context)
+            Edge::classed(factor, EdgeClass::of(sighting.source), frame, context)
         };
         state.sightings.iter().map(edge).collect::<Vec<_>>()
     };
@@ -81,25 +81,24 @@ fn measurements(
     let edge = |(state, node): (&VehicleState, &VariableId)| {
         let inflation = inflation(vehicle, state, context);
         let camera = context.cameras[state.frame];
-        state.measured.as_ref().map(|m| measurement(m, camera, *node, inflation, context))
+        state.measured.as_ref().map(|m| measurement(m, [camera, *node], inflation, state.frame, context))
     };
     vehicle.states.iter().zip(nodes).filter_map(edge).collect()
 }
 
 /// Factor on the variances of a camera–vehicle edge: errors of neighbouring frames are correlated.
 fn inflation(vehicle: &VehicleTrajectory, state: &VehicleState, context: &EdgeContext<'_>) -> f64 {
-    let correlated = context.options.correlation_time_s / context.times.interval(state.frame);
+    let correlated = context.options.inflation(context.times.interval(state.frame));
     // All measurements of a static vehicle share their errors of slope, and of size where that is no variable.
     let seen = || vehicle.states.iter().filter(|s| s.measured.is_some()).count() as f64;
-    let least = if is_static(vehicle, context.options) { seen() } else { 1.0 };
-    correlated.max(least)
+    if is_static(vehicle, context.options) { correlated.max(seen()) } else { correlated }
 }
 
 fn measurement(
     measured: &VehicleMeasurement,
-    camera: VariableId,
-    vehicle: VariableId,
+    [camera, vehicle]: [VariableId; 2],
     inflation: f64,
+    frame: usize,
     context: &EdgeContext<'_>,
 ) -> Result<Edge, GraphError> {
     let (options, pose) = (context.options, *measured.camera_from_vehicle.isometry());
@@ -109,7 +108,7 @@ fn measurement(
         return Ok(Edge::fixed(Between::new(camera, vehicle, pose, weighted(lambda))?)); // (15)
     }
     let edge = Between::new(camera, vehicle, pose, inverse(&(measured.covariance * inflation)))?;
-    Ok(Edge::classed(edge, EdgeClass::Box, context))
+    Ok(Edge::classed(edge, EdgeClass::Box, frame, context))
 }
 
 /// Weak ties of the vehicle nodes to their cameras at the starting values, so that no choice of edges leaves a node
