@@ -25,6 +25,8 @@ class SceneRunner:
 
     def __init__(self, path: Path, height: int, width: int):
         """`height` and `width` of the input [px], multiples of 32."""
+        if not path.is_file():
+            raise ValueError(f"{path}: no such network")
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads = 1
         self.session = onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
