@@ -57,7 +57,7 @@ class Render:
 
 
 def read_drive(drive: Path) -> Iterator[Render]:
-    """The labelled pictures of a simulated drive. Boxes enclose the visible pixels of the vehicle where it is cut out by others."""
+    """The labelled pictures of a simulated drive. Boxes enclose the whole vehicle, as in KITTI; hidden ones are regions to ignore."""
     root = drive / "training"
     labels: dict[int, list[list[str]]] = {}
     for line in (root / "label_02" / "0000.txt").read_text().splitlines():

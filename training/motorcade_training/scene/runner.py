@@ -25,12 +25,14 @@ class SceneRunner:
 
     def __init__(self, path: Path, height: int, width: int):
         """`height` and `width` of the input [px], multiples of 32."""
+        if not path.is_file():
+            raise ValueError(f"{path}: no such network")
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads = 1
         self.session = onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
         self.height, self.width = height, width
 
-    def __call__(self, image: np.ndarray, least_score: float = 0.02) -> tuple[Boxes, np.ndarray, np.ndarray, np.ndarray]:
+    def __call__(self, image: np.ndarray, least_score: float = 0.1) -> tuple[Boxes, np.ndarray, np.ndarray, np.ndarray]:
         """Boxes [px of `image`, RGB], scores, classes and the probability of road, f32 of the image's size."""
         canvas, scale = letterbox(image, self.height, self.width)
         tensor = canvas.transpose(2, 0, 1)[None].astype(np.float32) / 255
