@@ -22,7 +22,7 @@ def jobs(out, shared, boxes_of):
     models = ["--models", shared / "models"]
     d0005 = ["run", tracking, "--sequence", "0005", "--camera", 3]
     d0003 = ["run", tracking, "--sequence", "0003", "--frames", "16..101", "--ignore", tracking / "mask_02/0003"]
-    boxes = lambda name: ["--detections", boxes_of / name / "detections.txt"]
+    boxes = lambda name: ["--models", "none", "--detections", boxes_of / name / "detections.txt"]
     ego = out / "0003-degraded.txt"
     files = ["run", tracking, "--sequence", "0003", "--frames", "10..133", "--trajectory", ego]
     files += ["--detections", tracking / "label_02/0003.txt", "--vehicle-poses", *sorted((tracking / "vehicle_poses").glob("3_*.csv"))]
@@ -39,7 +39,7 @@ def jobs(out, shared, boxes_of):
         "0005-boxes": [*d0005, *boxes("0005")],
         "0005-online": [*d0005, *boxes("0005"), "--online"],
         "unknown-unit": ["run", tracking, "--sequence", "0005", "--camera", 3, "--trajectory", tracking / "gt_poses/0005.txt", "--trajectory-scale", "unknown", "--detections", tracking / "label_02/0005.txt"],
-        "odometry-00": ["run", shared / "kitti/odometry/00", "--calibration", out / "odometry.toml"],
+        "odometry-00": ["run", shared / "kitti/odometry/00", "--calibration", out / "odometry.toml", "--models", "none"],
     }
     for name in ("sphere2500", "parking-garage", "smallGrid3D", "torus3D"):
         jobs[f"graph-{name}"] = ["graph", "optimise", shared / f"posegraphs/{name}.g2o", "--out", out / f"graph-{name}.g2o"]

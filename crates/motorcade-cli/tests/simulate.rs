@@ -74,7 +74,9 @@ fn geometry_alone_writes_tables_and_no_pictures() {
 #[test]
 fn training_crops_are_arrays_that_say_what_they_hold() {
     let folder = tempfile::tempdir().unwrap();
-    answer(folder.path(), "simulate --training vehicle --count 3 --out crops").expect(0, &["3 crops"]);
+    let made = answer(folder.path(), "simulate --training vehicle --count 3 --out crops");
+    made.expect(0, &[]);
+    assert!(made.stdout.starts_with("3 crops\n"), "{}", made.stdout);
     let header = std::fs::read(folder.path().join("crops/crops.npy")).unwrap();
     assert!(String::from_utf8_lossy(&header[..128]).contains("'shape': (3, 96, 96, 3,)"));
     let told = std::fs::read_to_string(folder.path().join("crops/crops.json")).unwrap();

@@ -14,10 +14,8 @@ use crate::network::Network;
 #[cfg(feature = "networks")]
 mod files {
     pub(super) const MANIFEST: &str = include_str!("../../../models/models.toml");
-    pub(super) const FILES: [(&str, &[u8]); 2] = [
-        ("scene.onnx", include_bytes!("../../../models/scene.onnx")),
-        ("vehicle.onnx", include_bytes!("../../../models/vehicle.onnx")),
-    ];
+    pub(super) const FILES: [(&str, &[u8]); 1] =
+        [("scene.onnx", include_bytes!("../../../models/scene.onnx"))];
 }
 
 /// Manifest entries and files of the networks inside the binary; none where they were left out.

@@ -109,9 +109,16 @@ pub enum OutputSpec {
         /// Pixels of the input, nearly; its shape follows the image.
         #[serde(default = "scene_pixels")]
         pixels: usize,
+        /// False takes the boxes alone.
+        #[serde(default = "yes")]
+        road: bool,
     },
     /// Heat maps and visibilities of the 36 keypoints of `car-36`, in crops of 64×64 px (`training/README.md`).
     Keypoints {},
+}
+
+fn yes() -> bool {
+    true
 }
 
 /// 832 × 256: KITTI's images at two thirds.
@@ -161,7 +168,7 @@ impl Manifest {
                     return wrong("names no vehicle class");
                 }
                 OutputSpec::Segmentation { road } if road.is_empty() => return wrong("names no road class"),
-                OutputSpec::Scene { pixels } if !(10_000..=10_000_000).contains(pixels) => {
+                OutputSpec::Scene { pixels, .. } if !(10_000..=10_000_000).contains(pixels) => {
                     return wrong("pixels must lie between 10000 and 10000000");
                 }
                 _ => {}

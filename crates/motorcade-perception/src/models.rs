@@ -126,10 +126,12 @@ impl ModelSet {
                     let misfit = misfit(&network, entry.input.resize, image_size);
                     keep(&mut road, misfit, Box::new(RoadNetwork::new(network, classes.clone())));
                 }
-                OutputSpec::Scene { pixels } => {
+                OutputSpec::Scene { pixels, road: with_road } => {
                     let scene = SceneNetwork::new(network, image_size, *pixels, options.min_score);
                     keep(&mut vehicles, 0.0, Box::new(scene.clone()));
-                    keep(&mut road, 0.0, Box::new(scene));
+                    if *with_road {
+                        keep(&mut road, 0.0, Box::new(scene));
+                    }
                 }
                 OutputSpec::Keypoints {} => {
                     let network = KeypointNetwork::new(network, CropOptions::default());

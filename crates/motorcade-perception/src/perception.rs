@@ -63,7 +63,11 @@ impl Perception {
     /// # Errors
     /// A file that does not read; a folder of networks without a usable manifest; a network that does not load.
     pub fn open(options: &PerceptionOptions, image_size: (u32, u32)) -> Result<Self> {
-        let set = ModelSet::open(&options.models, image_size, &options.networks)?;
+        // With both files given no network inside the program has to be loaded.
+        let given = options.detections.is_some() && options.road_masks.is_some();
+        let needed = !given || matches!(options.models, ModelSource::Folder(_));
+        let source = if needed { &options.models } else { &ModelSource::None };
+        let set = ModelSet::open(source, image_size, &options.networks)?;
         let mut perception = Self { vehicles: set.vehicles, road: set.road, keypoints: set.keypoints };
         if let Some(path) = &options.detections {
             perception = perception.with_detector(DetectionTable::read(path)?);
