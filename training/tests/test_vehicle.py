@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 import torch
 
+from motorcade_training.common import checkpoint
+
 from motorcade_training.vehicle import crop, export, kitti, train
 from motorcade_training.vehicle.augment import NONE, Strength, augment, mirrored
 from motorcade_training.vehicle.data import CropSet
@@ -71,7 +73,7 @@ def test_training_is_repeatable_and_resumes(folder: Path):
     def run(out: str, steps: int) -> dict:
         arguments = ["--data", str(folder), "--out", str(folder / out), "--steps", str(steps), "--batch", "8"]
         train.run(parser.parse_args([*arguments, "--held-out", "8"]))
-        return torch.load(folder / out / "last.pt", weights_only=True)
+        return checkpoint.read(folder / out / "last.pt")
 
     once, again = run("once", 3), run("again", 3)
     assert all(torch.equal(once["model"][k], again["model"][k]) for k in once["model"])

@@ -282,7 +282,8 @@ impl MultibodyGraph {
         for _ in 0..if re_estimated { self.options.variance_rounds } else { 0 } {
             let (graph, groups) = (self.window.graph_mut(), &self.groups);
             let before = groups.factors(graph);
-            self.variance_factors = variance::estimate(graph, &self.counted, groups, mean_interval_s, &self.options)?;
+            self.variance_factors =
+                variance::estimate(graph, &self.counted, groups, mean_interval_s, &self.options)?;
             if groups.factors(graph) == before {
                 break;
             }

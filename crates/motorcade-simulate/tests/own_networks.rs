@@ -17,8 +17,7 @@ fn unhidden_vehicles_are_found() {
     let set = ModelSet::open(&ModelSource::Embedded, frame.size(), &ModelOptions::default()).unwrap();
     let found = set.vehicles.unwrap().detect(&frame).unwrap();
     let visible = picture.views.iter().filter(|v| v.visible_share() > 0.95).filter_map(|v| v.visible_px);
-    let wanted: Vec<BoundingBox> =
-        visible.map(BoundingBox::new).filter(|b| b.height() >= LEAST_PX).collect();
+    let wanted: Vec<BoundingBox> = visible.map(BoundingBox::new).filter(|b| b.height() >= LEAST_PX).collect();
     assert!(!wanted.is_empty());
     for bbox in wanted {
         let best = found.iter().filter(|d| d.score > 0.3).map(|d| d.bbox.iou(&bbox)).fold(0.0, f64::max);

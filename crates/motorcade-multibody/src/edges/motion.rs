@@ -38,7 +38,10 @@ pub(super) fn motion_model(
         let sigmas = [turn, turn, sideways, advanced.vertical_slip_m].map(|sigma| sigma * growth);
         out.push(Edge::classed(
             NoSideSlip::new([w[0], w[1]], rear_axle_m, sigmas),
-            EdgeClass::NoSideSlip, states[1].frame, context));
+            EdgeClass::NoSideSlip,
+            states[1].frame,
+            context,
+        ));
     }
     out
 }

@@ -100,7 +100,7 @@ impl Default for AdvancedPolicyOptions {
         Self {
             least_inlier_share: 0.4,
             outlier_s: 0.25,
-            standstill_s: 0.08,
+            standstill_s: 0.095,
             far_depth: 1e4,
             least_tracks: 20,
             begin_kept: 0.5,
