@@ -10,7 +10,6 @@ import pytest
 import torch
 
 from motorcade_training.common import checkpoint
-
 from motorcade_training.vehicle import crop, export, kitti, train
 from motorcade_training.vehicle.augment import NONE, Strength, augment, mirrored
 from motorcade_training.vehicle.data import CropSet

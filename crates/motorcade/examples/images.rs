@@ -1,5 +1,7 @@
 //! A folder of images, pushed frame by frame: `cargo run --release --example images -- FOLDER FOCAL_PX HEIGHT_M FPS`.
 
+#![allow(clippy::print_stdout, reason = "an example talks")]
+
 use std::path::PathBuf;
 
 use motorcade::Motorcade;

@@ -1,6 +1,8 @@
 //! Live numbers from a video: own speed, distance and speed of the vehicle ahead.
 //! `cargo run --release --example live_numbers -- drive.mp4 camera.toml HEIGHT_M [MODELS_FOLDER]`.
 
+#![allow(clippy::print_stdout, reason = "an example talks")]
+
 use motorcade::dataset::{Sequence, SequenceOptions};
 use motorcade::perception::{ModelSource, Perception, PerceptionOptions};
 use motorcade::{Estimate, Motorcade, VehicleEstimate};

@@ -1,5 +1,7 @@
 //! A detector of one's own: the brightest blob of every frame is taken for a vehicle. Runs on generated images.
 
+#![allow(clippy::print_stdout, reason = "an example talks")]
+
 use image::{GrayImage, Luma};
 use motorcade::Motorcade;
 use motorcade::dataset::Frame;

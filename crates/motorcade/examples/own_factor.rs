@@ -1,5 +1,7 @@
 //! A factor of one's own in a pose graph: altitudes of a car, as a barometer measures them, level out a drifting odometry.
 
+#![allow(clippy::print_stdout, reason = "an example talks")]
+
 use motorcade_graph::factors::Between;
 use motorcade_graph::{Factor, Graph, GraphError, Options, Terms, Values, VariableId, numeric, optimise};
 use nalgebra::{DMatrixViewMut, DVectorViewMut, Isometry3, Matrix1, Matrix6, UnitQuaternion, Vector3};

@@ -1,5 +1,7 @@
 //! Plots a finished run from above: `cargo run --release --example plot -- runs/demo plot.svg`.
 
+#![allow(clippy::print_stdout, reason = "an example talks")]
+
 use std::fmt::Write as _;
 use std::path::Path;
 

@@ -81,16 +81,16 @@ impl KeypointDetector for KeypointNetwork {
         }
         let (heat, visibility) = (heat.to_vec(), visibility.to_vec());
         let maps = heat.chunks_exact(count * CELLS * CELLS).zip(visibility.chunks_exact(count));
-        let one = |((crop, detection), (maps, visibility)): ((&CropFrame, &&Detection), (&[f32], &[f32]))| {
+        let keypoints = |(k, (maps, visibility)): (usize, (&[f32], &[f32]))| {
             let point = |(map, logit): (&[f32], &f32)| {
                 let [x, y] = peak(map);
-                let [u, v] = crop.pixel(x, y);
+                let [u, v] = crops[k].pixel(x, y);
                 ObservedKeypoint { pixel: Point2::new(u, v), confidence: logistic(f64::from(*logit)) }
             };
             let points = maps.chunks_exact(CELLS * CELLS).zip(visibility).map(point).collect();
-            VehicleKeypoints { layout: Layout::Car36, points, bbox: detection.bbox }
+            VehicleKeypoints { layout: Layout::Car36, points, bbox: chosen[k].bbox }
         };
-        Ok(crops.iter().zip(&chosen).zip(maps).map(one).collect())
+        Ok(maps.enumerate().map(keypoints).collect())
     }
 
     fn description(&self) -> String {
