@@ -1,6 +1,6 @@
 //! Places of blocks.
 
-/// Place of a block in a [`BlockMatrix`].
+/// Place of a block in a `BlockMatrix`.
 #[derive(Clone, Copy, Debug)]
 pub struct Slot {
     /// First scalar of the block (enough for 32 GiB).
