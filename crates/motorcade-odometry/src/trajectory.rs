@@ -10,7 +10,7 @@ use crate::time::calibrated;
 type CameraFromWorld = Pose<Camera, World>;
 type CameraFromCamera = Pose<Camera, Camera>;
 
-/// How the pose of a frame was found.
+/// Origin of the pose of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameStatus {
     /// No map yet; the pose is filled in when one begins.

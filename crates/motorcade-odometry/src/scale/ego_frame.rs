@@ -10,7 +10,7 @@ use crate::trajectory::FrameStatus;
 pub struct EgoFrame {
     /// Pose \[m\]; the world is the camera of the first frame.
     pub world_from_camera: Pose<World, Camera>,
-    /// How the pose was found.
+    /// Origin of the pose: tracked, standstill, bridged or filled in.
     pub status: FrameStatus,
     /// False where the motion from the frame before was filled in: across a break, or before initialisation.
     pub step_measured: bool,

@@ -10,7 +10,7 @@ use crate::road::{RoadEstimate, RoadMeasurement};
 use crate::time::calibrated;
 use crate::trajectory::OdometryTrajectory;
 
-/// How measurements become states.
+/// Method that turns measurements into states.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Method {
     /// Smoothed over time.

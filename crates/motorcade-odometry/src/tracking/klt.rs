@@ -12,9 +12,9 @@ use super::pyramid::Pyramid;
 /// A patch to track from one image to another.
 #[derive(Clone, Copy, Debug)]
 pub struct Request {
-    /// Where it is in the first image \[px\].
+    /// Position in the first image \[px\].
     pub from: Point2<f64>,
-    /// Where it is expected in the second \[px\].
+    /// Predicted position in the second image \[px\].
     pub expected: Point2<f64>,
     /// Local affine map of offsets from the second image to the first (2×2); identity when nothing is known.
     pub from_offset: Matrix2<f64>,

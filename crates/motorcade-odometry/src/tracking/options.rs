@@ -1,6 +1,6 @@
 //! Options of corner detection and tracking.
 
-/// Where and how densely corners are sought.
+/// Region and density of corner detection.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct CornerOptions {
