@@ -18,7 +18,7 @@ SMALL = Shape(widths=(8, 8, 16, 16, 16), blocks=(0, 1, 1, 1), neck=16, road=8)
 
 
 def batch_of(folder, size=(64, 96)):
-    options = CropOptions(size=size, heights=(20.0, 40.0))
+    options = CropOptions(sizes=(size,), heights=(20.0, 0.6))
     return CropStream([(Source(folder, "all"), 1.0)], options, 4, 1, 1)[0]
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from motorcade_training.scene import verge
+from motorcade_training.scene import clutter, verge
 from motorcade_training.scene.boxes import area
 from motorcade_training.scene.classes import BUS, TRUCK
 from motorcade_training.scene.photometry import distort
@@ -20,14 +20,14 @@ ROAD_STRIDE = 4
 class CropOptions:
     """Settings of the crops."""
 
-    #: Height and width of a crop [px].
-    size: tuple[int, int] = (192, 352)
+    #: Heights and widths of crops [px]; batches take turns. The large ones hold near vehicles whole.
+    sizes: tuple[tuple[int, int], ...] = ((192, 352), (192, 352), (256, 480))
     #: Share of crops aimed at a vehicle.
     aimed: float = 0.65
-    #: Heights that an aimed vehicle gets [px], drawn evenly in the logarithm.
-    heights: tuple[float, float] = (12.0, 160.0)
+    #: Least height that an aimed vehicle gets [px], and the most as a share of the crop's height; drawn evenly in the logarithm.
+    heights: tuple[float, float] = (12.0, 0.9)
     #: Limits of the zoom.
-    zooms: tuple[float, float] = (0.45, 2.3)
+    zooms: tuple[float, float] = (0.45, 2.6)
     #: Lower or narrower boxes are regions to ignore [px].
     least_side: float = 7.0
     #: A vehicle of which less is in the crop is a region to ignore.
@@ -44,15 +44,15 @@ class Crop:
     road: np.ndarray  #: f32 [H/4, W/4], probability; -1 unknown
 
 
-def window(sample: Sample, options: CropOptions, random: np.random.Generator) -> np.ndarray:
+def window(sample: Sample, size: tuple[int, int], options: CropOptions, random: np.random.Generator) -> np.ndarray:
     """Affine map crop_from_image, f64 [2, 3]."""
-    height, width = options.size
+    height, width = size
     source_height, source_width = sample.image.shape[:2]
     real = np.flatnonzero((sample.kinds >= 0) & (sample.boxes[:, 3] - sample.boxes[:, 1] > 9))
     if len(real) and random.random() < options.aimed:
         weights = np.where(np.isin(sample.kinds[real], (TRUCK, BUS)), 3.0, 1.0)
         box = sample.boxes[real[random.choice(len(real), p=weights / weights.sum())]]
-        wanted = np.exp(random.uniform(*np.log(options.heights)))
+        wanted = np.exp(random.uniform(np.log(options.heights[0]), np.log(options.heights[1] * height)))
         zoom = np.clip(wanted / (box[3] - box[1]), *options.zooms)
         target = np.array([random.uniform(0, width), random.uniform(0.25, 0.85) * height])
         centre = (box[:2] + box[2:]) / 2
@@ -85,10 +85,10 @@ def move(boxes: np.ndarray, matrix: np.ndarray) -> np.ndarray:
     return np.stack([x.min(1), y.min(1), x.max(1), y.max(1)], 1).astype(np.float32)
 
 
-def crop(sample: Sample, options: CropOptions, bank: Bank, random: np.random.Generator) -> Crop:
-    """A crop at random."""
-    height, width = options.size
-    matrix = window(sample, options, random)
+def crop(sample: Sample, size: tuple[int, int], options: CropOptions, bank: Bank, random: np.random.Generator) -> Crop:
+    """A crop of `size` (height, width) at random."""
+    height, width = size
+    matrix = window(sample, size, options, random)
     smaller = abs(matrix[1, 1]) < 0.75
     image = cv2.blur(sample.image, (2, 2)) if smaller else np.ascontiguousarray(sample.image)
     image = cv2.warpAffine(image, matrix, (width, height), flags=cv2.INTER_LINEAR, borderValue=(114, 114, 114))
@@ -109,32 +109,24 @@ def crop(sample: Sample, options: CropOptions, bank: Bank, random: np.random.Gen
         if vanishing is not None:
             place = half @ np.array([*vanishing, 1.0])
             image, road = verge.paint(image, road, boxes, (place[0], place[1]), bank, random)
-    image = occlude(image, boxes, bank, random)
+    image, road = clutter.scatter(image, boxes, road, bank, random)
+    image = occlude(image, random)
     target = cv2.resize(road, (width // ROAD_STRIDE, height // ROAD_STRIDE), interpolation=cv2.INTER_AREA) / np.float32(255)
     certain = cv2.resize(known, (width // ROAD_STRIDE, height // ROAD_STRIDE), interpolation=cv2.INTER_NEAREST)
     target = np.where(certain > 0, target, -1).astype(np.float32)
     return Crop(distort(image, bank, random), boxes, kinds, target)
 
 
-def occlude(image: np.ndarray, boxes: np.ndarray, bank: Bank, random: np.random.Generator) -> np.ndarray:
-    """Poles and trunks in front of everything, plain walls and boxes where no vehicle is."""
+def occlude(image: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    """Poles and trunks in front of everything."""
     height, width = image.shape[:2]
-    if random.random() < 0.2:
-        image = image.copy()
-        for _ in range(random.integers(1, 4)):
-            thick = int(np.exp(random.uniform(np.log(2), np.log(14))))
-            x = int(random.uniform(0, width - thick))
-            top, low = (0 if random.random() < 0.7 else int(random.uniform(0, 0.5 * height))), int(random.uniform(0.5, 1.0) * height)
-            round_light = np.sin(np.linspace(0.3, 2.8, thick))[None, :, None]
-            image[top:low, x : x + thick] = np.clip(random.uniform(20, 200, 3) * round_light * random.uniform(0.6, 1.1), 0, 255)
-    if random.random() < 0.15:
-        # Walls, containers, signs: large plain things that are no vehicle.
-        w, h = int(np.exp(random.uniform(np.log(12), np.log(220)))), int(np.exp(random.uniform(np.log(10), np.log(90))))
-        x, y = int(random.uniform(0, max(width - w, 1))), int(random.uniform(0.1 * height, max(0.65 * height - h, 0.1 * height + 1)))
-        clear = (boxes[:, 0] > x + w) | (boxes[:, 2] < x) | (boxes[:, 1] > y + h) | (boxes[:, 3] < y)
-        if clear.all():
-            image = image.copy()
-            part = image[y : y + h, x : x + w]
-            light = 1 + 0.08 * bank.field(random, *part.shape[:2])[..., None]
-            image[y : y + h, x : x + w] = np.clip(random.uniform(60, 250) * random.uniform(0.8, 1.1, 3) * light, 0, 255)
+    if random.random() >= 0.2:
+        return image
+    image = image.copy()
+    for _ in range(random.integers(1, 4)):
+        thick = int(np.exp(random.uniform(np.log(2), np.log(14))))
+        x = int(random.uniform(0, width - thick))
+        top, low = (0 if random.random() < 0.7 else int(random.uniform(0, 0.5 * height))), int(random.uniform(0.5, 1.0) * height)
+        round_light = np.sin(np.linspace(0.3, 2.8, thick))[None, :, None]
+        image[top:low, x : x + thick] = np.clip(random.uniform(20, 200, 3) * round_light * random.uniform(0.6, 1.1), 0, 255)
     return image

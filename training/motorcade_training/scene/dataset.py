@@ -38,15 +38,19 @@ class CropStream(Dataset):
     def __len__(self) -> int:
         return self.length
 
-    def crop(self, index: int) -> Crop:
+    def size(self, number: int) -> tuple[int, int]:
+        """Height and width of the crops of batch `number`."""
+        return self.options.sizes[number % len(self.options.sizes)]
+
+    def crop(self, index: int, size: tuple[int, int]) -> Crop:
         """Crop number `index`."""
         random = generator(self.seed, "crop", index)
         source = self.sources[int(random.choice(len(self.sources), p=self.shares))]
-        return crop(source.draw(random), self.options, self.bank, random)
+        return crop(source.draw(random), size, self.options, self.bank, random)
 
     def __getitem__(self, number: int) -> Batch:
-        start = (self.first + number) * self.batch
-        return collate([self.crop(start + i) for i in range(self.batch)])
+        batch = self.first + number
+        return collate([self.crop(batch * self.batch + i, self.size(batch)) for i in range(self.batch)])
 
 
 def collate(crops: list[Crop]) -> Batch:
