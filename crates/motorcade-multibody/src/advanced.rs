@@ -15,11 +15,11 @@ pub struct AdvancedGraphOptions {
     /// Standard deviation of the camera's log scale above which a step counts as guessed, not metric. A measured scale has
     /// 0.01 to 0.1, a guessed one 0.3 and more.
     pub guessed_scale_sigma: f64,
-    /// Noise of single poses over that of the motion itself, as a time \[s\]: consecutive poses are estimated against the same
-    /// landmarks, so the errors of consecutive steps are anti-correlated. The variance of a trajectory is the sum of its steps'
-    /// divided by 1 + this time / frame interval (a fifth at 10 frames/s: ten rendered drives of 30 to 119 frames, rotation
-    /// and sideways).
-    pub step_noise_time_s: f64,
+    /// Variance of single poses over that of a trajectory's growth from frame to frame: consecutive poses are estimated against
+    /// the same landmarks, so the errors of consecutive steps are anti-correlated, and the variance of a trajectory is the sum
+    /// of its steps' divided by 1 + this (ten rendered drives of 30 to 119 frames, rotation and sideways). The covariance of a
+    /// step grows with its interval, so this holds at any frame rate. Larger: odometry is trusted more against vehicles.
+    pub step_anticorrelation: f64,
     /// Rotation allowed to a step of the camera that is held \[rad\]: 0.1 mrad over a hundred steps.
     pub held_rad: f64,
     /// Translation allowed to a step of the camera that is held \[m\]: 1 mm over a hundred steps.
@@ -74,7 +74,7 @@ impl Default for AdvancedGraphOptions {
             static_below_p_moving: 0.5,
             rear_axle_share: 0.3,
             guessed_scale_sigma: 0.2,
-            step_noise_time_s: 0.4,
+            step_anticorrelation: 4.0,
             held_rad: 1e-5,
             held_m: 1e-4,
             reference_interval_s: 0.1,

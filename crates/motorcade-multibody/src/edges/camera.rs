@@ -22,7 +22,7 @@ pub(crate) fn of_cameras(context: &EdgeContext<'_>) -> Result<Vec<Edge>, GraphEr
             let information = weighted(options.lambda_camera); // (15)
             return Ok(Edge::fixed(Between::new(nodes[0], nodes[1], *step.isometry(), information)?));
         }
-        let information = step_information(&frames[1], &step, context.times.interval(k + 1), context);
+        let information = step_information(&frames[1], &step, context);
         let edge = Between::new(nodes[0], nodes[1], *step.isometry(), information)?;
         Ok(Edge::classed(edge, EdgeClass::Odometry, k + 1, context))
     };
@@ -45,11 +45,10 @@ fn is_metric(frame: &EgoFrame, options: &GraphOptions) -> bool {
     frame.scale_sigma < options.advanced.guessed_scale_sigma
 }
 
-/// Information (6×6) of a step of the camera over `interval_s`.
+/// Information (6×6) of a step of the camera.
 fn step_information(
     frame: &EgoFrame,
     step: &Pose<Camera, Camera>,
-    interval_s: f64,
     context: &EdgeContext<'_>,
 ) -> Matrix6<f64> {
     let (options, advanced) = (context.options, &context.options.advanced);
@@ -61,7 +60,7 @@ fn step_information(
     let d = along.try_normalize(1e-3).unwrap_or_else(Vector3::zeros);
     let d = Vector6::new(0.0, 0.0, 0.0, d.x, d.y, d.z);
     // Errors of consecutive poses are anti-correlated, but for those of scale: the length keeps its variance.
-    let anticorrelation = 1.0 + advanced.step_noise_time_s / interval_s;
+    let anticorrelation = 1.0 + advanced.step_anticorrelation;
     let across = Matrix6::identity() - d * d.transpose();
     let taken = Matrix6::identity() + across * (anticorrelation.sqrt() - 1.0);
     let [turn, place] = [advanced.held_rad, advanced.held_m].map(|sigma| 1.0 / (sigma * sigma));

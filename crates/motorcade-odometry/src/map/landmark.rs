@@ -9,6 +9,8 @@ pub struct Landmark {
     pub point_in_world: Option<Point3<f64>>,
     /// Image in the last tracked frame \[px\]; `None` once tracking lost it.
     pub pixel: Option<Point2<f64>>,
+    /// Image in the frame that the templates of tracking are taken from \[px\].
+    pub template_pixel: Option<Point2<f64>>,
     /// Image when the standstill test last took its reference \[px\].
     pub standstill_pixel: Option<Point2<f64>>,
     /// Observations from keyframes: keyframe number and pixel, oldest first.
@@ -39,6 +41,7 @@ impl Landmark {
         Self {
             point_in_world: None,
             pixel: Some(pixel),
+            template_pixel: Some(pixel),
             standstill_pixel: None,
             observations: vec![(keyframe, pixel)],
             outlier_ns: 0,

@@ -18,7 +18,7 @@ impl NearbyDepths {
     pub(crate) fn refill(&mut self, landmarks: &[Landmark], camera_from_world: &Pose<Camera, World>) {
         let one = |l: &Landmark| {
             let z = camera_from_world.transform_point(&l.point_in_world?).z;
-            (z > 0.0).then_some((l.pixel?, 1.0 / z))
+            (z > 0.0).then_some((l.template_pixel?, 1.0 / z))
         };
         self.known.clear();
         self.known.extend(landmarks.iter().filter_map(one));

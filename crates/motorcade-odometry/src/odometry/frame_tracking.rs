@@ -44,12 +44,16 @@ impl Odometry {
         if keyframe {
             self.add_keyframe(frame, pose);
         }
-        self.last = Some(LastFrame {
-            frame: frame.number,
-            timestamp_ns: frame.timestamp_ns,
-            pyramid: frame.pyramid.clone(),
-            camera_from_world: if keyframe { self.newest_pose(pose) } else { pose },
-        });
+        let pose = if keyframe { self.newest_pose(pose) } else { pose };
+        let age_ns = frame.timestamp_ns - last.template.timestamp_ns;
+        let advanced = &self.options.klt.advanced;
+        let renewed = LastFrame::at(frame, pose);
+        self.last = if keyframe || age_ns < 0 || age_ns >= nanoseconds(advanced.template_s) {
+            self.renew_templates();
+            Some(renewed)
+        } else {
+            Some(LastFrame { template: last.template, ..renewed })
+        };
         self.commit_standstill(standstill, frame.timestamp_ns);
     }
 
@@ -71,17 +75,19 @@ impl Odometry {
         scratch: &mut Scratch,
     ) {
         let Scratch { pixels, depths, .. } = scratch;
-        depths.refill(&self.window.landmarks, &last.camera_from_world);
+        let template = &last.template;
+        depths.refill(&self.window.landmarks, &template.camera_from_world);
         let track = |landmark: &Landmark| {
-            let from = landmark.pixel?;
+            landmark.pixel?;
+            let from = landmark.template_pixel?;
             let request = self
-                .request_with_position(landmark, from, &last.camera_from_world, predicted)
+                .request_with_position(landmark, from, &template.camera_from_world, predicted)
                 .unwrap_or_else(|| {
                     let depth = depths.around(&from).unwrap_or(self.options.policy.advanced.far_depth);
-                    self.request_at_depth(from, depth, &last.camera_from_world, predicted)
+                    self.request_at_depth(from, depth, &template.camera_from_world, predicted)
                 });
             let to: &Pyramid = frame.pyramid;
-            track_checked(&last.pyramid, to, &request, &self.options.klt)
+            track_checked(&template.pyramid, to, &request, &self.options.klt)
                 .filter(|p| stays_visible(landmark, frame.mask, p))
         };
         pixels.clear();
@@ -93,12 +99,12 @@ impl Odometry {
         &self,
         landmark: &Landmark,
         from: Point2<f64>,
-        last_pose: &CameraFromWorld,
+        template_pose: &CameraFromWorld,
         predicted: &CameraFromWorld,
     ) -> Option<Request> {
         let advanced = &self.options.klt.advanced;
         let point = landmark.point_in_world?;
-        let (a, b) = (last_pose.transform_point(&point), predicted.transform_point(&point));
+        let (a, b) = (template_pose.transform_point(&point), predicted.transform_point(&point));
         // Only the motion is predicted: the landmark may project beside its tracked pixel.
         let motion = self.camera.project(&b)? - self.camera.project(&a)?;
         let plausible = motion.norm() < advanced.longest_motion * f64::from(self.camera.width);
@@ -115,10 +121,10 @@ impl Odometry {
         &self,
         from: Point2<f64>,
         depth: f64,
-        last_pose: &CameraFromWorld,
+        template_pose: &CameraFromWorld,
         predicted: &CameraFromWorld,
     ) -> Request {
-        let motion = *predicted * last_pose.inverse();
+        let motion = *predicted * template_pose.inverse();
         let point = Point3::from(self.camera.ray(&from) * depth);
         let moved = motion.transform_point(&point);
         Request {
@@ -132,6 +138,13 @@ impl Odometry {
     fn growth(&self, depth_ratio: f64) -> f64 {
         let [least, most] = self.options.klt.advanced.growth;
         depth_ratio.clamp(least, most)
+    }
+
+    /// Takes the templates of the next frames from the present one.
+    pub(super) fn renew_templates(&mut self) {
+        for landmark in &mut self.window.landmarks {
+            landmark.template_pixel = landmark.pixel;
+        }
     }
 
     /// Pose against the map.
@@ -190,13 +203,14 @@ fn stays_visible(landmark: &Landmark, mask: &StaticMask<'_>, pixel: &Point2<f64>
 #[derive(Clone, Copy, Debug)]
 pub(super) struct StandstillTest {
     pub stands: bool,
-    /// True when the reference pixels are old enough to be replaced.
+    /// True when the reference pixels are to be replaced: the camera moved, and they are old enough.
     renew: bool,
 }
 
 impl Odometry {
-    /// Tests the median image motion of the landmarks over at least `standstill_s`, which at high frame rates is several
-    /// frames; in between the last result holds until the motion exceeds the limit.
+    /// Tests the median image motion of the landmarks since the last moving frame, over at least `standstill_s`, which at high
+    /// frame rates is several frames. At standstill the reference stays, so that a creeping camera is recognised after a while
+    /// however small its motion per frame.
     fn test_standstill(&self, timestamp_ns: i64, scratch: &mut Scratch) -> StandstillTest {
         let policy = &self.options.policy;
         let Scratch { pixels, values: motions, .. } = scratch;
@@ -206,8 +220,9 @@ impl Odometry {
         let enough = motions.len() >= policy.least_inliers;
         let still = enough && median(motions).is_some_and(|m| m < policy.standstill_px);
         let age_ns = timestamp_ns - self.standstill.reference_ns;
-        let renew = age_ns >= nanoseconds(policy.advanced.standstill_s) || age_ns < 0;
-        StandstillTest { stands: still && (renew || self.standstill.stands), renew }
+        let old_enough = age_ns >= nanoseconds(policy.advanced.standstill_s) || age_ns < 0;
+        let stands = still && (old_enough || self.standstill.stands);
+        StandstillTest { stands, renew: old_enough && !stands }
     }
 
     fn commit_standstill(&mut self, test: StandstillTest, timestamp_ns: i64) {

@@ -1,13 +1,12 @@
 //! Initialisation of a map: corners tracked from a first frame until two views determine depth.
 
 use motorcade_geometry::{
-    Camera, Pose, RelativePose, RelativePoseOptions, World, relative_pose, robust::median,
-    triangulate_midpoint,
+    Camera, RelativePose, RelativePoseOptions, World, relative_pose, robust::median, triangulate_midpoint,
 };
 use nalgebra::{Matrix2, Point2, Vector3};
 
 use super::velocity::Velocity;
-use super::{CameraFromWorld, Frame, LastFrame, Odometry};
+use super::{CameraFromWorld, Frame, LastFrame, Odometry, TemplateFrame};
 use crate::map::{Keyframe, Landmark, Window};
 use crate::time::ratio;
 use crate::tracking::{Pyramid, Request, detect, track_checked};
@@ -65,7 +64,7 @@ impl Odometry {
             return;
         };
         let Some(last) = self.last.take() else { return };
-        let pixels = self.track_corners(&last.pyramid, frame, &initialisation);
+        let pixels = self.track_corners(&last.template.pyramid, frame, &initialisation);
         let alive = pixels.iter().flatten().count();
         initialisation.tracks.push(Tracks { timestamp_ns: frame.timestamp_ns, pixels });
         if alive < self.tracks_needed(initialisation.first_pixels.len()) {
@@ -75,7 +74,7 @@ impl Odometry {
         let policy = &self.options.policy;
         let flow_px = initialisation.flow_px();
         let needed_px = (policy.begin_flow_rad * self.camera.focal_px()).max(policy.advanced.begin_flow_px);
-        self.last = Some(first_view(frame));
+        self.last = Some(LastFrame::at(frame, CameraFromWorld::identity()));
         if flow_px < policy.standstill_px {
             self.trajectory.frames[frame.number].status = FrameStatus::Standstill;
             // While standing, only the first and the present frame are kept.
@@ -99,7 +98,7 @@ impl Odometry {
             first_pixels,
             tracks: Vec::new(),
         });
-        self.last = Some(first_view(frame));
+        self.last = Some(LastFrame::at(frame, CameraFromWorld::identity()));
     }
 
     /// Tracks that must be left of the first corners.
@@ -190,19 +189,22 @@ impl Odometry {
         self.window.push(Keyframe::new(0, CameraFromWorld::identity()));
         self.window.landmarks = landmarks;
         self.add_keyframe(frame, last_pose);
-        self.last = Some(LastFrame { camera_from_world: self.newest_pose(last_pose), ..first_view(frame) });
+        self.last = Some(LastFrame::at(frame, self.newest_pose(last_pose)));
+        self.renew_templates();
         self.failing_ns = 0;
         self.standstill.stands = false;
         self.renew_standstill_reference(frame.timestamp_ns);
     }
 }
 
-/// A frame at the origin of its map.
-fn first_view(frame: &Frame<'_>) -> LastFrame {
-    LastFrame {
-        frame: frame.number,
-        timestamp_ns: frame.timestamp_ns,
-        pyramid: frame.pyramid.clone(),
-        camera_from_world: Pose::identity(),
+impl LastFrame {
+    /// A frame that the next one is tracked from.
+    pub(super) fn at(frame: &Frame<'_>, camera_from_world: CameraFromWorld) -> Self {
+        let template = TemplateFrame {
+            timestamp_ns: frame.timestamp_ns,
+            pyramid: frame.pyramid.clone(),
+            camera_from_world,
+        };
+        Self { frame: frame.number, timestamp_ns: frame.timestamp_ns, camera_from_world, template }
     }
 }

@@ -52,6 +52,14 @@ pub struct Odometry {
 struct LastFrame {
     frame: usize,
     timestamp_ns: i64,
+    camera_from_world: CameraFromWorld,
+    template: TemplateFrame,
+}
+
+/// The frame that the templates of tracking are taken from: the last one or, at high frame rates, one a little older. Tracking
+/// from frame to frame adds an error per frame, so that fewer links in the chain drift less.
+struct TemplateFrame {
+    timestamp_ns: i64,
     pyramid: Arc<Pyramid>,
     camera_from_world: CameraFromWorld,
 }

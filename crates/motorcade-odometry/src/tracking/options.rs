@@ -70,6 +70,9 @@ pub struct AdvancedKltOptions {
     pub near_return_level: usize,
     /// Coarsest level of the backward check otherwise.
     pub far_return_level: usize,
+    /// Age from which templates are renewed \[s\]: every frame up to ten frames/s. Longer: less drift at high frame rates, but
+    /// a larger change of the patches.
+    pub template_s: f64,
     /// Limits of the predicted growth of a patch between two frames: beyond, the depth is wrong.
     pub growth: [f64; 2],
     /// Predicted motion above which the landmark's position is not believed \[image widths\].
@@ -85,6 +88,7 @@ impl Default for AdvancedKltOptions {
             near_return_px: 4.0,
             near_return_level: 1,
             far_return_level: 3,
+            template_s: 0.095,
             growth: [0.5, 2.0],
             longest_motion: 0.25,
         }
