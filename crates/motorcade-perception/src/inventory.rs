@@ -54,7 +54,7 @@ fn info(entry: &ModelEntry, bytes: &[u8]) -> ModelInfo {
         OutputSpec::Yolox { .. } => "yolox",
         OutputSpec::Segmentation { .. } => "segmentation",
         OutputSpec::Scene { .. } => "scene",
-        OutputSpec::Keypoints {} => "keypoints",
+        OutputSpec::Keypoints { .. } => "keypoints",
     };
     ModelInfo {
         name: entry.name.clone(),

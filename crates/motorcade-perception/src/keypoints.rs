@@ -1,6 +1,6 @@
 //! The 2D keypoints of a vehicle in one frame.
 
-use motorcade_shape::{Layout, ObservedKeypoint};
+use motorcade_shape::{HeadingEvidence, Layout, ObservedKeypoint};
 
 use crate::detection::BoundingBox;
 
@@ -13,6 +13,8 @@ pub struct VehicleKeypoints {
     pub points: Vec<ObservedKeypoint>,
     /// Box of the vehicle they belong to, or the box around the points when that is not known \[px\].
     pub bbox: BoundingBox,
+    /// The heading, where the detector estimates it beside the points.
+    pub heading: Option<HeadingEvidence>,
 }
 
 impl VehicleKeypoints {
@@ -35,6 +37,6 @@ impl VehicleKeypoints {
             reach(high, f64::max, 0),
             reach(high, f64::max, 1),
         ]);
-        Some(Self { layout, points, bbox })
+        Some(Self { layout, points, bbox, heading: None })
     }
 }

@@ -114,7 +114,28 @@ pub enum OutputSpec {
         road: bool,
     },
     /// Heat maps and visibilities of the 36 keypoints of `car-36`, in crops of 64×64 px (`training/README.md`).
-    Keypoints {},
+    Keypoints {
+        /// Accuracy of the points.
+        #[serde(default)]
+        variance: KeypointVariance,
+    },
+}
+
+/// Variance of a keypoint along an axis: `gain` × second moment of its heat map + `floor`, in shares of the crop squared.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct KeypointVariance {
+    /// Factor on the second moment.
+    pub gain: f64,
+    /// Variance of a point whose map is a single cell.
+    pub floor: f64,
+}
+
+impl Default for KeypointVariance {
+    /// Two pixels of a crop of 64, whatever the map.
+    fn default() -> Self {
+        Self { gain: 0.0, floor: 1e-3 }
+    }
 }
 
 fn yes() -> bool {

@@ -18,7 +18,7 @@ fn scene(prior: &ShapePrior, camera: &PinholeCamera, z: f64) -> Observation {
         let jitter = Vector2::new((i as f64 * 1.7).sin(), (i as f64 * 2.3).cos()) * 1.5;
         let stray = if i % 7 == 3 { Vector2::new(40.0, -25.0) } else { Vector2::zeros() };
         let confidence = if p.visible { 0.8 } else { 0.02 };
-        ObservedKeypoint { pixel: p.pixel.unwrap_or_default() + jitter + stray, confidence }
+        ObservedKeypoint::new(p.pixel.unwrap_or_default() + jitter + stray, confidence)
     });
     let mut observation = Observation::new(points.collect(), 2.0);
     observation.road = Some(RoadPlane::level(1.65));

@@ -19,7 +19,7 @@ pub enum Layout {
 
 impl Layout {
     /// Number of keypoints.
-    pub fn count(self) -> usize {
+    pub const fn count(self) -> usize {
         match self {
             Self::Car36 => 36,
             Self::Car14 => 14,

@@ -24,9 +24,8 @@
 //! let away = Matrix3::from_columns(&[Vector3::z(), -Vector3::x(), -Vector3::y()]);
 //! let truth = Pose::from_matrix(&away, &Vector3::new(-3.0, 1.65, 14.0));
 //! let shape = prior.coefficients_of(BodyType::Hatchback).ok_or("no hatchback")?;
-//! let seen = project(&prior, shape, &truth, &camera).into_iter().map(|p| ObservedKeypoint {
-//!     pixel: p.pixel.unwrap_or_default(),
-//!     confidence: if p.visible { 0.8 } else { 0.0 },
+//! let seen = project(&prior, shape, &truth, &camera).into_iter().map(|p| {
+//!     ObservedKeypoint::new(p.pixel.unwrap_or_default(), if p.visible { 0.8 } else { 0.0 })
 //! });
 //!
 //! let mut observation = Observation::new(seen.collect(), 2.0);
@@ -61,8 +60,8 @@ pub use dimensions::{Dimensions, SizePrior};
 pub use error::{FitError, PriorError};
 pub use family::{CarModel, FAMILY};
 pub use fit::{
-    AdvancedFitOptions, FitOptions, Observation, ObservedKeypoint, RoadPlane, ShapeFit, ShapeFitter,
-    TrackFit, TrackShape,
+    AdvancedFitOptions, CLEAR_COST, FitOptions, HeadingEvidence, Observation, ObservedKeypoint, RoadPlane,
+    ShapeFit, ShapeFitter, TrackFit, TrackShape,
 };
 pub use keypoint::{Keypoint, Layout};
 pub use prior::{Body, Deformation, NamedShape, PriorParts, ShapePrior};

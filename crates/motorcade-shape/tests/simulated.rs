@@ -355,7 +355,7 @@ fn unusable_input_is_an_error() {
         fit(good[..13].to_vec(), 1.0).unwrap_err().to_string(),
         "13 keypoints seen, but the shape prior `motorcade car, 14 keypoints` has 14"
     );
-    let nothing = vec![ObservedKeypoint { pixel: Point2::new(f64::NAN, 0.0), confidence: 0.0 }; 14];
+    let nothing = vec![ObservedKeypoint::new(Point2::new(f64::NAN, 0.0), 0.0); 14];
     assert!(matches!(fit(nothing, 1.0), Err(FitError::TooFewKeypoints { found: 0, needed: 2, .. })));
     let mut bad_camera = camera();
     bad_camera.fx = 0.0;
@@ -376,10 +376,9 @@ fn nonsense_never_panics() {
         for k in 0..60 {
             let spread = [0.0, 1.0, 300.0, 1e6][k % 4];
             let keypoints = (0..layout.count())
-                .map(|_| ObservedKeypoint {
-                    pixel: Point2::new(600.0, 200.0)
-                        + Vector2::new(rng.random::<f64>() - 0.5, rng.random::<f64>() - 0.5) * spread,
-                    confidence: rng.random(),
+                .map(|_| {
+                    let offset = Vector2::new(rng.random::<f64>() - 0.5, rng.random::<f64>() - 0.5) * spread;
+                    ObservedKeypoint::new(Point2::new(600.0, 200.0) + offset, rng.random())
                 })
                 .collect();
             if let Ok(fit) = fitter.fit(&camera(), &observe(keypoints, 1.0, k % 3 == 0)) {

@@ -65,10 +65,9 @@ impl KeypointTable {
                 let found = format!("{} {} {}", row.x_px, row.y_px, row.confidence);
                 return Err(at(line, "finite pixels and a confidence from 0 to 1", found).into());
             }
-            let missing = ObservedKeypoint { pixel: [0.0, 0.0].into(), confidence: 0.0 };
             let points = vehicles.entry((row.frame, row.track_id)).or_default().entry(count);
-            points.or_insert_with(|| (layout, vec![missing; count])).1[row.index] =
-                ObservedKeypoint { pixel: [row.x_px, row.y_px].into(), confidence: row.confidence };
+            points.or_insert_with(|| (layout, vec![ObservedKeypoint::missing(); count])).1[row.index] =
+                ObservedKeypoint::new([row.x_px, row.y_px].into(), row.confidence);
         }
         let mut table = Self::default();
         for ((frame, _), mut layouts) in vehicles {

@@ -36,6 +36,11 @@ impl CropFrame {
         [self.x1 + x * self.width, self.y1 + y * self.height]
     }
 
+    /// From shares of the crop's width and height to pixels of the image.
+    pub(super) fn extent(&self, x: f64, y: f64) -> [f64; 2] {
+        [x * self.width, y * self.height]
+    }
+
     /// Appends the four channels R, G, B and log aspect, `INPUT_PX`² each.
     pub(super) fn append(&self, image: &RgbImage, out: &mut Vec<f32>) {
         let columns = Axis::new(self.x1, self.width, image.width() as usize);

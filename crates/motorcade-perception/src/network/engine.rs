@@ -166,8 +166,8 @@ fn input_size(path: &Path, shape: &[Dimension], entry: &ModelEntry) -> Result<(u
         }
         OutputSpec::Scene { .. } if takes([Some(1), Some(3), None, None]) => Ok((0, 0)),
         OutputSpec::Scene { .. } => wrong("[1, 3, height, width] with open height and width"),
-        OutputSpec::Keypoints {} if takes([None, Some(4), Some(64), Some(64)]) => Ok((64, 64)),
-        OutputSpec::Keypoints {} => wrong("[N, 4, 64, 64] with open N"),
+        OutputSpec::Keypoints { .. } if takes([None, Some(4), Some(64), Some(64)]) => Ok((64, 64)),
+        OutputSpec::Keypoints { .. } => wrong("[N, 4, 64, 64] with open N"),
     }
 }
 

@@ -1,10 +1,10 @@
 //! The vehicle network: crops around boxes to keypoints (`training/README.md` specifies its outputs).
 
 use motorcade_dataset::Frame;
-use motorcade_shape::{Layout, ObservedKeypoint};
-use nalgebra::Point2;
+use motorcade_shape::{HeadingEvidence, Layout, ObservedKeypoint};
+use nalgebra::{Point2, Vector2};
 use rten_tensor::prelude::*;
-use rten_tensor::{Layout as _, NdTensor};
+use rten_tensor::{Layout as _, NdTensor, Tensor};
 
 use super::crop::{CropFrame, INPUT_PX};
 use super::engine::Network;
@@ -12,9 +12,14 @@ use crate::detection::{Detection, VehicleClass};
 use crate::detectors::KeypointDetector;
 use crate::error::Result;
 use crate::keypoints::VehicleKeypoints;
+use crate::manifest::KeypointVariance;
 
+/// Keypoints of `car-36`.
+const POINTS: usize = Layout::Car36.count();
 /// Cells of a heat map along each axis.
 const CELLS: usize = 16;
+/// Bins of the heading over the full turn.
+const HEADING_BINS: usize = 24;
 /// Cells on each side of the peak that its position is the mean of.
 const REACH: usize = 2;
 
@@ -38,12 +43,13 @@ impl Default for CropOptions {
 /// A network that finds the 36 keypoints of `car-36` in crops.
 pub struct KeypointNetwork {
     network: Network,
+    variance: KeypointVariance,
     options: CropOptions,
 }
 
 impl KeypointNetwork {
-    pub(crate) fn new(network: Network, options: CropOptions) -> Self {
-        Self { network, options }
+    pub(crate) fn new(network: Network, variance: KeypointVariance, options: CropOptions) -> Self {
+        Self { network, variance, options }
     }
 
     /// Boxes to look at, largest first.
@@ -72,25 +78,18 @@ impl KeypointDetector for KeypointNetwork {
         crops.iter().for_each(|crop| crop.append(&image, &mut data));
         let outputs =
             self.network.run_all(NdTensor::from_data([crops.len(), 4, INPUT_PX, INPUT_PX], data))?;
-        let count = Layout::Car36.count();
-        let [heat, visibility, ..] = outputs.as_slice() else {
-            return Err(self.network.wrong_output(&[outputs.len()], "heatmaps, visibility and others"));
+        let [heat, visibility, heading] = self.checked(&outputs, crops.len())?;
+        let vehicle = |(k, crop): (usize, &CropFrame)| {
+            let map_of = |point: usize| &heat[(k * POINTS + point) * CELLS * CELLS..][..CELLS * CELLS];
+            let point = |i: usize| self.point(crop, map_of(i), f64::from(visibility[k * POINTS + i]));
+            VehicleKeypoints {
+                layout: Layout::Car36,
+                points: (0..POINTS).map(point).collect(),
+                bbox: chosen[k].bbox,
+                heading: HeadingEvidence::new(softmax(&heading[k * HEADING_BINS..][..HEADING_BINS])),
+            }
         };
-        if heat.shape() != [crops.len(), count, CELLS, CELLS] || visibility.shape() != [crops.len(), count] {
-            return Err(self.network.wrong_output(heat.shape(), "[N, 36, 16, 16] and [N, 36]"));
-        }
-        let (heat, visibility) = (heat.to_vec(), visibility.to_vec());
-        let maps = heat.chunks_exact(count * CELLS * CELLS).zip(visibility.chunks_exact(count));
-        let keypoints = |(k, (maps, visibility)): (usize, (&[f32], &[f32]))| {
-            let point = |(map, logit): (&[f32], &f32)| {
-                let [x, y] = peak(map);
-                let [u, v] = crops[k].pixel(x, y);
-                ObservedKeypoint { pixel: Point2::new(u, v), confidence: logistic(f64::from(*logit)) }
-            };
-            let points = maps.chunks_exact(CELLS * CELLS).zip(visibility).map(point).collect();
-            VehicleKeypoints { layout: Layout::Car36, points, bbox: chosen[k].bbox }
-        };
-        Ok(maps.enumerate().map(keypoints).collect())
+        Ok(crops.iter().enumerate().map(vehicle).collect())
     }
 
     fn description(&self) -> String {
@@ -98,25 +97,75 @@ impl KeypointDetector for KeypointNetwork {
     }
 }
 
-fn logistic(logit: f64) -> f64 {
-    1.0 / (1.0 + (-logit).exp())
+impl KeypointNetwork {
+    /// Heat maps, visibilities and headings of this many crops, with their shapes checked.
+    fn checked(&self, outputs: &[Tensor<f32>], crops: usize) -> Result<[Vec<f32>; 3]> {
+        let shapes: [&[usize]; 3] =
+            [&[crops, POINTS, CELLS, CELLS], &[crops, POINTS], &[crops, HEADING_BINS]];
+        if outputs.len() < shapes.len() {
+            return Err(self.network.wrong_output(&[outputs.len()], "heat maps, visibility, heading"));
+        }
+        for (output, shape) in outputs.iter().zip(shapes) {
+            if output.shape() != shape {
+                return Err(self.network.wrong_output(output.shape(), &format!("{shape:?}")));
+            }
+        }
+        Ok([outputs[0].to_vec(), outputs[1].to_vec(), outputs[2].to_vec()])
+    }
+
+    /// A keypoint from its heat map (logits) and the logit of its visibility.
+    fn point(&self, crop: &CropFrame, map: &[f32], visibility: f64) -> ObservedKeypoint {
+        let Peak { at: [x, y], moment } = Peak::of(map);
+        let [u, v] = crop.pixel(x, y);
+        let KeypointVariance { gain, floor } = self.variance;
+        let sigma = moment.map(|m| (gain * m + floor).sqrt());
+        let sigma_px = crop.extent(sigma[0], sigma[1]);
+        ObservedKeypoint::new(Point2::new(u, v), 1.0 / (1.0 + (-visibility).exp()))
+            .with_sigma_px(Vector2::from(sigma_px))
+    }
 }
 
-/// Position of a keypoint in a map of logits, 0..1 from edge to edge: the softmax's mean over the cells about the largest.
-fn peak(map: &[f32]) -> [f64; 2] {
-    let best = (0..map.len()).max_by(|a, b| map[*a].total_cmp(&map[*b]).then(b.cmp(a))).unwrap_or(0);
-    let (row, column) = (best / CELLS, best % CELLS);
-    let range = |centre: usize| centre.saturating_sub(REACH)..(centre + REACH + 1).min(CELLS);
-    let (mut x, mut y, mut total) = (0.0, 0.0, 0.0);
-    for r in range(row) {
-        for c in range(column) {
-            let weight = f64::from(map[r * CELLS + c] - map[best]).exp();
-            x += weight * (c as f64 + 0.5);
-            y += weight * (r as f64 + 0.5);
-            total += weight;
+fn softmax(logits: &[f32]) -> Vec<f64> {
+    let most = logits.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+    logits.iter().map(|l| f64::from(l - most).exp()).collect()
+}
+
+/// The peak of a heat map, in shares of the map's extent.
+struct Peak {
+    /// Mean over the cells about the largest.
+    at: [f64; 2],
+    /// Second moment of the whole map about it: large where the map has several peaks.
+    moment: [f64; 2],
+}
+
+impl Peak {
+    fn of(map: &[f32]) -> Self {
+        let best = (0..map.len()).max_by(|a, b| map[*a].total_cmp(&map[*b]).then(b.cmp(a))).unwrap_or(0);
+        let (row, column) = (best / CELLS, best % CELLS);
+        let near = |a: usize, b: usize| a.abs_diff(b) <= REACH;
+        let centre = |k: usize| (k as f64 + 0.5) / CELLS as f64;
+        let (mut x, mut y, mut total) = (0.0, 0.0, 0.0);
+        let mut all = [0.0; 5];
+        for (k, logit) in map.iter().enumerate() {
+            let (r, c) = (k / CELLS, k % CELLS);
+            let weight = f64::from(logit - map[best]).exp();
+            let (u, v) = (centre(c), centre(r));
+            for (sum, term) in all.iter_mut().zip([1.0, u, v, u * u, v * v]) {
+                *sum += weight * term;
+            }
+            if near(r, row) && near(c, column) {
+                x += weight * u;
+                y += weight * v;
+                total += weight;
+            }
         }
+        let at = [x / total, y / total];
+        let [mass, u, v, uu, vv] = all;
+        let about = |square: f64, mean: f64, place: f64| {
+            ((square - 2.0 * mean * place) / mass + place * place).max(0.0)
+        };
+        Self { at, moment: [about(uu, u, at[0]), about(vv, v, at[1])] }
     }
-    [x / (total * CELLS as f64), y / (total * CELLS as f64)]
 }
 
 #[cfg(test)]
@@ -128,7 +177,18 @@ mod tests {
         let mut map = vec![-20.0; CELLS * CELLS];
         map[5 * CELLS + 7] = 3.0;
         map[5 * CELLS + 8] = 3.0;
-        let [x, y] = peak(&map);
+        let Peak { at: [x, y], moment } = Peak::of(&map);
         assert!((x - 8.0 / 16.0).abs() < 1e-6 && (y - 5.5 / 16.0).abs() < 1e-6, "{x} {y}");
+        // Half a cell to each side along x, nothing along y.
+        assert!((moment[0] - (0.5_f64 / 16.0).powi(2)).abs() < 1e-6 && moment[1] < 1e-6, "{moment:?}");
+    }
+
+    #[test]
+    fn two_peaks_widen_the_moment_and_leave_the_place() {
+        let mut map = vec![-20.0; CELLS * CELLS];
+        map[5 * CELLS + 2] = 3.0;
+        map[5 * CELLS + 13] = 2.9;
+        let Peak { at: [x, _], moment } = Peak::of(&map);
+        assert!((x - 2.5 / 16.0).abs() < 1e-4 && moment[0] > 0.1, "{x} {moment:?}");
     }
 }

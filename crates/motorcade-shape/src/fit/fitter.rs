@@ -54,11 +54,6 @@ impl ShapeFitter {
         Ok(())
     }
 
-    /// Cost of an assignment of sides.
-    pub(super) fn penalty(&self, swapped: bool) -> f64 {
-        if swapped { self.options.swap_cost } else { 0.0 }
-    }
-
     /// Initial shape: the most likely one of the size prior, or the mean.
     pub(super) fn start_shape(&self, observation: &Observation) -> Shape {
         observation

@@ -23,12 +23,17 @@ pub(crate) fn heading_cosine(a: &State, b: &State) -> f64 {
     forward(a).dot(&forward(b))
 }
 
+/// Unit vectors along the road: the direction of a ray, and to its left. A ray straight down has none, the camera's y axis then
+/// does.
+pub(super) fn frame_of_ray(up: &Vector3<f64>, ray: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    let along = |v: Vector3<f64>| (v - up * up.dot(&v)).try_normalize(1e-6);
+    let ahead = along(*ray).or_else(|| along(-Vector3::y())).unwrap_or_else(Vector3::x);
+    (ahead, up.cross(&ahead))
+}
+
 /// Orientation of an upright vehicle: heading 0 drives away from the camera, positive turns left seen from above.
 fn upright(up: &Vector3<f64>, heading_rad: f64) -> Matrix3<f64> {
-    // The camera's z axis along the road; a camera that looks straight down has none, its y axis then does.
-    let along = |v: Vector3<f64>| (v - up * up.dot(&v)).try_normalize(1e-6);
-    let ahead = along(Vector3::z()).or_else(|| along(-Vector3::y())).unwrap_or_else(Vector3::x);
-    let left = up.cross(&ahead);
+    let (ahead, left) = frame_of_ray(up, &Vector3::z());
     let (sin, cos) = heading_rad.sin_cos();
     let forward = ahead * cos + left * sin;
     Matrix3::from_columns(&[forward, up.cross(&forward), *up])
@@ -64,8 +69,7 @@ pub(crate) fn choose(
             if !problem.rows(&state, &mut rows) {
                 continue;
             }
-            let penalty = if swapped { options.swap_cost } else { 0.0 };
-            let cost = cost_of(&problem, &rows) + penalty;
+            let cost = cost_of(&problem, &rows) + problem.discrete_cost(&state);
             all.push(Hypothesis { state, swapped, cost });
         }
     }

@@ -1,6 +1,7 @@
 //! Pose and shape of vehicles from 2D keypoints.
 
 mod fitter;
+mod heading;
 mod hypotheses;
 mod model;
 mod observation;
@@ -15,9 +16,10 @@ mod track;
 mod track_shape;
 
 pub use fitter::ShapeFitter;
+pub use heading::HeadingEvidence;
 pub use observation::{ImageBox, Observation, ObservedKeypoint, RoadPlane};
 pub use options::{AdvancedFitOptions, FitMethod, FitOptions};
-pub use result::{Alternative, ShapeFit};
+pub use result::{Alternative, CLEAR_COST, ShapeFit};
 pub use track::{FrameFit, TrackFit};
 pub use track_shape::TrackShape;
 

@@ -3,6 +3,7 @@
 use motorcade_geometry::PinholeCamera;
 use nalgebra::{Point2, Vector2, Vector3};
 
+use super::heading::HeadingEvidence;
 use crate::dimensions::SizePrior;
 use crate::error::FitError;
 
@@ -13,6 +14,25 @@ pub struct ObservedKeypoint {
     pub pixel: Point2<f64>,
     /// Confidence, 0 to 1; 0 for a missing point, whose pixel is not read.
     pub confidence: f64,
+    /// Standard deviation along x and y at confidence 1 \[px\]; `None` for that of the observation.
+    pub sigma_px: Option<Vector2<f64>>,
+}
+
+impl ObservedKeypoint {
+    /// A point as accurate as the observation says.
+    pub fn new(pixel: Point2<f64>, confidence: f64) -> Self {
+        Self { pixel, confidence, sigma_px: None }
+    }
+    /// A point that was not found.
+    pub fn missing() -> Self {
+        Self::new(Point2::origin(), 0.0)
+    }
+    /// With its own standard deviation along x and y \[px\].
+    #[must_use]
+    pub fn with_sigma_px(mut self, sigma_px: Vector2<f64>) -> Self {
+        self.sigma_px = Some(sigma_px);
+        self
+    }
 }
 
 /// The road under a vehicle: all X (camera frame) with `up · X = −height`.
@@ -88,12 +108,18 @@ pub struct Observation {
     pub road: Option<RoadPlane>,
     /// The size of the class or track, when it is known.
     pub size: Option<SizePrior>,
+    /// The heading by a network, when it is known.
+    pub heading: Option<HeadingEvidence>,
 }
 
 impl Observation {
-    /// Keypoints of known accuracy, without box, road and size.
+    fn with_sigma(keypoints: Vec<ObservedKeypoint>, sigma_px: Vector2<f64>) -> Self {
+        Self { keypoints, sigma_px, image_box: None, road: None, size: None, heading: None }
+    }
+
+    /// Keypoints of known accuracy, without box, road, size and heading.
     pub fn new(keypoints: Vec<ObservedKeypoint>, sigma_px: f64) -> Self {
-        Self { keypoints, sigma_px: Vector2::repeat(sigma_px), image_box: None, road: None, size: None }
+        Self::with_sigma(keypoints, Vector2::repeat(sigma_px))
     }
 
     /// Outputs (x, y, confidence) of a network that looks at the box's content stretched to `crop_px` square:
@@ -105,13 +131,12 @@ impl Observation {
         let (w, h) = (x2 - x1, y2 - y1);
         let keypoints = outputs
             .iter()
-            .map(|[x, y, confidence]| ObservedKeypoint {
-                pixel: Point2::new(x * w / crop_px + x1, y * h / crop_px + y1),
-                confidence: *confidence,
+            .map(|[x, y, confidence]| {
+                let pixel = Point2::new(x * w / crop_px + x1, y * h / crop_px + y1);
+                ObservedKeypoint::new(pixel, *confidence)
             })
             .collect();
-        let sigma_px = Vector2::new(w, h) * SIGMA_OF_SIDE;
-        Self { keypoints, sigma_px, image_box: None, road: None, size: None }
+        Self::with_sigma(keypoints, Vector2::new(w, h) * SIGMA_OF_SIDE)
     }
 
     /// Checks that numbers are finite and in range.
@@ -122,6 +147,11 @@ impl Observation {
             if seen.confidence > 0.0 {
                 let what = || format!("pixel of keypoint {i}");
                 seen.pixel.iter().try_for_each(|v| require(v.is_finite(), what, "a finite number", *v))?;
+                let what = || format!("sigma of keypoint {i}");
+                let sigma = seen.sigma_px.iter().flat_map(|s| s.iter());
+                sigma
+                    .copied()
+                    .try_for_each(|s| require(s.is_finite() && s > 0.0, what, "a positive number", s))?;
             }
         }
         let positive = |what: &'static str, v: f64| {

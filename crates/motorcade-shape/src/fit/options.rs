@@ -55,6 +55,8 @@ pub struct AdvancedFitOptions {
     pub visible_behind_cost: f64,
     /// Number of points for which these costs were tuned (the layout of 14); more points share them.
     pub visibility_points: f64,
+    /// Probability that a network's heading is unrelated to the vehicle.
+    pub heading_unrelated: f64,
     /// Scale of the Cauchy kernel on whitened residuals of box edges.
     pub box_edge_scale: f64,
 }
@@ -66,6 +68,7 @@ impl Default for AdvancedFitOptions {
             missing_in_front_cost: 2.4,
             visible_behind_cost: 7.0,
             visibility_points: 14.0,
+            heading_unrelated: 0.05,
             box_edge_scale: 2.0,
         }
     }

@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Matrix6, Matrix6x3};
 use crate::dimensions::Dimensions;
 
 /// Cost difference below which the opposite heading stays possible: a likelihood ratio of 100.
-pub(super) const CLEAR_COST: f64 = 9.2;
+pub const CLEAR_COST: f64 = 9.2;
 
 /// Another hypothesis for the same keypoints.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -96,7 +96,7 @@ impl<'a> Search<'a> {
                 continue;
             };
             *iterations += refined.iterations;
-            refined.cost += fitter.penalty(swapped);
+            refined.cost += problem.discrete_cost(&refined.state);
             rough.push((refined, swapped));
         }
         rough.sort_by(|a, b| a.0.cost.total_cmp(&b.0.cost));
@@ -119,11 +119,10 @@ impl<'a> Search<'a> {
                 continue;
             }
             turned |= away;
-            let Some(mut refined) = self.descend(&mut self.problem(*swapped), start.state, rows) else {
-                continue;
-            };
+            let mut problem = self.problem(*swapped);
+            let Some(mut refined) = self.descend(&mut problem, start.state, rows) else { continue };
             *iterations += refined.iterations;
-            refined.cost += self.fitter.penalty(*swapped);
+            refined.cost += problem.discrete_cost(&refined.state);
             found.push((refined, *swapped));
         }
         Ok(found)

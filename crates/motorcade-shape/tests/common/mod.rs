@@ -77,7 +77,7 @@ pub fn look(
                 pixel += nalgebra::Vector2::new(rng.random::<f64>() - 0.5, rng.random::<f64>() - 0.5) * 120.0;
             }
             let confidence = if point.visible && !hidden { 1.0 } else { 0.0 };
-            ObservedKeypoint { pixel: Point2::new(pixel.x, pixel.y), confidence }
+            ObservedKeypoint::new(Point2::new(pixel.x, pixel.y), confidence)
         })
         .collect()
 }

@@ -1,13 +1,14 @@
 //! Views of a track from its keypoints by the shape prior (the paper's equations 6 to 8), all with the one shape they agree on.
 
-use motorcade_geometry::PinholeCamera;
+use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
 use motorcade_perception::{BoundingBox, VehicleClass, VehicleKeypoints};
 use motorcade_shape::{
-    Dimensions, FitOptions, Layout, Observation, RoadPlane, ShapeFit, ShapeFitter, ShapePrior, SizePrior,
-    TrackFit,
+    CLEAR_COST, Dimensions, FitOptions, HeadingEvidence, Layout, Observation, RoadPlane, ShapeFit,
+    ShapeFitter, ShapePrior, SizePrior, TrackFit, TrackShape,
 };
-use nalgebra::{Matrix3, Point3};
+use nalgebra::{Matrix3, Point3, Vector3};
 
+use super::heading_vote::{Vote, vote};
 use super::{ExternalTrack, ExternalView, SizeDependence};
 use crate::ground::GroundFrame;
 use crate::options::KeypointViewOptions;
@@ -61,18 +62,53 @@ impl<'a> KeypointViews<'a> {
         let found = [0, 1].map(|layout| self.common_shape(&frames, layout));
         let factor = self.options.shape_sigma_factor;
         let shapes = found.each_ref().map(|fit| fit.as_ref().map(|fit| fit.shape.widened(factor)));
-        let fit = |frame: &FrameKeypoints| {
-            let fitter = &self.fitters[frame.layout];
-            let fit = match &shapes[frame.layout] {
-                Some(shape) => fitter.fit_shaped(self.camera, &frame.observation, shape),
-                None => fitter.fit(self.camera, &frame.observation),
-            };
-            let fit = fit.ok().filter(|fit| !fit.heading_is_ambiguous())?;
-            Some(view(frame.frame, &fit, self.options))
+        let fit = |frame: FrameKeypoints| {
+            let fit = self.fit(&frame, &frame.observation, &shapes)?;
+            Some((frame, fit))
         };
-        let views = frames.iter().filter_map(fit).collect();
+        let fits: Vec<(FrameKeypoints, ShapeFit)> = frames.into_iter().filter_map(fit).collect();
+        let verdict = vote(&fits.iter().map(|(_, fit)| heading_vote(fit)).collect::<Vec<_>>());
+        let settled = verdict.margin >= CLEAR_COST;
+        let voted = |((frame, fit), turned): (&(FrameKeypoints, ShapeFit), &bool)| {
+            if settled && *turned {
+                let fit = self.turned(frame, fit, &shapes)?;
+                return Some(view(frame.frame, &fit, self.options));
+            }
+            let clear = settled || !fit.heading_is_ambiguous();
+            clear.then(|| view(frame.frame, fit, self.options))
+        };
+        let views = fits.iter().zip(&verdict.turned).filter_map(voted).collect();
         let size = found.iter().flatten().next().map(|fit| size(fit, track.class, self.options));
         ExternalTrack { views, size }
+    }
+
+    fn fit(
+        &self,
+        frame: &FrameKeypoints,
+        observation: &Observation,
+        shapes: &[Option<TrackShape>; 2],
+    ) -> Option<ShapeFit> {
+        let fitter = &self.fitters[frame.layout];
+        match &shapes[frame.layout] {
+            Some(shape) => fitter.fit_shaped(self.camera, observation, shape).ok(),
+            None => fitter.fit(self.camera, observation).ok(),
+        }
+    }
+
+    /// The fit with the opposite heading.
+    fn turned(
+        &self,
+        frame: &FrameKeypoints,
+        fit: &ShapeFit,
+        shapes: &[Option<TrackShape>; 2],
+    ) -> Option<ShapeFit> {
+        let other = fit.opposite?.camera_from_vehicle;
+        let up = frame.observation.road.map_or_else(|| -Vector3::y(), |road| road.up);
+        let mut observation = frame.observation.clone();
+        observation.heading = Some(HeadingEvidence::half_turn_about(&other, &up));
+        let fit = self.fit(frame, &observation, shapes)?;
+        let forward = |pose: &Pose<Camera, Vehicle>| pose.transform_vector(&Vector3::x());
+        (forward(&fit.camera_from_vehicle).dot(&forward(&other)) > 0.0).then_some(fit)
     }
 
     /// Keypoints in a box of the track. Its edges do not enter: the box is a measurement of its own.
@@ -88,6 +124,7 @@ impl<'a> KeypointViews<'a> {
             ..RoadPlane::level(ground.height_m)
         });
         observation.size = Some(size_prior(class));
+        observation.heading = keypoints.heading.clone();
         let layout = usize::from(keypoints.layout == Layout::Car14);
         Some(FrameKeypoints { frame: seen.frame, layout, observation })
     }
@@ -118,6 +155,11 @@ fn size(fit: &TrackFit, class: VehicleClass, options: &KeypointViewOptions) -> S
         .map(|v| (options.shape_sigma_factor * v.max(0.0).sqrt()).max(options.least_size_sigma_m));
     let sigma = sigma.zip_map(&class, f64::min);
     SizePrior { mean: fit.dimensions, sigma: Dimensions::from_vector(&sigma) }
+}
+
+fn heading_vote(fit: &ShapeFit) -> Vote {
+    let forward = fit.camera_from_vehicle.transform_vector(&Vector3::x());
+    Vote { forward, margin: fit.heading_margin().max(0.0) }
 }
 
 fn view(frame: usize, fit: &ShapeFit, options: &KeypointViewOptions) -> ExternalView {
@@ -191,7 +233,7 @@ mod tests {
                     let off = |n: usize| 6.0 * ((0.618_034 * n as f64).fract() - 0.5);
                     let pixel =
                         p.pixel.unwrap() + Vector2::new(off(31 * k + 7 * i), off(17 * k + 11 * i + 5));
-                    ObservedKeypoint { pixel, confidence: f64::from(u8::from(p.visible)) }
+                    ObservedKeypoint::new(pixel, f64::from(u8::from(p.visible)))
                 })
                 .collect();
             let keypoints = VehicleKeypoints::around_points(Layout::Car14, points).unwrap();
@@ -231,9 +273,9 @@ mod tests {
     #[test]
     fn keypoints_belong_to_the_box_around_them() {
         let corners = |left: f64| {
-            let mut points = vec![ObservedKeypoint { pixel: Point2::origin(), confidence: 0.0 }; 14];
+            let mut points = vec![ObservedKeypoint::missing(); 14];
             for (i, (x, y)) in [(0.0, 0.0), (80.0, 0.0), (80.0, 60.0), (0.0, 60.0)].into_iter().enumerate() {
-                points[i] = ObservedKeypoint { pixel: Point2::new(left + x, 200.0 + y), confidence: 0.8 };
+                points[i] = ObservedKeypoint::new(Point2::new(left + x, 200.0 + y), 0.8);
             }
             VehicleKeypoints::around_points(Layout::Car14, points).unwrap()
         };

@@ -23,6 +23,7 @@ use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
 use nalgebra::{Matrix3, Point2, SVector, Vector2, Vector3};
 
 use super::DOF;
+use super::heading::HeadingEvidence;
 use super::model::{Model, State};
 use super::observation::{ImageBox, Observation, RoadPlane};
 use super::options::FitOptions;
@@ -88,6 +89,8 @@ pub(crate) struct Problem<'a> {
     road: Option<RoadPlane>,
     image_box: Option<ImageBox>,
     size: Option<SizePrior>,
+    heading: Option<HeadingEvidence>,
+    swapped: bool,
     /// Distance at which metre sigmas are converted to pixels; constant during a refinement, because a growing distance would
     /// lower the cost.
     pub distance_m: f64,
@@ -109,7 +112,8 @@ impl<'a> Problem<'a> {
             if keypoint.confidence >= options.min_confidence {
                 // The confidence is the weight, as in the paper: measured errors grow as the root of 1/confidence (3, 4, 6 px
                 // of 64 at 0.7, 0.4, 0.2).
-                let variance = observation.sigma_px.map(|s| s * s / keypoint.confidence);
+                let sigma_px = keypoint.sigma_px.unwrap_or(observation.sigma_px);
+                let variance = sigma_px.map(|s| s * s / keypoint.confidence);
                 measured.push(Measured { index, point, pixel: keypoint.pixel, variance });
             } else {
                 missing.push(point);
@@ -124,6 +128,8 @@ impl<'a> Problem<'a> {
             road: observation.road,
             image_box: observation.image_box.filter(|_| model.has_outline()),
             size: observation.size,
+            heading: observation.heading.clone(),
+            swapped,
             distance_m: INITIAL_DISTANCE_M,
             shape_terms: true,
         }
@@ -132,6 +138,14 @@ impl<'a> Problem<'a> {
     /// Unit normal of the road towards the camera (camera frame).
     pub fn up(&self) -> Vector3<f64> {
         self.road.map_or_else(|| -Vector3::y(), |r| r.up)
+    }
+
+    /// Cost of what hypotheses differ in and refinement does not change: the assignment of sides, and the heading by a network.
+    pub fn discrete_cost(&self, state: &State) -> f64 {
+        let swap = if self.swapped { self.options.swap_cost } else { 0.0 };
+        let unrelated = self.options.advanced.heading_unrelated;
+        let heading = |h: &HeadingEvidence| h.cost(&state.camera_from_vehicle, &self.up(), unrelated);
+        swap + self.heading.as_ref().map_or(0.0, heading)
     }
 
     /// Whitened rows of all residuals at a state; false when a keypoint is behind the camera.

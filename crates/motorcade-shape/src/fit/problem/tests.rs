@@ -21,9 +21,9 @@ fn analytic_jacobians_match_differences() {
         let state = State { camera_from_vehicle: pose(&rotation, &Vector3::new(2.0, 1.5, 11.0)), shape };
         // Pixels off the projections, every third point missing.
         let keypoints = (0..layout.count())
-            .map(|i| ObservedKeypoint {
-                pixel: Point2::new(700.0 + 9.0 * i as f64, 200.0 + 4.0 * (i % 5) as f64),
-                confidence: if i % 3 == 0 { 0.0 } else { 0.5 },
+            .map(|i| {
+                let pixel = Point2::new(700.0 + 9.0 * i as f64, 200.0 + 4.0 * (i % 5) as f64);
+                ObservedKeypoint::new(pixel, if i % 3 == 0 { 0.0 } else { 0.5 })
             })
             .collect();
         let mut observation = Observation::new(keypoints, 2.0);

@@ -104,7 +104,7 @@ impl ShapeFitter {
             if !frame.problem.rows(&frame.state, rows) {
                 continue;
             }
-            let now = cost_of(&frame.problem, rows) + self.penalty(frame.swapped);
+            let now = cost_of(&frame.problem, rows) + frame.problem.discrete_cost(&frame.state);
             let swapped = opposite.sides_swapped;
             let observation = &observations[frame.index];
             let mut problem = Problem::new(&self.model, camera, self.options(), observation, swapped);
@@ -113,7 +113,7 @@ impl ShapeFitter {
             let start = State { camera_from_vehicle: opposite.camera_from_vehicle, shape: frame.state.shape };
             let effort = Effort::full(self.options().max_iterations);
             let Some(there) = refine(&problem, start, Free::Pose, effort, rows) else { continue };
-            if there.cost + self.penalty(swapped) + FLIP_GAIN < now {
+            if there.cost + problem.discrete_cost(&there.state) + FLIP_GAIN < now {
                 (frame.problem, frame.state, frame.swapped) = (problem, there.state, swapped);
                 turned = true;
             }
