@@ -52,6 +52,8 @@ fn read(folder: &Path, entry: &ModelEntry) -> Result<Vec<u8>> {
 fn info(entry: &ModelEntry, bytes: &[u8]) -> ModelInfo {
     let kind = match entry.output {
         OutputSpec::Yolox { .. } => "yolox",
+        OutputSpec::Ssd { .. } => "ssd",
+        OutputSpec::CentrePoint { .. } => "centre-point",
         OutputSpec::Segmentation { .. } => "segmentation",
         OutputSpec::Scene { .. } => "scene",
         OutputSpec::Keypoints { .. } => "keypoints",

@@ -69,10 +69,12 @@ pub use error::{Error, Result};
 pub use files::{DetectionFormat, DetectionTable, KeypointTable, RoadMaskFolder};
 pub use inventory::{ModelInfo, list_models};
 pub use keypoints::VehicleKeypoints;
-pub use manifest::{ColourOrder, InputSpec, MANIFEST_NAME, Manifest, ModelEntry, OutputSpec, Resize};
+pub use manifest::{
+    ColourOrder, InputSpec, KeypointVariance, MANIFEST_NAME, Manifest, ModelEntry, OutputSpec, Resize,
+};
 pub use models::{ModelOptions, ModelSet, ModelSource};
 pub use network::{
-    CropOptions, Engine, KeypointNetwork, Network, RoadNetwork, SceneNetwork, YoloxDetector, suppress,
+    BoxDetector, CropOptions, Engine, KeypointNetwork, Network, RoadNetwork, SceneNetwork, suppress,
 };
 pub use perception::{Observations, Perception, PerceptionOptions};
 pub use recording::Recording;

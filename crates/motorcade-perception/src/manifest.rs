@@ -5,6 +5,7 @@ use std::path::Path;
 
 use crate::detection::VehicleClass;
 use crate::error::{Error, Result};
+use crate::network::BoxFamily;
 
 /// Name of the manifest in a folder of networks.
 pub const MANIFEST_NAME: &str = "models.toml";
@@ -99,6 +100,17 @@ pub enum OutputSpec {
         /// Class numbers that are vehicles.
         classes: BTreeMap<String, VehicleClass>,
     },
+    /// `[1, 1, N, 7]`, decoded: image, class, score, left, top, right, bottom in shares of the input.
+    Ssd {
+        /// Class numbers that are vehicles.
+        classes: BTreeMap<String, VehicleClass>,
+    },
+    /// Three outputs: probabilities of box centres `[1, C, h, w]`, sizes `[1, 2, h, w]` and offsets `[1, 2, h, w]` in cells.
+    #[serde(rename = "centre-point")]
+    CentrePoint {
+        /// Class numbers that are vehicles.
+        classes: BTreeMap<String, VehicleClass>,
+    },
     /// `[1, C, H, W]` class probabilities.
     Segmentation {
         /// Class numbers that are road.
@@ -119,6 +131,18 @@ pub enum OutputSpec {
         #[serde(default)]
         variance: KeypointVariance,
     },
+}
+
+impl OutputSpec {
+    /// Family and class numbers of a network whose only outputs are boxes.
+    pub(crate) fn boxes(&self) -> Option<(BoxFamily, &BTreeMap<String, VehicleClass>)> {
+        match self {
+            Self::Yolox { classes } => Some((BoxFamily::Yolox, classes)),
+            Self::Ssd { classes } => Some((BoxFamily::Ssd, classes)),
+            Self::CentrePoint { classes } => Some((BoxFamily::CentrePoint, classes)),
+            Self::Segmentation { .. } | Self::Scene { .. } | Self::Keypoints { .. } => None,
+        }
+    }
 }
 
 /// Variance of a keypoint along an axis: `gain` × second moment of its heat map + `floor`, in shares of the crop squared.
@@ -181,16 +205,23 @@ impl Manifest {
             if model.input.std.contains(&0.0) {
                 return wrong("std must not be 0");
             }
-            match &model.output {
-                OutputSpec::Yolox { classes } if classes.keys().any(|key| key.parse::<usize>().is_err()) => {
-                    return wrong("the keys of classes are the class numbers of the network");
-                }
-                OutputSpec::Yolox { classes } if classes.is_empty() => {
+            if let Some((_, classes)) = model.output.boxes() {
+                if classes.is_empty() {
                     return wrong("names no vehicle class");
                 }
+                if classes.keys().any(|key| key.parse::<usize>().is_err()) {
+                    return wrong("the keys of classes are the class numbers of the network");
+                }
+            }
+            match &model.output {
                 OutputSpec::Segmentation { road } if road.is_empty() => return wrong("names no road class"),
                 OutputSpec::Scene { pixels, .. } if !(10_000..=10_000_000).contains(pixels) => {
                     return wrong("pixels must lie between 10000 and 10000000");
+                }
+                OutputSpec::Keypoints { variance: KeypointVariance { gain, floor } }
+                    if !(gain.is_finite() && *gain >= 0.0 && floor.is_finite() && *floor > 0.0) =>
+                {
+                    return wrong("variance needs a gain of 0 or more and a floor above 0");
                 }
                 _ => {}
             }

@@ -10,9 +10,7 @@ use crate::detectors::{KeypointDetector, RoadSegmenter, VehicleDetector};
 use crate::embedded;
 use crate::error::Result;
 use crate::manifest::{Manifest, ModelEntry, OutputSpec, Resize};
-use crate::network::{
-    CropOptions, Engine, KeypointNetwork, Network, RoadNetwork, SceneNetwork, YoloxDetector,
-};
+use crate::network::{BoxDetector, CropOptions, Engine, KeypointNetwork, Network, RoadNetwork, SceneNetwork};
 
 /// Options of inference.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -116,12 +114,13 @@ impl ModelSet {
         let mut keypoints: Option<Candidate<dyn KeypointDetector>> = None;
         for entry in &manifest.models {
             let network = load(entry, &threads)?;
+            if let Some((family, classes)) = entry.output.boxes() {
+                let misfit = misfit(&network, entry.input.resize, image_size);
+                let detector = BoxDetector::new(network, family, numbered(classes), options.min_score);
+                keep(&mut vehicles, misfit, Box::new(detector));
+                continue;
+            }
             match &entry.output {
-                OutputSpec::Yolox { classes } => {
-                    let misfit = misfit(&network, entry.input.resize, image_size);
-                    let detector = YoloxDetector::new(network, numbered(classes), options.min_score);
-                    keep(&mut vehicles, misfit, Box::new(detector));
-                }
                 OutputSpec::Segmentation { road: classes } => {
                     let misfit = misfit(&network, entry.input.resize, image_size);
                     keep(&mut road, misfit, Box::new(RoadNetwork::new(network, classes.clone())));
@@ -137,6 +136,7 @@ impl ModelSet {
                     let network = KeypointNetwork::new(network, *variance, CropOptions::default());
                     keep(&mut keypoints, 0.0, Box::new(network));
                 }
+                OutputSpec::Yolox { .. } | OutputSpec::Ssd { .. } | OutputSpec::CentrePoint { .. } => {}
             }
         }
         Ok(Self {

@@ -161,9 +161,10 @@ fn input_size(path: &Path, shape: &[Dimension], entry: &ModelEntry) -> Result<(u
         Err(Error::model(path, format!("input has shape [{}], expected {expected}", dimensions.join(", "))))
     };
     match entry.output {
-        OutputSpec::Yolox { .. } | OutputSpec::Segmentation { .. } => {
-            image_size(path, shape, entry.input.size)
-        }
+        OutputSpec::Yolox { .. }
+        | OutputSpec::Ssd { .. }
+        | OutputSpec::CentrePoint { .. }
+        | OutputSpec::Segmentation { .. } => image_size(path, shape, entry.input.size),
         OutputSpec::Scene { .. } if takes([Some(1), Some(3), None, None]) => Ok((0, 0)),
         OutputSpec::Scene { .. } => wrong("[1, 3, height, width] with open height and width"),
         OutputSpec::Keypoints { .. } if takes([None, Some(4), Some(64), Some(64)]) => Ok((64, 64)),

@@ -1,5 +1,6 @@
 //! Networks, run by `rten` (pure Rust) or, on request, by ONNX Runtime.
 
+mod boxes;
 mod crop;
 mod engine;
 mod keypoints;
@@ -10,11 +11,11 @@ mod preprocess;
 mod rten_engine;
 mod scene;
 mod segmentation;
-mod yolox;
 
+pub use boxes::BoxDetector;
+pub(crate) use boxes::BoxFamily;
 pub use engine::{Engine, Network};
 pub use keypoints::{CropOptions, KeypointNetwork};
 pub use nms::suppress;
 pub use scene::SceneNetwork;
 pub use segmentation::RoadNetwork;
-pub use yolox::YoloxDetector;

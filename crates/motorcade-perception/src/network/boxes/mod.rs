@@ -1,0 +1,130 @@
+//! Networks that find boxes of vehicles in an image, by the family of their output.
+
+mod centre_point;
+mod ssd;
+mod yolox;
+
+use image::RgbImage;
+use motorcade_dataset::Frame;
+use rten_tensor::Tensor;
+
+use super::engine::Network;
+use super::nms::suppress;
+use super::preprocess::{input, scale};
+use crate::detection::{BoundingBox, BoxConvention, Detection, VehicleClass};
+use crate::detectors::VehicleDetector;
+use crate::error::Result;
+
+/// Least width and height of a box \[px\].
+const LEAST_SIDE_PX: f64 = 2.0;
+
+/// Decoding of the outputs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum BoxFamily {
+    /// One row a cell, not decoded (Ge et al., *YOLOX*, arXiv 2107.08430).
+    Yolox,
+    /// One row a box, decoded (Liu et al., *SSD*, ECCV 2016, with its detection-output layer).
+    Ssd,
+    /// Heat maps of box centres with sizes and offsets (Zhou et al., *Objects as Points*, arXiv 1904.07850).
+    CentrePoint,
+}
+
+/// A network that finds vehicles.
+#[derive(Debug)]
+pub struct BoxDetector {
+    network: Network,
+    family: BoxFamily,
+    classes: Classes,
+}
+
+/// A box before it is brought back to the image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Candidate {
+    class: VehicleClass,
+    score: f64,
+    /// Left, top, right, bottom at pixel edges of the input \[px\].
+    edges_px: [f64; 4],
+}
+
+/// Classes of a network that are vehicles, and the least score of a box.
+#[derive(Debug)]
+struct Classes {
+    /// Class number of the network and what it is.
+    known: Vec<(usize, VehicleClass)>,
+    min_score: f64,
+}
+
+impl Classes {
+    /// The largest class number.
+    fn last(&self) -> usize {
+        self.known.iter().map(|(number, _)| *number).max().unwrap_or(0)
+    }
+    /// The best vehicle class by a score a class, when good enough.
+    fn best(&self, score: impl Fn(usize) -> f64) -> Option<(f64, VehicleClass)> {
+        let scored = self.known.iter().map(|(number, class)| (score(*number), *class));
+        scored.filter(|(score, _)| *score >= self.min_score).max_by(|a, b| a.0.total_cmp(&b.0))
+    }
+}
+
+impl VehicleDetector for BoxDetector {
+    fn detect(&mut self, frame: &Frame) -> Result<Vec<Detection>> {
+        self.detect_in(&frame.rgb())
+    }
+    fn description(&self) -> String {
+        self.network.description()
+    }
+}
+
+impl BoxDetector {
+    pub(crate) fn new(
+        network: Network,
+        family: BoxFamily,
+        classes: Vec<(usize, VehicleClass)>,
+        min_score: f64,
+    ) -> Self {
+        Self { network, family, classes: Classes { known: classes, min_score } }
+    }
+
+    /// Finds vehicles, best first.
+    pub fn detect_in(&self, image: &RgbImage) -> Result<Vec<Detection>> {
+        let size = self.network.size;
+        let outputs = self.network.run_all(input(&self.network.spec, image, size))?;
+        let back = scale(&self.network.spec, image.dimensions(), size);
+        let detection = |candidate: Candidate| {
+            let [x1, y1, x2, y2] = candidate.edges_px;
+            // Pixel edges of the input to pixel centres of the image.
+            let bbox = [x1 * back.x, y1 * back.y, x2 * back.x, y2 * back.y].map(|edge| edge - 0.5);
+            let bbox = BoundingBox::new(bbox).clipped(image.width(), image.height());
+            (bbox.width() >= LEAST_SIDE_PX && bbox.height() >= LEAST_SIDE_PX).then_some(Detection {
+                class: candidate.class,
+                score: candidate.score,
+                bbox,
+                convention: BoxConvention::VisibleExtent,
+                external_id: None,
+            })
+        };
+        Ok(suppress(self.decode(&outputs, size)?.into_iter().filter_map(detection).collect()))
+    }
+
+    fn decode(&self, outputs: &[Tensor<f32>], size: (usize, usize)) -> Result<Vec<Candidate>> {
+        let decoded = match self.family {
+            BoxFamily::Yolox => yolox::decode(outputs, size, &self.classes),
+            BoxFamily::Ssd => ssd::decode(outputs, size, &self.classes),
+            BoxFamily::CentrePoint => centre_point::decode(outputs, size, &self.classes),
+        };
+        decoded.map_err(|wrong| self.network.wrong_output(&wrong.found, &wrong.expected))
+    }
+}
+
+/// An output of another shape than the family has.
+#[derive(Debug, PartialEq)]
+struct WrongOutput {
+    found: Vec<usize>,
+    expected: String,
+}
+
+impl WrongOutput {
+    fn new(found: &[usize], expected: impl Into<String>) -> Self {
+        Self { found: found.to_vec(), expected: expected.into() }
+    }
+}
