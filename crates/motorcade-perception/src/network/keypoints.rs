@@ -8,7 +8,7 @@ use rten_tensor::{Layout as _, NdTensor, Tensor};
 
 use super::crop::{CropFrame, INPUT_PX};
 use super::engine::Network;
-use crate::detection::{Detection, VehicleClass};
+use crate::detection::{BoundingBox, Detection, VehicleClass};
 use crate::detectors::KeypointDetector;
 use crate::error::Result;
 use crate::keypoints::VehicleKeypoints;
@@ -32,11 +32,15 @@ pub struct CropOptions {
     pub min_score: f64,
     /// Crops a frame at most, largest first: each costs time.
     pub max_crops: usize,
+    /// Time after which a box is cropped again \[s\]: in between, a network errs as it did before.
+    pub interval_s: f64,
+    /// Overlap (IoU) with a box cropped before from which it is the same vehicle.
+    pub same_iou: f64,
 }
 
 impl Default for CropOptions {
     fn default() -> Self {
-        Self { min_height_px: 20.0, min_score: 0.3, max_crops: 8 }
+        Self { min_height_px: 20.0, min_score: 0.3, max_crops: 8, interval_s: 0.15, same_iou: 0.5 }
     }
 }
 
@@ -45,30 +49,37 @@ pub struct KeypointNetwork {
     network: Network,
     variance: KeypointVariance,
     options: CropOptions,
+    /// Time and box of the crops of the last `interval_s`.
+    recent: Vec<(i64, BoundingBox)>,
 }
 
 impl KeypointNetwork {
     pub(crate) fn new(network: Network, variance: KeypointVariance, options: CropOptions) -> Self {
-        Self { network, variance, options }
+        Self { network, variance, options, recent: Vec::new() }
     }
 
-    /// Boxes to look at, largest first.
-    fn chosen<'d>(&self, detections: &'d [Detection]) -> Vec<&'d Detection> {
-        let CropOptions { min_height_px, min_score, max_crops } = self.options;
+    /// Boxes to look at, largest first, without those looked at a moment ago.
+    fn chosen<'d>(&mut self, timestamp_ns: i64, detections: &'d [Detection]) -> Vec<&'d Detection> {
+        let CropOptions { min_height_px, min_score, max_crops, interval_s, same_iou } = self.options;
+        let age_s = |then: i64| (timestamp_ns - then) as f64 * 1e-9;
+        self.recent.retain(|(then, _)| (0.0..interval_s).contains(&age_s(*then)));
+        let recent = &self.recent;
+        let due = |d: &&Detection| !recent.iter().any(|(_, bbox)| bbox.iou(&d.bbox) > same_iou);
         let known = |d: &&Detection| matches!(d.class, VehicleClass::Car | VehicleClass::Van);
         let large =
             |d: &&Detection| d.bbox.height() >= min_height_px && d.bbox.width() >= 0.5 * min_height_px;
-        let mut chosen: Vec<&Detection> =
-            detections.iter().filter(|d| d.score >= min_score).filter(known).filter(large).collect();
+        let certain = detections.iter().filter(|d| d.score >= min_score);
+        let mut chosen: Vec<&Detection> = certain.filter(known).filter(large).filter(due).collect();
         chosen.sort_by(|a, b| b.bbox.area().total_cmp(&a.bbox.area()));
         chosen.truncate(max_crops);
+        self.recent.extend(chosen.iter().map(|d| (timestamp_ns, d.bbox)));
         chosen
     }
 }
 
 impl KeypointDetector for KeypointNetwork {
     fn keypoints(&mut self, frame: &Frame, detections: &[Detection]) -> Result<Vec<VehicleKeypoints>> {
-        let chosen = self.chosen(detections);
+        let chosen = self.chosen(frame.timestamp_ns, detections);
         if chosen.is_empty() {
             return Ok(Vec::new());
         }
