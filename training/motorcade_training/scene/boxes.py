@@ -23,6 +23,13 @@ def area(boxes: Boxes) -> NDArray[np.float32]:
     return np.clip(boxes[:, 2] - boxes[:, 0], 0, None) * np.clip(boxes[:, 3] - boxes[:, 1], 0, None)
 
 
+def average(boxes: Boxes, scores: NDArray[np.float32], kept: NDArray[np.int64], limit: float) -> Boxes:
+    """Each kept box as the mean of all that overlap it by more than `limit`, weighted by score squared times IoU."""
+    overlap = iou(boxes[kept], boxes)
+    weight = np.where(overlap > limit, overlap * scores[None] ** 2, 0)
+    return (weight @ boxes / np.maximum(weight.sum(1, keepdims=True), 1e-12)).astype(np.float32)
+
+
 def suppress(boxes: Boxes, scores: NDArray[np.float32], limit: float) -> NDArray[np.int64]:
     """Non-maximum suppression without regard to class: indices of the boxes kept, best first."""
     kept: list[int] = []

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from motorcade_training.scene.boxes import Boxes, suppress
+from motorcade_training.scene.boxes import Boxes, average, suppress
 from motorcade_training.scene.classes import CLASSES
 from motorcade_training.scene.model import BOX_STRIDES
 
-#: Boxes of one class that overlap more are one vehicle; so do boxes of any two classes from the second limit on.
-SAME_IOU, ANY_IOU = 0.5, 0.6
+#: Boxes of any class that overlap more are one vehicle; those that overlap the best one by the second limit are averaged with it.
+SAME_IOU, AVERAGED_IOU = 0.5, 0.6
 
 
 def decode_boxes(outputs: list[np.ndarray], least_score: float = 0.05, limit: float = SAME_IOU) -> tuple[Boxes, np.ndarray, np.ndarray]:
@@ -27,4 +27,4 @@ def decode_boxes(outputs: list[np.ndarray], least_score: float = 0.05, limit: fl
         kinds.append(kind[y, x])
     found, score, kind = np.concatenate(boxes).astype(np.float32), np.concatenate(scores), np.concatenate(kinds)
     kept = suppress(found, score, limit)
-    return found[kept], score[kept], kind[kept]
+    return average(found, score, kept, AVERAGED_IOU), score[kept], kind[kept]

@@ -8,7 +8,7 @@ use rten_tensor::Tensor;
 use rten_tensor::prelude::*;
 
 use super::engine::Network;
-use super::nms::suppress;
+use super::nms::suppress_and_average;
 use super::preprocess::{Scale, input};
 use crate::detection::{BoundingBox, BoxConvention, Detection, VehicleClass};
 use crate::detectors::{RoadSegmenter, VehicleDetector};
@@ -97,7 +97,7 @@ impl Shared {
         Ok(Scene {
             number: frame.number,
             timestamp_ns: frame.timestamp_ns,
-            detections: suppress(detections),
+            detections: suppress_and_average(detections),
             road: RoadMask::new(mask, image.width(), image.height()),
         })
     }
