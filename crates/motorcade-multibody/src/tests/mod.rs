@@ -3,6 +3,7 @@
 use motorcade_geometry::{Camera, Pose, Vehicle, World};
 use motorcade_odometry::{EgoTrajectory, MetricOptions, OdometryTrajectory};
 use motorcade_perception::VehicleClass;
+use motorcade_testing::{CAMERA_HEIGHT_M, on_road};
 use motorcade_vehicles::{Dimensions, Scaling, Sighting, Source, VehicleState, VehicleTrajectory};
 use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
 use rand::{Rng, SeedableRng};
@@ -21,14 +22,6 @@ fn camera(k: usize) -> Pose<World, Camera> {
     Pose::from_parts(UnitQuaternion::identity(), Vector3::new(0.0, 0.0, k as f64))
 }
 
-/// A pose on the road, its nose `heading_rad` to the left of the world's z axis.
-fn on_road(x: f64, z: f64, heading_rad: f64) -> Pose<World, Vehicle> {
-    let forward = Vector3::new(-heading_rad.sin(), 0.0, heading_rad.cos());
-    let up = -Vector3::y();
-    let axes = Matrix3::from_columns(&[forward, up.cross(&forward), up]);
-    Pose::from_matrix(&axes, &Vector3::new(x, 1.65, z))
-}
-
 /// A car ahead in a long bend, as fast as the camera.
 fn ahead(k: usize) -> Pose<World, Vehicle> {
     let (radius, angle) = (150.0, k as f64 / 150.0);
@@ -39,7 +32,7 @@ fn ego() -> EgoTrajectory {
     let poses: Vec<_> = (0..FRAMES).map(camera).collect();
     let timestamps_ns: Vec<i64> = (0..poses.len() as i64).map(|k| k * 100_000_000).collect();
     let odometry = OdometryTrajectory::from_poses(&poses, &timestamps_ns);
-    EgoTrajectory::metric(&odometry, &[], 1.65, 0.0, &MetricOptions::default())
+    EgoTrajectory::metric(&odometry, &[], CAMERA_HEIGHT_M, 0.0, &MetricOptions::default())
 }
 
 /// A vehicle with the front end's poses `start` and the measurements `sightings`.

@@ -51,7 +51,7 @@ fn seen_at(ticks: &[usize], seed: u64) -> (EgoTrajectory, VehicleTrajectory, Vec
     let timestamps_ns: Vec<i64> = times_s.iter().map(|t| (t * 1e9).round() as i64).collect();
     let odometry = OdometryTrajectory::from_poses(&cameras, &timestamps_ns);
     let options = MetricOptions::default();
-    let mut ego = EgoTrajectory::metric(&odometry, &[], 1.65, 0.0, &options);
+    let mut ego = EgoTrajectory::metric(&odometry, &[], CAMERA_HEIGHT_M, 0.0, &options);
     for frame in &mut ego.frames {
         // Of the covariance of a vehicle only the part of the graph is compared.
         frame.covariance = Matrix6::zeros();

@@ -170,10 +170,8 @@ fn alpha(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use motorcade_testing::CAMERA;
     use nalgebra::Vector6;
-
-    const CAMERA: PinholeCamera =
-        PinholeCamera { fx: 720.0, fy: 720.0, cx: 600.0, cy: 180.0, width: 1242, height: 375 };
 
     /// Pixels of one road point in two frames, lifted onto the road by eq. (1), give the scale of the motion between them.
     #[test]

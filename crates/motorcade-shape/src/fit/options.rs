@@ -1,6 +1,6 @@
 //! Options of the fit.
 
-use motorcade_geometry::robust::Kernel;
+use motorcade_geometry::robust::RobustKernel;
 
 /// Method of refinement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,7 +23,7 @@ pub struct FitOptions {
     /// networks place points differently.
     pub keypoint_sigma_m: f64,
     /// Kernel on the whitened squared distance of a keypoint (2 degrees of freedom).
-    pub kernel: Kernel,
+    pub kernel: RobustKernel,
     /// Headings tried, evenly over the circle.
     pub headings: usize,
     /// Most likely headings that are refined; at least 2.
@@ -77,7 +77,7 @@ impl Default for FitOptions {
             min_confidence: 0.1,
             keypoint_sigma_m: 0.05,
             // √ of the 95 % quantile of χ²₂.
-            kernel: Kernel::Cauchy(2.447_7),
+            kernel: RobustKernel::Cauchy(2.447_7),
             headings: 12,
             refined: 4,
             deformations: super::MAX_SHAPE,
