@@ -1,12 +1,12 @@
 //! Synthetic drives with exact ground truth, from traffic on a road down to the pixels of a camera.
 //!
-//! Three types to know: a [`Scenario`] is a plan with a name, [`simulate`] turns it into a [`Drive`] (where the camera
-//! and every vehicle are at every frame), and a [`Renderer`] makes a [`Picture`] of any frame. The flow is one
+//! Three types to know: a [`Scenario`] is a plan with a name, [`simulate`] turns it into a [`Drive`] (poses of the camera
+//! and of every vehicle at every frame), and a [`Renderer`] makes a [`Picture`] of any frame. The flow is one
 //! direction: plan → road and kinematic bicycles → drive → scenery and meshes → pictures → labels, detections, files.
 //! [`Drive::write_kitti`] writes a folder in the shape of KITTI tracking; [`reenact`] makes a drive from a real
 //! trajectory and its labels.
 //!
-//! Everything drawn by lot comes from the seed: the same seed gives the same bytes, for any number of threads.
+//! All random numbers come from the seed: the same seed gives the same bytes, for any number of threads.
 //! Textures are fixed to the world and filtered to the pixel's footprint, so nothing crawls or pops.
 //!
 //! ```

@@ -67,8 +67,7 @@ fn initial(
 
 /// Smoothed states out of the forward pass.
 pub(super) fn backward(filtered: &[FilterStep<3>], model: &NoiseModel) -> Vec<SmoothedState> {
-    let mean = model.mean();
-    let states = rts::smooth(filtered);
+    let states = rts::smooth_about(&model.mean(), filtered);
     // Correlation with the state before: Cov(x_k−1, x_k) over both standard deviations.
     let correlation = |k: usize| {
         let (before, state) = (states.get(k.wrapping_sub(1))?, states.get(k)?);
@@ -76,7 +75,7 @@ pub(super) fn backward(filtered: &[FilterStep<3>], model: &NoiseModel) -> Vec<Sm
         (sigmas > 0.0).then(|| (before.cross_covariance[(0, 0)] / sigmas).clamp(0.0, 1.0))
     };
     let state = |(k, s): (usize, &Smoothed<3>)| SmoothedState {
-        value: s.mean + mean,
+        value: s.mean,
         covariance: s.covariance,
         correlation: correlation(k).unwrap_or(0.0),
         overlap: 1.0,

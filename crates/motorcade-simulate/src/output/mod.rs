@@ -1,4 +1,4 @@
-//! A drive as files.
+//! Output of a drive as files.
 
 mod csv;
 pub(crate) mod detections;

@@ -1,4 +1,4 @@
-//! How pictures are made.
+//! Options of rendering.
 
 use motorcade_geometry::PinholeCamera;
 
@@ -6,7 +6,7 @@ use super::look::Look;
 use super::weather::Weather;
 use crate::error::{Error, Result};
 
-/// What the sensor adds to a picture.
+/// Noise, exposure and motion blur of the sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorOptions {
     /// Standard deviation of the noise of a pixel \[grey levels of 255\].
@@ -15,8 +15,8 @@ pub struct SensorOptions {
     pub exposure_drift: f64,
     /// Shutter time \[s\]; seen only with more than one blur sample.
     pub shutter_s: f64,
-    /// Pictures averaged over the shutter time, whose middle is the time of the frame; 1 for no motion blur. Time grows
-    /// with it, for even numbers by one picture more.
+    /// Pictures averaged over the shutter time, whose middle is the time of the frame; 1 for no motion blur. The cost is proportional
+    /// to it, for even numbers to one picture more.
     pub blur_samples: usize,
 }
 
@@ -33,7 +33,7 @@ pub struct RenderOptions {
     pub camera: PinholeCamera,
     /// Frames per second.
     pub fps: f64,
-    /// The sky.
+    /// The weather.
     pub weather: Weather,
     /// The sensor.
     pub sensor: SensorOptions,
@@ -73,10 +73,10 @@ impl RenderOptions {
         self
     }
 
-    /// Refuses what cannot be.
+    /// Checks the values.
     ///
     /// # Errors
-    /// Says which option and why.
+    /// An invalid option, by name and reason.
     pub fn validate(&self) -> Result<()> {
         self.camera.validate().map_err(|e| Error::Plan(e.to_string()))?;
         let fine = self.fps.is_finite() && self.fps > 0.0 && self.fps <= 1000.0;
@@ -93,7 +93,7 @@ impl RenderOptions {
             ("shutter time [s]", shutter_s, 1.0 / self.fps),
         ];
         for (what, value, most) in sensor {
-            // Not a number lies in no range.
+            // NaN lies in no range.
             if !(0.0..=most).contains(&value) {
                 return Err(Error::Plan(format!("{what} must lie in [0, {most}], got {value}")));
             }

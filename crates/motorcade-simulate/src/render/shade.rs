@@ -1,4 +1,4 @@
-//! From a surface under a pixel to its colour.
+//! Shading: the colour of a surface at a pixel.
 
 use nalgebra::{Point3, Vector3};
 
@@ -16,12 +16,12 @@ use crate::form::Form;
 /// A colour, red, green, blue, 0 to 1.
 pub(super) type Colour = [f32; 3];
 
-/// Textures everything shares.
+/// Textures shared by all surfaces.
 #[derive(Clone, Debug)]
 pub(crate) struct Textures {
     /// Grains and blotches of all sizes.
     pub noise: Tile,
-    /// Thin dark lines on nothing.
+    /// Thin dark lines.
     pub cracks: Tile,
     /// Soft and large.
     pub clouds: Tile,
@@ -29,7 +29,7 @@ pub(crate) struct Textures {
 
 impl Textures {
     pub(crate) fn new(seed: u64) -> Self {
-        // Nearly the same strength at all sizes: something to track at every distance.
+        // Nearly the same amplitude at all scales, so that there is texture to track at every distance.
         let flat = |cells: usize| if cells < 8 { 0.4 } else { 1.0 };
         let noise = Tile::noise(seed, flat, |v| (1.3 * v).clamp(-1.0, 1.0));
         let line = |v: f32| -(1.0 - v.abs() * 22.0).clamp(0.0, 1.0);
@@ -40,32 +40,32 @@ impl Textures {
     }
 }
 
-/// Everything colours depend on at one frame.
+/// Inputs of the shading of one frame.
 pub(super) struct Scene<'a> {
     pub drive: &'a Drive,
     pub buildings: &'a [Building],
     pub textures: &'a Textures,
     pub repairs: &'a Repairs,
-    /// One a vehicle.
+    /// One per vehicle.
     pub forms: &'a [Form],
     pub air: Air,
     pub shadows: Shadows,
     /// Towards the sun, in the site.
     pub sun: Vector3<f64>,
-    /// Where looks are varied.
+    /// Present with varied appearance.
     pub varied: Option<Varied<'a>>,
 }
 
-/// What the scene has more of where looks are varied.
+/// Further inputs with varied appearance.
 pub(super) struct Varied<'a> {
     pub lighting: Lighting,
-    /// One a vehicle.
+    /// One per vehicle.
     pub looks: &'a [VehicleLook],
-    /// x, y, z of the vehicles in the site, one a vehicle.
+    /// x, y, z of the vehicles in the site, one per vehicle.
     pub axes: Vec<[Vector3<f64>; 3]>,
 }
 
-/// What is known of a surface at a pixel.
+/// Surface attributes at a pixel.
 pub(super) struct Fragment {
     pub material: Material,
     pub attributes: [f64; 3],
@@ -88,7 +88,7 @@ impl Fragment {
         let [a, b, c] = self.attributes;
         [a as f32, b as f32, c as f32]
     }
-    /// Footprint in two of the attributes.
+    /// Footprint of the pixel in two of the attributes.
     pub(super) fn footprint(&self, i: usize, j: usize) -> Footprint {
         let (dx, dy) = (&self.dx, &self.dy);
         Footprint { dx: [dx[i] as f32, dx[j] as f32], dy: [dy[i] as f32, dy[j] as f32] }
@@ -140,7 +140,7 @@ pub(super) fn shade(scene: &Scene<'_>, f: &Fragment) -> Shaded {
     };
     let air = &scene.air;
     let sun = f.normal.dot(&scene.sun).max(0.0) as f32;
-    // The sky lights from above, the street throws a little back.
+    // Light of the sky from above, and a small reflection from the street.
     let sky = 0.5 + 0.5 * f.normal.z as f32;
     let clear = 1.0 - air.overcast;
     if let Some(varied) = &scene.varied {
@@ -166,13 +166,13 @@ pub(super) fn shade(scene: &Scene<'_>, f: &Fragment) -> Shaded {
     Shaded { colour: hazy(air, colour, f.depth_m), road }
 }
 
-/// A colour through so much air.
+/// A colour seen through a length of haze.
 fn hazy(air: &Air, colour: Colour, depth_m: f64) -> Colour {
     let haze = 1.0 - (-(depth_m as f32) / air.reach_m).exp();
     mixed(colour, air.haze, haze)
 }
 
-/// A vehicle's skin under varied light: diffuse, mirrored surroundings by Fresnel's law (Schlick), the sun's highlight.
+/// A vehicle's surface under varied light: diffuse, reflected surroundings by Schlick's approximation, the sun's highlight.
 fn varied_skin(scene: &Scene<'_>, varied: &Varied<'_>, f: &Fragment, part: Part) -> Colour {
     let index = usize::from(f.owner).wrapping_sub(1);
     let (Some(vehicle), Some(form), Some(look), Some([x, y, z])) = (
@@ -187,7 +187,7 @@ fn varied_skin(scene: &Scene<'_>, varied: &Varied<'_>, f: &Fragment, part: Part)
     let skin = varied_paint::skin(scene, f, part, (vehicle, form, look));
     let normal = (f.normal + x * skin.bulge.x + y * skin.bulge.y + z * skin.bulge.z).normalize();
     let light = varied.lighting.on(scene.textures, &f.point_in_site, &normal, 1.0);
-    // Little light gets under the body.
+    // Little light reaches the underside of the body.
     let height = f.attributes[2] as f32;
     let under = (0.25 + 2.5 * height).min(1.0) * if normal.z < -0.3 { 0.3 } else { 1.0 };
     let mut colour = times(skin.colour, scaled(light.colour, air.brightness * under));
@@ -214,12 +214,12 @@ fn added(a: Colour, b: Colour) -> Colour {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
-/// Wet ground: darker, and at grazing angles a mirror of the sky, more so where water stands.
+/// Wet ground: darker, and reflecting the sky at grazing angles, more so in puddles.
 fn wet(scene: &Scene<'_>, f: &Fragment, colour: Colour, road: f32) -> Colour {
     let (s, d) = (f.attributes[0] as f32, f.attributes[1] as f32);
     let pools = scene.textures.clouds.sample(s, d, &f.footprint(0, 1).probe(), 61.0);
     let dark = scaled(colour, 1.0 - scene.air.wet * (0.38 + 0.12 * pools));
-    // Schlick's approximation for water; rough asphalt spoils most of the mirror.
+    // Schlick's approximation for water; rough asphalt scatters most of the reflection.
     let to_eye = (1.0 / f.depth_m.max(1.0)) as f32 * 1.65;
     let grazing = (1.0 - to_eye.clamp(0.0, 1.0)).powi(5);
     let share = scene.air.wet * (0.02 + 0.98 * grazing) * (0.22 + 0.35 * pools).clamp(0.03, 0.6);
@@ -232,7 +232,7 @@ pub(super) fn scaled(colour: Colour, factor: f32) -> Colour {
     [r * factor, g * factor, b * factor]
 }
 
-/// `share` of b in a.
+/// Mix of a and b with a share of b.
 #[inline]
 pub(super) fn mixed(a: Colour, b: Colour, share: f32) -> Colour {
     [a[0] + (b[0] - a[0]) * share, a[1] + (b[1] - a[1]) * share, a[2] + (b[2] - a[2]) * share]

@@ -1,4 +1,4 @@
-//! What a vehicle's skin looks like where: paint, glass, lights, plate, wheel arches.
+//! Colours of a vehicle's surface: paint, glass, lights, plate, wheel arches.
 
 use motorcade_perception::VehicleClass;
 
@@ -7,7 +7,7 @@ use super::shade::{Colour, Fragment, Scene, mixed, scaled};
 use crate::form::{Form, Glasshouse};
 use crate::vehicle::SimulatedVehicle;
 
-/// Colour and how much of the sky it mirrors.
+/// Colour and reflectance.
 pub(super) struct Paint {
     pub colour: Colour,
     pub gloss: f32,
@@ -38,7 +38,7 @@ pub(super) fn colour(scene: &Scene<'_>, f: &Fragment, part: Part) -> Paint {
     }
 }
 
-/// A place on the unit vehicle and the pixel's extent there.
+/// A point on the unit vehicle and the pixel's extent there.
 struct Place {
     p: [f32; 3],
     width: [f32; 3],
@@ -138,7 +138,7 @@ fn body(vehicle: &SimulatedVehicle, form: &Form, place: &Place, grain: f32) -> P
         let plate = place.within(0, 0.46, 1.0) * place.within(1, -0.145, 0.145) * place.within(2, 0.23, 0.29);
         colour = mixed(colour, [0.90, 0.90, 0.86], plate);
     }
-    // Windows of what has no separate cabin.
+    // Windows of vehicles without a separate cabin.
     let glass = match class {
         VehicleClass::Truck => {
             let screen =

@@ -48,12 +48,12 @@ entries! {
     "jumping-boxes", jumping_boxes, "one box in six jumps by up to a quarter of its size";
 }
 
-/// How the detector errs in a scenario.
+/// Errors of the detector in a scenario.
 pub(super) fn detector(name: &str) -> DetectorOptions {
     let usual = DetectorOptions::default();
     match name {
         "false-boxes" => DetectorOptions { wall_boxes: 1.5, false_boxes: 0.2, ..usual },
-        // Nearly every track ends with the frame it began in.
+        // Nearly every track ends in its first frame.
         "glimpses" => DetectorOptions { miss_chance: 0.92, false_boxes: 0.8, ..usual },
         "jumping-boxes" => DetectorOptions { jump_chance: 0.16, ..usual },
         _ => usual,
@@ -85,7 +85,7 @@ fn bend(length_m: f64, curvature_per_m: f64) -> Bend {
     Bend { length_m, curvature_per_m }
 }
 
-/// A straight level street with nobody on it.
+/// A straight level street without traffic.
 fn street(speed: SpeedPlan) -> Plan {
     Plan {
         road: RoadPlan { half_width_m: 5.6, bends: vec![], grades: vec![], crossings_m: vec![] },
@@ -149,7 +149,7 @@ fn stop_and_go() -> Plan {
         (15.0, 0.0),
         (18.0, 8.0),
     ];
-    // The car ahead does everything a second earlier.
+    // The car ahead has the same speeds one second earlier.
     let ahead: Vec<(f64, f64)> = own.iter().map(|(t, v)| (t - 1.0, *v)).collect();
     let mut plan = street(SpeedPlan::through(&own));
     plan.drivers = vec![leading(Car, 13.0, SpeedPlan::through(&ahead)), coming(Car, 60.0, 7.0)];
@@ -282,7 +282,7 @@ fn crowd() -> Plan {
     let mut plan = street(SpeedPlan::constant(7.0));
     plan.road.half_width_m = 9.2;
     plan.parked_chance = 1.0;
-    // A queue in the outer lane goes the same way, another comes the other way, both nose to tail.
+    // One queue in the outer lane in the same direction and one oncoming, both bumper to bumper.
     for i in 0..22 {
         let far_lane = vec![(0.0, -5.2)];
         let start_m = 14.0 + 8.5 * f64::from(i);
@@ -293,7 +293,7 @@ fn crowd() -> Plan {
     plan
 }
 
-/// A gentle S behind one car, for everything that has to do with the camera.
+/// A gentle S-bend behind one car, for scenarios that vary the camera.
 fn following() -> Plan {
     let mut plan = street(SpeedPlan::constant(10.0));
     plan.road.bends = vec![bend(40.0, 0.0), bend(40.0, 0.008), bend(40.0, -0.008)];

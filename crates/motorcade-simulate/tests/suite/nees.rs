@@ -4,7 +4,7 @@ use motorcade_geometry::robust::median_midpoint;
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_odometry::EgoFrame;
 
-/// 95 % of a chi-square with 6 degrees of freedom lies below.
+/// 95 % quantile of χ²₆.
 const CHI2_95: f64 = 12.592;
 
 /// Over all frames but the first, which is the world itself.
