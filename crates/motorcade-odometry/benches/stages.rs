@@ -29,7 +29,7 @@ fn pyramid_at(along_m: f64) -> Pyramid {
     Pyramid::new(&street_image(&CAMERA, &StreetPose::along(along_m)), LEVELS)
 }
 
-/// Where the camera moves straight on, `way_m` from the origin.
+/// Pose of a camera that has moved `way_m` straight ahead.
 fn ahead(way_m: f64) -> Pose<Camera, World> {
     Pose::exp(&Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, -way_m))
 }

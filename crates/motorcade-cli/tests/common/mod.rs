@@ -41,7 +41,7 @@ pub fn drive(frames: u64) -> TempDir {
     folder
 }
 
-/// What the program answered.
+/// Output of the program.
 pub struct Answer {
     pub code: i32,
     pub stdout: String,

@@ -63,14 +63,14 @@ fn seen_at(ticks: &[usize], seed: u64) -> (EgoTrajectory, VehicleTrajectory, Vec
         .iter()
         .enumerate()
         .map(|(frame, tick)| {
-            let sighting = Sighting {
+            let observation = PoseObservation {
                 camera_from_vehicle: (cameras[frame].inverse() * truth[*tick]).retract(&errors[*tick]),
                 ..seen(Source::External, &truth[0], 0, &Vector6::zeros())
             };
             VehicleState {
                 frame,
                 world_from_vehicle: truth[*tick],
-                sightings: vec![sighting],
+                observations: vec![observation],
                 ..state.clone()
             }
         })

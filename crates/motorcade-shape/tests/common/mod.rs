@@ -15,7 +15,7 @@ pub fn heading_error_rad(a: &Pose<Camera, Vehicle>, b: &Pose<Camera, Vehicle>) -
     forward(a).angle(&forward(b))
 }
 
-/// How a simulated network errs.
+/// Errors of a simulated network.
 #[derive(Clone, Copy)]
 pub struct Network {
     /// Pixel noise \[px\].

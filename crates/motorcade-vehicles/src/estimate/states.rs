@@ -6,7 +6,7 @@ use motorcade_shape::Dimensions;
 use nalgebra::{Matrix3, Matrix6, Point3};
 
 use super::input::TrackInput;
-use super::measurements::{fused, sightings};
+use super::measurements::{fused, observations};
 use super::views::Views;
 use crate::ground::GroundFrame;
 use crate::motion::KinematicState;
@@ -14,7 +14,7 @@ use crate::options::HeadingOptions;
 use crate::outline::{image_box, upright_pose};
 use crate::time::interval_s;
 use crate::track::TrackBox;
-use crate::trajectory::{Sighting, Source, VehicleState};
+use crate::trajectory::{PoseObservation, Source, VehicleState};
 
 /// Shortest time over which yaw rates are measured: single-view headings are noisy at high frame rates \[s\].
 const YAW_RATE_TIME_S: f64 = 0.1;
@@ -29,14 +29,14 @@ pub(super) fn assemble(
     let TrackInput { camera, grounds, track, external, start, .. } = *input;
     let boxes = by_frame(&track.boxes, |b| b.frame, start, states.len());
     let external = by_frame(&external.views, |v| v.frame, start, states.len());
-    let mut measured: Vec<Vec<Sighting>> = vec![Vec::new(); states.len()];
-    for (frame, sighting) in sightings(input, views, headings) {
-        if let Some(slot) = measured.get_mut(frame - start) {
-            slot.push(sighting);
+    let mut observed: Vec<Vec<PoseObservation>> = vec![Vec::new(); states.len()];
+    for (frame, observation) in observations(input, views, headings) {
+        if let Some(slot) = observed.get_mut(frame - start) {
+            slot.push(observation);
         }
     }
     let mut out: Vec<VehicleState> = Vec::with_capacity(states.len());
-    for (k, ((state, heading), sightings)) in states.iter().zip(headings).zip(measured).enumerate() {
+    for (k, ((state, heading), observations)) in states.iter().zip(headings).zip(observed).enumerate() {
         let ground = &grounds[start + k];
         let camera_from_world = ground.world_from_camera.inverse();
         let position = camera_from_world.transform_point(&Point3::from(state.position));
@@ -73,8 +73,8 @@ pub(super) fn assemble(
                 (Some(_), None) => Source::Box,
                 (None, None) => Source::Predicted,
             },
-            measured: fused(input, views, start + k, &forward),
-            sightings,
+            measurement: fused(input, views, start + k, &forward),
+            observations,
         });
     }
     out

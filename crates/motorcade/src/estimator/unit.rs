@@ -1,4 +1,4 @@
-//! The unit of an external trajectory where no road was seen. Positions of vehicles relative to the camera are metric, so a static
+//! The unit of an external trajectory where no road was measurement. Positions of vehicles relative to the camera are metric, so a static
 //! vehicle gives the distance between two cameras that see it.
 //!
 //! Static vehicles agree on the unit; each moving one implies another unit. Ambiguity: oncoming traffic that is all as fast as
@@ -111,12 +111,13 @@ fn of_vehicle(
     let (mut h, mut g, mut views) = (Matrix4::zeros(), Vector4::zeros(), 0);
     let origin = world_from_camera.get(vehicle.states.first()?.frame)?.translation();
     for state in &vehicle.states {
-        let (Some(seen), Some(camera)) = (state.measured, world_from_camera.get(state.frame)) else {
+        let (Some(measurement), Some(camera)) = (state.measurement, world_from_camera.get(state.frame))
+        else {
             continue;
         };
-        let place = camera.transform_vector(&seen.camera_from_vehicle.translation());
-        let turn = camera.rotation_matrix() * seen.camera_from_vehicle.rotation_matrix();
-        let covariance = turn * seen.covariance.fixed_view::<3, 3>(3, 3) * turn.transpose();
+        let place = camera.transform_vector(&measurement.camera_from_vehicle.translation());
+        let turn = camera.rotation_matrix() * measurement.camera_from_vehicle.rotation_matrix();
+        let covariance = turn * measurement.covariance.fixed_view::<3, 3>(3, 3) * turn.transpose();
         let weight = (covariance * CORRELATED_FRAMES).try_inverse()?;
         let way: Vector3<f64> = camera.translation() - origin;
         let mut j = Matrix3x4::zeros();
@@ -164,11 +165,11 @@ mod tests {
                 speed_sigma_mps: 1.0,
                 yaw_rate_radps: 0.0,
                 source: Source::Box,
-                measured: Some(VehicleMeasurement {
+                measurement: Some(VehicleMeasurement {
                     camera_from_vehicle: pose,
                     covariance: Matrix6::identity() * 0.01,
                 }),
-                sightings: Vec::new(),
+                observations: Vec::new(),
             }
         };
         VehicleTrajectory {
