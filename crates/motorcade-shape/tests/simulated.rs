@@ -256,8 +256,10 @@ fn alternating_refinement_converges_to_the_joint_minimum() {
     let mut rng = ChaCha8Rng::seed_from_u64(13);
     let prior = ShapePrior::of_family(Layout::Car36);
     let joint = fitter(Layout::Car36);
-    let method = FitMethod::Alternating { rounds: 40 };
-    let alternating = ShapeFitter::new(prior.clone(), FitOptions { method, ..FitOptions::default() });
+    let alternating = ShapeFitter::new(
+        prior.clone(),
+        FitOptions { method: FitMethod::Alternating, rounds: 40, ..FitOptions::default() },
+    );
     let network = Network { sigma_px: 1.0, outliers: 0.1, hidden: 0.1, body_sigma_m: 0.03 };
     for k in 0..6 {
         let truth = on_road(-2.0, 13.0, 0.5 + f64::from(k));

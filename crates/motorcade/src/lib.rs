@@ -43,7 +43,7 @@ mod timing;
 pub use config::{Config, Preset, RunOptions, ScaleOptions, VehicleMask};
 pub use error::{Error, Result};
 pub use estimate::{Estimate, VehicleEstimate};
-pub use estimator::{OnlineOptions, SlidingEstimator, estimate_drive};
+pub use estimator::{OnlineOptions, SlidingEstimator, UnitOptions, estimate_drive};
 pub use external::External;
 pub use motion_source::ExternalTrajectory;
 pub use motorcade::{Motorcade, MotorcadeBuilder};

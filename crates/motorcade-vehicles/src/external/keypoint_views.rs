@@ -3,8 +3,7 @@
 use motorcade_geometry::PinholeCamera;
 use motorcade_perception::{BoundingBox, VehicleClass, VehicleKeypoints};
 use motorcade_shape::{
-    Dimensions, FitOptions, Layout, Observation, RoadPlane, ShapeFit, ShapeFitter, ShapePrior, SizePrior,
-    TrackFit,
+    Dimensions, Layout, Observation, RoadPlane, ShapeFit, ShapeFitter, ShapePrior, SizePrior, TrackFit,
 };
 use nalgebra::{Matrix3, Point3};
 
@@ -47,7 +46,7 @@ impl<'a> KeypointViews<'a> {
         let fitters = LAYOUTS.map(|layout| {
             let matching = shape_prior.filter(|p| p.keypoints().len() == layout.count()).cloned();
             let prior = matching.unwrap_or_else(|| ShapePrior::of_family(layout));
-            ShapeFitter::new(prior, FitOptions::default())
+            ShapeFitter::new(prior, options.fit)
         });
         Self { keypoints, camera, grounds, options, fitters }
     }

@@ -10,5 +10,5 @@ pub(crate) mod unit;
 pub(crate) mod vehicles;
 
 pub use drive::estimate_drive;
-pub use options::OnlineOptions;
+pub use options::{OnlineOptions, UnitOptions};
 pub use sliding::SlidingEstimator;

@@ -152,7 +152,7 @@ impl<'a> Problem<'a> {
     /// Kernel of a term: cost ρ(s) and weight ρ'(s) of a squared whitened residual.
     pub fn robust(&self, term: Term, s: f64) -> (f64, f64) {
         match term {
-            Term::Keypoint(_) => (self.options.kernel.cost(s), self.options.kernel.weight(s)),
+            Term::Keypoint(_) => (self.options.kernel().cost(s), self.options.kernel().weight(s)),
             // Geman–McClure: the cost of one point saturates.
             Term::Visibility(most) => (most * s / (1.0 + s), most / (1.0 + s).powi(2)),
             Term::BoxEdge => {
