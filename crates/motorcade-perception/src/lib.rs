@@ -51,6 +51,7 @@
 
 mod detection;
 mod detectors;
+mod digest;
 mod embedded;
 mod error;
 mod files;
@@ -59,6 +60,7 @@ mod keypoints;
 mod manifest;
 mod models;
 mod network;
+mod observations;
 mod perception;
 mod recording;
 mod road;
@@ -70,10 +72,12 @@ pub use files::{DetectionFormat, DetectionTable, KeypointTable, RoadMaskFolder};
 pub use inventory::{ModelInfo, list_models};
 pub use keypoints::VehicleKeypoints;
 pub use manifest::{ColourOrder, InputSpec, MANIFEST_NAME, Manifest, ModelEntry, OutputSpec, Resize};
-pub use models::{ModelOptions, ModelSet, ModelSource};
+pub use models::{ModelSet, ModelSource};
 pub use network::{
-    CropOptions, Engine, KeypointNetwork, Network, RoadNetwork, SceneNetwork, YoloxDetector, suppress,
+    CropOptions, Engine, KeypointNetwork, ModelOptions, Network, RoadNetwork, SceneNetwork, YoloxDetector,
+    suppress,
 };
-pub use perception::{Observations, Perception, PerceptionOptions};
+pub use observations::Observations;
+pub use perception::{Perception, PerceptionOptions};
 pub use recording::Recording;
 pub use road::RoadMask;

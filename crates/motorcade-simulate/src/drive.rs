@@ -3,8 +3,8 @@
 use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle, World};
 
 use crate::motion::Road;
-use crate::output::DetectorOptions;
-use crate::render::RenderOptions;
+use crate::options::DetectorOptions;
+use crate::options::RenderOptions;
 use crate::site::Site;
 use crate::vehicle::SimulatedVehicle;
 

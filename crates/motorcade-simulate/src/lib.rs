@@ -30,7 +30,9 @@ mod error;
 mod form;
 mod hash;
 mod measure;
+mod mesh;
 mod motion;
+mod options;
 mod output;
 mod plan;
 mod reenact;
@@ -42,6 +44,7 @@ mod simulate;
 mod site;
 mod training;
 mod vehicle;
+mod weather;
 
 pub use drive::Drive;
 pub use error::{Error, Result};
@@ -49,12 +52,14 @@ pub use measure::{
     KeypointMeasurement, KeypointOptions, MeasureOptions, Measurements, PointObservation, RoadMatch,
 };
 pub use motion::{Bend, Grade, Road, RoadPlan, RoadPoint, SpeedPlan};
-pub use output::{DetectorOptions, WriteOptions, Written};
+pub use options::{DetectorOptions, Look, RenderOptions, SensorOptions};
+pub use output::{WriteOptions, Written};
 pub use plan::{Driver, Plan, Rig, Route, Side};
 pub use reenact::{ReenactOptions, labels_in_camera, reenact};
-pub use render::{Look, Picture, RenderOptions, Renderer, SensorOptions, VehicleView, Weather};
+pub use render::{Picture, Renderer, VehicleView};
 pub use scenario::{Scenario, scenarios};
 pub use simulate::simulate;
 pub use site::Site;
 pub use training::{VehicleCropOptions, write_vehicle_crops};
 pub use vehicle::SimulatedVehicle;
+pub use weather::Weather;

@@ -6,15 +6,17 @@ mod keypoints;
 mod nms;
 #[cfg(feature = "ort")]
 mod onnx_runtime;
+mod options;
 mod preprocess;
 mod rten_engine;
 mod scene;
 mod segmentation;
 mod yolox;
 
-pub use engine::{Engine, Network};
+pub use engine::Network;
 pub use keypoints::{CropOptions, KeypointNetwork};
 pub use nms::suppress;
+pub use options::{Engine, ModelOptions};
 pub use scene::SceneNetwork;
 pub use segmentation::RoadNetwork;
 pub use yolox::YoloxDetector;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point2, Point3, Vector3};
 
-use super::measurements::MeasureOptions;
+use super::options::MeasureOptions;
 use super::{FrameOutlines, Noise};
 use crate::drive::Drive;
 use crate::hash;

@@ -11,11 +11,10 @@ use motorcade_dataset::{Label, write_kitti};
 use rayon::prelude::*;
 
 use super::csv;
-use super::detections;
-use super::labels;
 use crate::drive::Drive;
 use crate::error::{Error, Result};
 use crate::measure::{KeypointMeasurement, KeypointOptions, MeasureOptions};
+use crate::measure::{detections, labels};
 use crate::render::{Picture, Renderer};
 
 /// Options of the output.

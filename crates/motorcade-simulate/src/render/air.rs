@@ -1,8 +1,8 @@
 //! Light and haze of a weather.
 
-use super::options::RenderOptions;
-use super::shade::Colour;
-use super::weather::Weather;
+use super::colour::Colour;
+use crate::options::RenderOptions;
+use crate::weather::Weather;
 
 /// Light and haze, the same for all surfaces of a picture.
 #[derive(Clone, Copy, Debug)]

@@ -1,9 +1,12 @@
 //! Walls with windows, and roofs.
 
-use super::mesh::Building;
-use super::shade::{Colour, Fragment, Textures, cover, cover_periodic, mixed, scaled};
+use super::colour::{Colour, mixed, scaled};
+use super::coverage::{cover, cover_periodic};
+use super::scene::Fragment;
+use super::textures::Textures;
 use super::tile::floor;
 use crate::hash;
+use crate::mesh::Building;
 
 pub(super) fn wall(textures: &Textures, b: &Building, f: &Fragment) -> Colour {
     let [u, v, _] = f.place();

@@ -1,14 +1,14 @@
 //! The ground: carriageway with markings, patches, cracks and manholes, kerb stones, pavement, verge.
 
-use super::shade::{Colour, Fragment, Scene, cover, cover_periodic, mixed, scaled};
+use super::colour::{Colour, mixed, scaled};
+use super::coverage::{cover, cover_periodic};
+use super::scene::{Fragment, Scene};
 use super::tile::{Probe, floor};
 use crate::hash;
 use crate::motion::CROSSING_HALF_WIDTH_M;
+use crate::scenery::{KERB_M, PAVEMENT_M};
 
-/// Height of a kerb \[m\].
-pub(crate) const KERB_M: f64 = 0.13;
-/// Width of the pavement \[m\].
-pub(crate) const PAVEMENT_M: f64 = 2.6;
+/// Width of a kerb stone \[m\].
 const KERB_STONE_M: f32 = 0.16;
 
 /// Colour and share of carriageway at (s, d).

@@ -5,7 +5,8 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::air::Air;
-use super::shade::{Colour, Textures, mixed, scaled};
+use super::colour::{Colour, mixed, scaled};
+use super::textures::Textures;
 use super::tile::Probe;
 use crate::hash;
 

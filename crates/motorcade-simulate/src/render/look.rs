@@ -4,18 +4,8 @@ use motorcade_perception::VehicleClass;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::shade::Colour;
+use super::colour::Colour;
 use crate::hash;
-
-/// Style of vehicles and light.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Look {
-    /// One style of lamps, glass and light for all.
-    #[default]
-    Plain,
-    /// Style of every vehicle and the light of the scene drawn from the seed; for training data.
-    Varied,
-}
 
 /// Lamps at one end; heights are relative to the corner above them, as fractions of the vehicle's height.
 #[derive(Clone, Copy, Debug)]

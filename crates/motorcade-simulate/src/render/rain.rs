@@ -1,6 +1,6 @@
 //! Rain between the scene and the sensor: streaks in the air, drops on the lens.
 
-use super::shade::{Colour, mixed};
+use super::colour::{Colour, mixed};
 use crate::hash;
 
 /// Number of streaks in a picture of KITTI's size; the density is the same in any other.

@@ -5,7 +5,7 @@ use std::ops::Range;
 use motorcade_geometry::PinholeCamera;
 use nalgebra::{Point3, Vector3};
 
-use super::mesh::{Triangle, Vertex};
+use crate::mesh::{Triangle, Vertex};
 
 /// Depth of the near plane \[m\].
 const NEAR_M: f64 = 0.25;

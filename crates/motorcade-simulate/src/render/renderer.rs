@@ -8,19 +8,22 @@ use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use super::air::Air;
+use super::colour::Colour;
 use super::lighting::Lighting;
-use super::look::{Look, VehicleLook};
-use super::mesh::{Building, Chunk, Mesh};
+use super::look::VehicleLook;
 use super::picture::{Picture, VehicleView};
 use super::raster::{Band, Drawn, NOTHING, facing, project};
 use super::repairs::Repairs;
 use super::resolve::{Resolved, Surface, VisiblePart, resolve};
-use super::shade::{Colour, Scene, Textures, Varied};
+use super::scene::{Scene, Varied};
 use super::shadow::{ShadowCaster, Shadows};
+use super::textures::Textures;
 use super::{sensor, varied_mesh, vehicle_mesh};
 use crate::drive::Drive;
 use crate::form::Form;
 use crate::hash;
+use crate::mesh::{Building, Chunk, Mesh};
+use crate::options::Look;
 use crate::scenery;
 use crate::site::Site;
 
@@ -225,7 +228,7 @@ impl<'a> Renderer<'a> {
             }
             for triangle in &chunk.mesh.triangles {
                 let normal = facing(&triangle.normal, &(eye - triangle.corners[0].position));
-                let to_camera = |v: &super::mesh::Vertex| camera_from_site.transform_point(&v.position);
+                let to_camera = |v: &crate::mesh::Vertex| camera_from_site.transform_point(&v.position);
                 project(camera, triangle, to_camera, surfaces.len() as u32, &mut drawn);
                 surfaces.push(Surface { material: triangle.material, normal, owner: 0 });
             }
@@ -241,7 +244,7 @@ impl<'a> Renderer<'a> {
             }
             let first = drawn.len();
             for triangle in &mesh.triangles {
-                let to_camera = |v: &super::mesh::Vertex| camera_from_vehicle.transform_point(&v.position);
+                let to_camera = |v: &crate::mesh::Vertex| camera_from_vehicle.transform_point(&v.position);
                 let normal = site_from_vehicle.transform_vector(&triangle.normal);
                 let at = site_from_vehicle.transform_point(&triangle.corners[0].position);
                 project(camera, triangle, to_camera, surfaces.len() as u32, &mut drawn);

@@ -3,10 +3,12 @@
 use motorcade_geometry::{Camera, PinholeCamera, Pose};
 use nalgebra::{Point2, Point3, Vector3};
 
-use super::mesh::Material;
+use super::colour::Colour;
 use super::raster::{Band, Drawn, value};
-use super::shade::{Colour, Fragment, Scene, shade};
+use super::scene::{Fragment, Scene};
+use super::shade::shade;
 use super::sky;
+use crate::mesh::Material;
 use crate::site::Site;
 
 /// Surface of a drawn triangle.

@@ -3,11 +3,11 @@
 use image::RgbImage;
 use rayon::prelude::*;
 
-use super::options::RenderOptions;
+use super::colour::Colour;
 use super::rain;
-use super::shade::Colour;
-use super::weather::Weather;
 use crate::hash;
+use crate::options::RenderOptions;
+use crate::weather::Weather;
 
 /// Exposure, noise and rounding of one frame; the same for any thread count.
 pub(super) fn expose(light: &[Colour], options: &RenderOptions, seed: u64, frame: usize) -> RgbImage {

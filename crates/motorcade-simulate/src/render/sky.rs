@@ -3,7 +3,8 @@
 use nalgebra::Vector3;
 
 use super::air::Air;
-use super::shade::{Colour, Textures, mixed, scaled};
+use super::colour::{Colour, mixed, scaled};
+use super::textures::Textures;
 use super::tile::Probe;
 
 /// Colour in a direction (unit vector, site); `pixel_rad` is the angle of a pixel.

@@ -1,9 +1,9 @@
 //! Meshes of vehicles with varied appearance: rounder bodies, mirrors, roof rails, spoilers, signs.
 
 use super::look::VehicleLook;
-use super::mesh::{Mesh, Part};
 use super::vehicle_mesh::{self, Builder, Station};
 use crate::form::Glasshouse;
+use crate::mesh::{Mesh, Part};
 use crate::vehicle::SimulatedVehicle;
 
 /// Steps between two stations of a body.

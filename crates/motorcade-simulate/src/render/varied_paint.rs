@@ -2,11 +2,13 @@
 
 use nalgebra::Vector3;
 
+use super::colour::{Colour, mixed, scaled};
+use super::coverage::{cover, cover_periodic};
 use super::look::{Lamps, Plate, VehicleLook};
-use super::mesh::Part;
-use super::shade::{Colour, Fragment, Scene, cover, cover_periodic, mixed, scaled};
+use super::scene::{Fragment, Scene};
 use crate::form::{Form, Glasshouse};
 use crate::hash;
+use crate::mesh::Part;
 use crate::vehicle::SimulatedVehicle;
 
 /// Optical properties of a surface point.

@@ -4,8 +4,8 @@ use motorcade_perception::VehicleClass;
 use motorcade_vehicles::Dimensions;
 use nalgebra::Point3;
 
-use super::mesh::{Material, Mesh, Part, Vertex};
 use crate::form::{Form, Glasshouse};
+use crate::mesh::{Material, Mesh, Part, Vertex};
 use crate::vehicle::SimulatedVehicle;
 
 /// A cross-section of a body: x, lowest and highest z, half width (½ at the widest), all as fractions.

@@ -2,9 +2,10 @@
 
 use motorcade_perception::VehicleClass;
 
-use super::mesh::Part;
-use super::shade::{Colour, Fragment, Scene, mixed, scaled};
+use super::colour::{Colour, mixed, scaled};
+use super::scene::{Fragment, Scene};
 use crate::form::{Form, Glasshouse};
+use crate::mesh::Part;
 use crate::vehicle::SimulatedVehicle;
 
 /// Colour and reflectance.
@@ -47,12 +48,12 @@ struct Place {
 impl Place {
     /// Share of the pixel where coordinate `axis` lies in [low, high].
     fn within(&self, axis: usize, low: f32, high: f32) -> f32 {
-        super::shade::cover(self.p[axis], low, high, self.width[axis])
+        super::coverage::cover(self.p[axis], low, high, self.width[axis])
     }
     /// The same for its absolute value.
     fn beside(&self, axis: usize, low: f32, high: f32) -> f32 {
         let low = if low > 0.0 { low } else { -high };
-        super::shade::cover(self.p[axis].abs(), low, high, self.width[axis])
+        super::coverage::cover(self.p[axis].abs(), low, high, self.width[axis])
     }
 }
 
@@ -146,7 +147,7 @@ fn body(vehicle: &SimulatedVehicle, form: &Form, place: &Place, grain: f32) -> P
             screen.max(flank * place.within(0, 0.36, 0.44) * place.within(2, 0.55, 0.78))
         }
         VehicleClass::Bus => {
-            let panes = 1.0 - super::shade::cover_periodic(x, 0.0, 0.012, 0.13, place.width[0]);
+            let panes = 1.0 - super::coverage::cover_periodic(x, 0.0, 0.012, 0.13, place.width[0]);
             let side = flank * place.within(0, -0.46, 0.44) * place.within(2, 0.42, 0.80) * panes;
             let ends = place.beside(0, 0.465, 1.0) * place.beside(1, 0.0, 0.42) * place.within(2, 0.40, 0.86);
             side.max(ends)

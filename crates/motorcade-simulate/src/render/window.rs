@@ -2,11 +2,11 @@
 
 use motorcade_geometry::PinholeCamera;
 
+use super::colour::Colour;
 use super::picture::Picture;
 use super::raster::{Band, NOTHING};
 use super::renderer::{FrameTime, Renderer};
 use super::resolve::VisiblePart;
-use super::shade::Colour;
 
 /// Irradiance before the sensor model, row by row, with depth, instances and views; the picture's own pixels are empty.
 pub(crate) struct Window {

@@ -3,7 +3,7 @@
 use motorcade_perception::VehicleClass::{self, Bus, Car, Truck, Van};
 
 use crate::motion::{Bend, Grade, RoadPlan, SpeedPlan};
-use crate::output::DetectorOptions;
+use crate::options::DetectorOptions;
 use crate::plan::{Driver, Plan, Rig, Route, Side};
 
 /// One scenario.

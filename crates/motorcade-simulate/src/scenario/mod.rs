@@ -2,7 +2,7 @@
 
 mod catalogue;
 
-use crate::output::DetectorOptions;
+use crate::options::DetectorOptions;
 use crate::plan::Plan;
 
 /// A drive with a name.

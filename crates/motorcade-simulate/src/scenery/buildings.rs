@@ -4,8 +4,8 @@ use nalgebra::{Point2, Point3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::mesh::{Building, Chunk, Material, Mesh, Vertex};
 use crate::motion::{Road, axes};
-use crate::render::{Building, Chunk, Material, Mesh, Vertex};
 
 /// A rectangle beside the road.
 pub(super) struct Plot {

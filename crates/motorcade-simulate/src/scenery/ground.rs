@@ -1,7 +1,8 @@
 //! The ground as strips along the road.
 
+use crate::mesh::{Chunk, Material, Mesh, Vertex};
 use crate::motion::Road;
-use crate::render::{Chunk, KERB_M, Material, Mesh, PAVEMENT_M, Vertex};
+use crate::scenery::{KERB_M, PAVEMENT_M};
 
 /// Half width of the ground \[m\].
 const REACH_M: f64 = 60.0;

@@ -11,7 +11,12 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use crate::drive::Drive;
-use crate::render::{Building, Chunk};
+use crate::mesh::{Building, Chunk};
+
+/// Height of a kerb \[m\].
+pub(crate) const KERB_M: f64 = 0.13;
+/// Width of the pavement \[m\].
+pub(crate) const PAVEMENT_M: f64 = 2.6;
 
 /// Meshes of the static scenery, and the appearance of the buildings.
 pub(crate) fn build(drive: &Drive) -> (Vec<Chunk>, Vec<Building>) {

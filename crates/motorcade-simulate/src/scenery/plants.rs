@@ -7,8 +7,8 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
 use super::ground::kerb_height_m;
+use crate::mesh::{Chunk, Material, Mesh, Vertex};
 use crate::motion::Road;
-use crate::render::{Chunk, Material, Mesh, Vertex};
 
 /// Site point at (s, d) on the pavement.
 fn foot(road: &Road, (s, d): (f64, f64)) -> Point3<f64> {

@@ -6,8 +6,9 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{buildings, plants};
 use crate::drive::Drive;
+use crate::mesh::{Building, Chunk};
 use crate::motion::Road;
-use crate::render::{Building, Chunk, PAVEMENT_M};
+use crate::scenery::PAVEMENT_M;
 
 /// Areas kept free: near vehicles, the camera, and the road itself.
 struct Obstacles<'a> {

@@ -10,13 +10,15 @@ use super::fleet::Model;
 use super::viewpoint::{self, Viewpoint};
 use crate::drive::Drive;
 use crate::hash;
+use crate::mesh::Chunk;
 use crate::motion::{Bend, Grade, Road, RoadPlan};
-use crate::output::DetectorOptions;
-use crate::render::{Chunk, Look, RenderOptions, SensorOptions, Weather};
+use crate::options::DetectorOptions;
+use crate::options::{Look, RenderOptions, SensorOptions};
 use crate::scenery;
 use crate::simulate::standing;
 use crate::site::Site;
 use crate::vehicle::SimulatedVehicle;
+use crate::weather::Weather;
 
 /// Views of one street.
 const VIEWS: usize = 24;

@@ -10,7 +10,7 @@ use motorcade_geometry::{Camera, Pose, World};
 use motorcade_vehicles::VehicleTrajectory;
 use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector3, Vector4};
 
-use super::options::UnitOptions;
+use crate::estimator_options::UnitOptions;
 
 /// Metres a unit of a trajectory.
 #[derive(Clone, Copy, Debug, PartialEq)]

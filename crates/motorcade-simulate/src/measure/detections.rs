@@ -9,40 +9,6 @@ use crate::drive::Drive;
 use crate::hash;
 use crate::render::VehicleView;
 
-/// Errors of the simulated detector.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DetectorOptions {
-    /// Standard deviation of a box edge \[px\].
-    pub edge_sigma_px: f64,
-    /// Probability of missing a clearly visible vehicle; occluded or small ones are missed more often.
-    pub miss_chance: f64,
-    /// Expected number of false boxes at random positions in a frame.
-    pub false_boxes: f64,
-    /// Expected number of false boxes on walls beside the road in a frame: the same structure is detected as a car for a second
-    /// or more, so that the box moves as a static object does.
-    pub wall_boxes: f64,
-    /// Probability that a box jumps: its edges move by up to `jump_share` of its size for one frame.
-    pub jump_chance: f64,
-    /// Largest displacement of a jump, as a share of the box's size.
-    pub jump_share: f64,
-    /// Least height of detected vehicles \[px\].
-    pub least_height_px: f64,
-}
-
-impl Default for DetectorOptions {
-    fn default() -> Self {
-        Self {
-            edge_sigma_px: 1.2,
-            miss_chance: 0.02,
-            false_boxes: 0.03,
-            wall_boxes: 0.0,
-            jump_chance: 0.0,
-            jump_share: 0.25,
-            least_height_px: 14.0,
-        }
-    }
-}
-
 /// Detections of a frame as KITTI result lines, with track −1: detectors give no identities.
 pub(crate) fn of_frame(drive: &Drive, frame: usize, views: &[VehicleView]) -> Vec<Label> {
     // One random stream per frame, so that frames can be simulated in any order.
