@@ -18,7 +18,8 @@ pub struct OnlineOptions {
 
 impl Default for OnlineOptions {
     fn default() -> Self {
-        // 2.5 s: the time in which a vehicle shows whether it moves. 15 s: errors of scale last for several seconds.
+        // At 10 frames/s 2.5 s, the time in which a moving vehicle is distinguished from a static one, and 15 s: errors of scale last for several
+        // seconds.
         Self { enabled: false, lag_frames: 25, scale_frames: 150, iterations: 8 }
     }
 }

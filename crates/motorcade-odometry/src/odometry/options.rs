@@ -72,7 +72,7 @@ impl OdometryOptions {
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PolicyOptions {
-    /// Median image motion that initialises a map \[rad, pixels over focal length\]: a degree, 12 px of a KITTI camera.
+    /// Median image motion that initialises a map \[rad, pixels over focal length\]: 12 px of a KITTI camera.
     pub begin_flow_rad: f64,
     /// Tracks needed for it.
     pub begin_tracks: usize,
@@ -162,10 +162,10 @@ impl Default for AdvancedPolicyOptions {
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct FeedbackOptions {
-    /// Standard deviation of a frame's log height beyond its pixels: the body heaves by 2 cm, the road is not flat. Measured on
-    /// rendered drives against their truth.
+    /// Standard deviation of a frame's log height beyond its pixels: heave of the body and unevenness of the road, 3 cm for a car.
+    /// Measured on rendered drives against their truth.
     pub height_sigma: f64,
-    /// Change of log height above which a measurement is rejected: seven times its scatter.
+    /// Change of log height above which a measurement is rejected: seven times `height_sigma`.
     pub most_height_change: f64,
     /// Climb of the road between a keyframe and the next measurement from which on the keyframe gets no plane \[camera heights\]:
     /// larger ones come from false alignments. A larger limit constrains more keyframes and admits more false planes.
