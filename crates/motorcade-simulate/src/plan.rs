@@ -124,6 +124,6 @@ pub struct Plan {
     pub rig: Rig,
     /// The other planned vehicles.
     pub drivers: Vec<Driver>,
-    /// Chance that a place at the kerb has a parked car, every 7 m on both sides; 0 for none.
+    /// Probability of a parked car at each kerb position, every 7 m on both sides; 0 for none.
     pub parked_chance: f64,
 }

@@ -23,27 +23,27 @@ macro_rules! entries {
 entries! {
     "demo", demo, "12 s on a gently bending street: a leading, an oncoming and a crossing car, two parked ones";
     "straight", straight, "a straight street at 11 m/s, one car ahead, no other traffic";
-    "bends", bends, "an S of two bends, one car ahead and two oncoming";
+    "bends", bends, "an S-bend, one car ahead and two oncoming";
     "slope", slope, "up a hill of 6 % and down again behind a van";
     "stop-and-go", stop_and_go, "a queue: behind a car that stops and starts twice";
     "standing-start", standing_start, "standing at a light behind two cars for four seconds, then starting";
     "roundabout", roundabout, "straight over a roundabout: right, a tight left arc, right";
     "oncoming", oncoming, "a stream of oncoming cars, a van and a truck on a straight road";
     "crossing", crossing, "cars crossing from both sides while the camera slows down for them";
-    "overtaking", overtaking, "a car overtakes the camera and draws in ahead";
+    "overtaking", overtaking, "a car overtakes the camera and cuts in ahead";
     "turning", turning, "a car ahead turns off right, another turns in from the right";
-    "parked", parked, "a narrow street with parked cars on both sides, nobody moving";
-    "rough", rough, "a bad road: pitch and roll oscillate by half a degree behind a car";
-    "truck", truck, "behind a truck and a bus that hide much of the view";
+    "parked", parked, "a narrow street with parked cars on both sides, no traffic";
+    "rough", rough, "a rough road: pitch and roll oscillate by half a degree behind a car";
+    "truck", truck, "behind a truck and a bus that occlude much of the view";
     "dense", dense, "parked cars, leading, oncoming and crossing traffic at once";
-    "empty", empty, "a winding street with no vehicle at all";
+    "empty", empty, "a winding street without vehicles";
     "crowd", crowd, "past two rows of parked cars and two oncoming queues: more than 60 vehicles in a frame";
     "pitched", pitched, "the camera looks 5 degrees down, behind a car";
     "rolled", rolled, "the camera is rolled by 2 degrees, behind a car";
     "low-camera", low_camera, "the camera is 1.2 m above the road, in a low car";
     "high-camera", high_camera, "the camera is 2.5 m above the road, in a truck";
-    "false-boxes", false_boxes, "the detector takes things beside the road for cars";
-    "glimpses", glimpses, "the detector finds a vehicle in one frame of twelve, and something that is none in most frames";
+    "false-boxes", false_boxes, "false detections on structures beside the road";
+    "glimpses", glimpses, "vehicles detected in one frame of twelve, a false detection in most frames";
     "lorries", lorries, "trucks and buses ahead, oncoming and crossing";
     "jumping-boxes", jumping_boxes, "one box in six jumps by up to a quarter of its size";
 }
