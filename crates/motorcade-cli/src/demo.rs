@@ -13,8 +13,9 @@ use crate::arguments::DemoArguments;
 use crate::evaluation::evaluate_result;
 use crate::exit;
 use crate::progress::Reporter;
-use crate::run::{code, threads};
+use crate::run::code;
 use crate::simulate;
+use crate::threads::threads;
 
 /// Scenario of the demo.
 const SCENARIO: &str = "demo";

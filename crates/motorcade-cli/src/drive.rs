@@ -10,7 +10,7 @@ use motorcade_perception::{ModelOptions, Observations, Perception, PerceptionOpt
 use crate::arguments::RunArguments;
 use crate::frameless::{self, Files};
 use crate::progress::Reporter;
-use crate::{external, models, run::threads};
+use crate::{external, models, threads::threads};
 
 /// Source of the drive.
 enum Source {

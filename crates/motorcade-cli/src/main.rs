@@ -18,6 +18,7 @@ mod progress;
 mod run;
 mod shape;
 mod simulate;
+mod threads;
 
 use std::process::ExitCode;
 

@@ -115,11 +115,6 @@ fn with_file(config: Config, path: Option<&Path>) -> anyhow::Result<Config> {
     Ok(config.overlay(&text, &path.display().to_string())?)
 }
 
-/// Asked for, or all cores.
-pub fn threads(asked: usize) -> usize {
-    if asked > 0 { asked } else { std::thread::available_parallelism().map_or(1, std::num::NonZero::get) }
-}
-
 fn summary(result: &RunResult, arguments: &RunArguments) -> String {
     let times = result.stopwatch.summary();
     let spent: f64 = times.values().map(|t| t.total_s).sum();

@@ -1,4 +1,4 @@
-//! What is wrong is named, the code is the documented one, and nothing half-written stays.
+//! Errors name their cause, exit codes are the documented ones, and no partial output remains.
 
 mod common;
 

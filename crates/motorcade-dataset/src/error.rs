@@ -55,7 +55,7 @@ pub enum Error {
         width: u32,
         /// The other height \[px\].
         height: u32,
-        /// What to do.
+        /// Advice for the user.
         advice: &'static str,
     },
     /// A required program is missing or fails.
@@ -65,7 +65,7 @@ pub enum Error {
         program: String,
         /// The problem.
         problem: String,
-        /// What to do.
+        /// Advice for the user.
         advice: &'static str,
     },
 }

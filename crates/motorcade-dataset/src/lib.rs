@@ -58,6 +58,7 @@ mod inspect;
 mod labels;
 mod masks;
 mod options;
+mod recognise;
 mod selection;
 mod sequence;
 mod source;

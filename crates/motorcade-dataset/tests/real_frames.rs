@@ -1,25 +1,12 @@
 //! The real drives of `MOTORCADE_SHARED` (default `../shared` beside the repository), when they are there.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests may fail loudly too")]
-
-use std::path::PathBuf;
-
 use motorcade_dataset::{Format, Sequence, SequenceOptions};
-
-fn shared() -> Option<PathBuf> {
-    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared");
-    let root = std::env::var_os("MOTORCADE_SHARED").map_or_else(beside, PathBuf::from);
-    if root.join("kitti").is_dir() {
-        return Some(root);
-    }
-    println!("skipped: no development data at {} (set MOTORCADE_SHARED)", root.display());
-    None
-}
+use motorcade_testing::shared;
 
 #[test]
 fn the_development_drives_open() {
-    let Some(shared) = shared() else { return };
-    let training = shared.join("kitti/tracking/training");
+    let Some(kitti) = shared("kitti") else { return };
+    let training = kitti.join("tracking/training");
     let mut options =
         SequenceOptions { sequence: Some("0005".into()), camera: Some(3), ..SequenceOptions::default() };
     let drive = Sequence::open(&training, &options).unwrap();
@@ -36,6 +23,6 @@ fn the_development_drives_open() {
     let first = drive.frames().next().unwrap().unwrap();
     assert_eq!((first.index, first.number, first.ignore.is_some()), (0, 16, true));
 
-    let odometry = Sequence::open(&shared.join("kitti/odometry/00"), &SequenceOptions::default()).unwrap();
+    let odometry = Sequence::open(&kitti.join("odometry/00"), &SequenceOptions::default()).unwrap();
     assert_eq!((odometry.format(), odometry.len()), (Format::KittiOdometry, 200));
 }

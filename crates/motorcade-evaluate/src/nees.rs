@@ -1,8 +1,8 @@
 //! Consistency of poses and covariances: the normalised estimation error squared (NEES; Bar-Shalom et al. 2001, section 5.4).
 
 use motorcade_geometry::robust::median_midpoint;
-use motorcade_geometry::{Camera, Pose, World};
-use nalgebra::{Matrix6, Vector6};
+use motorcade_geometry::{Camera, Pose, World, mahalanobis_squared};
+use nalgebra::Matrix6;
 
 use crate::ego::AlignedTrajectories;
 use crate::error::Result;
@@ -52,9 +52,7 @@ pub fn evaluate_consistency(
 
 fn of_aligned(aligned: &AlignedTrajectories, covariances: &[Matrix6<f64>]) -> Vec<Option<f64>> {
     let errors = aligned.estimate.iter().zip(&aligned.truth).map(|(e, t)| (e.inverse() * *t).log());
-    let whitened =
-        |(e, covariance): (Vector6<f64>, &Matrix6<f64>)| Some(e.dot(&(covariance.cholesky()?.solve(&e))));
-    errors.zip(covariances).map(whitened).collect()
+    errors.zip(covariances).map(|(e, covariance)| mahalanobis_squared(&e, covariance)).collect()
 }
 
 pub(crate) fn consistency(
@@ -76,6 +74,7 @@ pub(crate) fn consistency(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Vector6;
 
     #[test]
     fn covariances_that_fit_the_errors_are_consistent() {

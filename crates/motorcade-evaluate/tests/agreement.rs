@@ -136,14 +136,12 @@ fn compare(report: &Report, judged: &Value) {
 }
 
 fn judge_script() -> Option<PathBuf> {
-    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared");
-    let script =
-        std::env::var_os("MOTORCADE_SHARED").map_or_else(beside, PathBuf::from).join("tools/judge.py");
+    let script = motorcade_testing::shared("tools/judge.py")?;
     let numpy = Command::new("python3").args(["-c", "import numpy"]).output();
-    if script.is_file() && numpy.is_ok_and(|output| output.status.success()) {
+    if numpy.is_ok_and(|output| output.status.success()) {
         return Some(script);
     }
-    println!("skipped the judge itself: {} or python3 with numpy is not there", script.display());
+    println!("skipped the judge itself: python3 with numpy is not there");
     None
 }
 

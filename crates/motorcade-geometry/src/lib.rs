@@ -20,6 +20,7 @@ mod bounding_box;
 mod camera;
 pub mod five_point;
 pub mod lie;
+mod mahalanobis;
 pub mod numeric;
 mod pose;
 mod relative_pose;
@@ -29,6 +30,7 @@ mod triangulation;
 
 pub use bounding_box::BoundingBox;
 pub use camera::{Distortion, InvalidCamera, PinholeCamera};
+pub use mahalanobis::mahalanobis_squared;
 pub use pose::{Camera, Frame, Pose, Vehicle, World};
 pub use relative_pose::{RelativePose, RelativePoseOptions, relative_pose};
 pub use triangulation::{triangulate_midpoint, triangulate_rays};

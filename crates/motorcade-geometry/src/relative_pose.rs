@@ -11,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::five_point::FivePoint;
 use crate::lie::so3;
 use crate::pose::{Frame, Pose};
-use crate::robust::{Kernel, sigma_from_absolute};
+use crate::robust::{RobustKernel, sigma_from_absolute};
 use crate::triangulation::triangulate_midpoint;
 
 /// Options of the search for the relative pose.
@@ -100,7 +100,7 @@ pub fn relative_pose<B: Frame, A: Frame>(
         best_sample = best_sample.min(sampled);
         let Some(mut motion) = decompose(&e, matches, options.sigma_max) else { continue };
         for cutoff in LOCAL_CUTOFFS {
-            motion = refine(motion, matches, Kernel::Tukey(cutoff * options.sigma_max), 6);
+            motion = refine(motion, matches, RobustKernel::Tukey(cutoff * options.sigma_max), 6);
         }
         let value = loss(&motion.essential(), matches, options.sigma_max);
         if best.as_ref().is_none_or(|b| value < b.0) {
@@ -195,13 +195,13 @@ fn polish(mut motion: Motion, matches: &[Match], sigma_max: f64) -> Motion {
         let distances = matches.iter().map(|(a, b)| sampson_squared(&e, a, b).sqrt());
         let mut inside: Vec<f64> = distances.filter(|d| *d < 3.0 * sigma_max).collect();
         let sigma = sigma_from_absolute(&mut inside).unwrap_or(sigma_max).max(1e-3 * sigma_max);
-        motion = refine(motion, matches, Kernel::Tukey(4.685 * sigma), 10);
+        motion = refine(motion, matches, RobustKernel::Tukey(4.685 * sigma), 10);
     }
     motion
 }
 
 /// Gauss–Newton on the weighted Sampson error over rotation (3) and direction (2).
-fn refine(mut motion: Motion, matches: &[Match], kernel: Kernel, iterations: usize) -> Motion {
+fn refine(mut motion: Motion, matches: &[Match], kernel: RobustKernel, iterations: usize) -> Motion {
     for _ in 0..iterations {
         let e = motion.essential();
         let rotation = motion.rotation.to_rotation_matrix().into_inner();

@@ -33,9 +33,6 @@ pub enum RobustKernel {
     Tukey(f64),
 }
 
-/// The former name.
-pub type Kernel = RobustKernel;
-
 impl RobustKernel {
     /// ρ(s) and ρ'(s).
     #[inline]

@@ -50,6 +50,11 @@ pub struct Smoothed<const N: usize> {
 ///
 /// A step whose successor's predicted covariance is singular keeps its filtered state.
 pub fn smooth<const N: usize>(steps: &[FilterStep<N>]) -> Vec<Smoothed<N>> {
+    smooth_about(&SVector::zeros(), steps)
+}
+
+/// [`smooth`] for a filter of deviations from a mean μ (N): the smoothed means are absolute, `μ + x̃_k`.
+pub fn smooth_about<const N: usize>(origin: &SVector<f64, N>, steps: &[FilterStep<N>]) -> Vec<Smoothed<N>> {
     let mut out: Vec<Smoothed<N>> = Vec::with_capacity(steps.len());
     for (k, step) in steps.iter().enumerate().rev() {
         let (mut mean, mut covariance) = (step.filtered, step.filtered_covariance);
@@ -58,12 +63,12 @@ pub fn smooth<const N: usize>(steps: &[FilterStep<N>]) -> Vec<Smoothed<N>> {
             && let Some(inverse) = ahead.predicted_covariance.try_inverse()
         {
             let gain = covariance * ahead.transition.transpose() * inverse;
-            mean += gain * (next.mean - ahead.predicted);
+            mean += gain * (next.mean - origin - ahead.predicted);
             covariance += gain * (next.covariance - ahead.predicted_covariance) * gain.transpose();
             cross_covariance = gain * next.covariance;
         }
         out.push(Smoothed {
-            mean,
+            mean: mean + origin,
             covariance: (covariance + covariance.transpose()) * 0.5,
             cross_covariance,
         });
@@ -128,6 +133,10 @@ mod tests {
                 h[(2 * k, 2 * k)] += 1.0 / measured_variance;
                 g[2 * k] += z / measured_variance;
             }
+        }
+        let origin = Vector2::new(3.0, -1.0);
+        for (absolute, state) in smooth_about(&origin, &steps).iter().zip(smooth(&steps)) {
+            assert!((absolute.mean - origin - state.mean).norm() < 1e-12);
         }
         let covariance = h.try_inverse().unwrap();
         let mean = &covariance * g;

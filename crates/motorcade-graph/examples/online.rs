@@ -3,6 +3,7 @@
 //! analysis of the pattern, and the covariance of its camera. New poses start where their first measurement puts them.
 
 use cpu_time::ProcessTime;
+use motorcade_geometry::robust;
 use motorcade_graph::factors::Between;
 use motorcade_graph::generate::{DriveOptions, drive};
 use motorcade_graph::{FixedLag, Options, VariableId};
@@ -23,9 +24,8 @@ struct Row {
 }
 
 fn median(rows: &[Row], what: fn(&Row) -> f64) -> f64 {
-    let mut sorted: Vec<f64> = rows.iter().map(what).collect();
-    sorted.sort_by(f64::total_cmp);
-    sorted[sorted.len() / 2]
+    let mut values: Vec<f64> = rows.iter().map(what).collect();
+    robust::median(&mut values).unwrap_or(f64::NAN)
 }
 
 #[allow(clippy::print_stdout)] // the report is what this program is for

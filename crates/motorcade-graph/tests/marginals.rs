@@ -3,7 +3,8 @@
 
 mod common;
 
-use common::{difference, small_drive, tight};
+use common::{small_drive, tight};
+use motorcade_geometry::robust::median;
 use motorcade_graph::generate::{DriveOptions, drive};
 use motorcade_graph::solver::Method;
 use motorcade_graph::{
@@ -121,7 +122,7 @@ fn run_online(graph: &Graph, per_frame: usize, lag: usize) -> (FixedLag, Vec<f64
 fn fixed_lag_follows_the_batch_solution_at_constant_cost() {
     let options = DriveOptions { frames: 300, vehicles: 3, track_length: 20, lap: 0, seed: 3 };
     let mut graph = drive(&options).unwrap().graph;
-    let (online, seconds) = run_online(&graph, 4, 20);
+    let (online, mut seconds) = run_online(&graph, 4, 20);
     assert_eq!(online.graph().values().len(), 20 * 4);
     optimise(&mut graph, &tight(Method::LevenbergMarquardt)).unwrap();
     // Factors of this drive span at most four frames: the window loses nothing but the past's relinearisation.
@@ -130,12 +131,7 @@ fn fixed_lag_follows_the_batch_solution_at_constant_cost() {
         x.local(graph.values().value(id).unwrap(), &mut d);
         assert!(d.iter().all(|v| v.abs() < 2e-3), "{id}: {d:?}");
     }
-    let median = |s: &[f64]| {
-        let mut s = s.to_vec();
-        s.sort_by(f64::total_cmp);
-        s[s.len() / 2]
-    };
-    let (early, late) = (median(&seconds[40..100]), median(&seconds[240..]));
+    let (early, late) = (median(&mut seconds[40..100]).unwrap(), median(&mut seconds[240..]).unwrap());
     println!("fixed lag: {:.2} ms a frame early, {:.2} ms late", early * 1e3, late * 1e3);
     assert!(late < 3.0 * early, "{early} {late}");
 }
@@ -146,5 +142,4 @@ fn marginalising_everything_leaves_nothing() {
     let all: Vec<VariableId> = graph.values().iter().map(|(id, _)| id).collect();
     assert!(marginalise(&mut graph, &all).unwrap().is_none());
     assert!(graph.values().is_empty() && graph.factors().len() == 0);
-    assert!(difference(&graph, &graph) == 0.0);
 }

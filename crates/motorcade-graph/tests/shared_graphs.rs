@@ -20,7 +20,7 @@ struct Solved {
 }
 
 fn solve(name: &str, residual: PoseResidual, init: Start) -> Option<Solved> {
-    let path = common::shared(&format!("posegraphs/{name}.g2o"))?;
+    let path = motorcade_testing::shared(&format!("posegraphs/{name}.g2o"))?;
     let options = Options { relative_decrease: 1e-9, ..Options::default() };
     let mut document = g2o::read(&path, &ReadOptions { residual, ..ReadOptions::default() }).unwrap();
     let graph = &mut document.graph;
@@ -98,7 +98,7 @@ fn relative_difference(a: &Graph, b: &Graph) -> f64 {
 
 #[test]
 fn cauchy_recovers_the_clean_solution() {
-    let Some(path) = common::shared("posegraphs/mb1000_out10.g2o") else { return };
+    let Some(path) = motorcade_testing::shared("posegraphs/mb1000_out10.g2o") else { return };
     // The file numbers cameras from 0 and vehicles from 100000; only sightings of vehicles are ever wrong.
     let sighting = |document: &g2o::Document, f: &dyn Factor| {
         let id = |k: usize| document.vertices[f.variables()[k].index()].0;
@@ -152,7 +152,7 @@ fn cauchy_recovers_the_clean_solution() {
 /// sphere2500 is ordered by nested dissection.
 #[test]
 fn threads_change_no_bit_of_a_dissected_graph() {
-    let Some(input) = common::shared("posegraphs/sphere2500.g2o") else { return };
+    let Some(input) = motorcade_testing::shared("posegraphs/sphere2500.g2o") else { return };
     let run = |threads| {
         let mut graph = g2o::read(&input, &ReadOptions::default()).unwrap().graph;
         graph.anchor_components().unwrap();

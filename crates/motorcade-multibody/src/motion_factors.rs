@@ -3,7 +3,7 @@
 
 use motorcade_geometry::lie::se3;
 use motorcade_graph::{Factor, GraphError, Terms, Values, VariableId};
-use nalgebra::{DMatrix, DMatrixViewMut, DVectorViewMut, Isometry3, Matrix6};
+use nalgebra::{DMatrixViewMut, DVectorViewMut, Isometry3, Matrix4, Matrix6, SMatrix, SVector};
 
 /// Constant body velocity over three poses (6): `r = log(C⁻¹ B)`, B = V₁⁻¹V₂ the motion over the second interval and
 /// `C = exp(ρ log A)` that expected from the first, A = V₀⁻¹V₁, ρ = Δt₂/Δt₁.
@@ -12,16 +12,14 @@ pub struct SteadyMotion {
     variables: [VariableId; 3],
     /// ρ.
     interval_ratio: f64,
-    information: DMatrix<f64>,
+    information: Matrix6<f64>,
 }
 
 impl SteadyMotion {
     /// Over three poses, the second interval `interval_ratio` times as long as the first; standard deviations (6, `[ω, ν]`) of
     /// the motion over the second interval, given the first \[rad, m\].
     pub fn new(variables: [VariableId; 3], interval_ratio: f64, sigmas: [f64; 6]) -> Self {
-        let information =
-            DMatrix::from_fn(6, 6, |r, c| if r == c { 1.0 / (sigmas[r] * sigmas[r]) } else { 0.0 });
-        Self { variables, interval_ratio, information }
+        Self { variables, interval_ratio, information: information(&sigmas) }
     }
 
     /// C, and ∂C/∂A (6×6, both tangents on the right); `None` for the identity.
@@ -79,7 +77,7 @@ impl Factor for SteadyMotion {
 pub struct NoSideSlip {
     variables: [VariableId; 2],
     rear_axle_m: f64,
-    information: DMatrix<f64>,
+    information: Matrix4<f64>,
 }
 
 /// Components of the twist that vanish: roll rate, pitch rate, sideways, up.
@@ -93,11 +91,7 @@ impl NoSideSlip {
     /// Standard deviations of roll, pitch \[rad\], sideways and up \[m\] over the interval between the poses; distance of the rear
     /// axle behind the origin \[m\].
     pub fn new(variables: [VariableId; 2], rear_axle_m: f64, sigmas: [f64; 4]) -> Self {
-        Self {
-            variables,
-            rear_axle_m,
-            information: DMatrix::from_fn(4, 4, |r, c| if r == c { sigmas[r].powi(-2) } else { 0.0 }),
-        }
+        Self { variables, rear_axle_m, information: information(&sigmas) }
     }
 }
 
@@ -130,6 +124,11 @@ impl Factor for NoSideSlip {
         }
         Ok(())
     }
+}
+
+/// Information matrix (n×n) of independent errors with these standard deviations (n).
+fn information<const N: usize>(sigmas: &[f64; N]) -> SMatrix<f64, N, N> {
+    SMatrix::from_diagonal(&SVector::from(*sigmas).map(|sigma| 1.0 / (sigma * sigma)))
 }
 
 #[cfg(test)]

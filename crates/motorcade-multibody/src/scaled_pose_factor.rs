@@ -3,7 +3,7 @@
 
 use motorcade_geometry::lie::{se3, so3};
 use motorcade_graph::{Factor, GraphError, MeasuredPose, Terms, Values, VariableId};
-use motorcade_vehicles::Sighting;
+use motorcade_vehicles::PoseObservation;
 use nalgebra::{DMatrixViewMut, DVectorViewMut, Isometry3, Matrix6, Vector6};
 
 /// `r = [log R(E); t(E)]` (6), rotation R and translation t of `E = (Z · exp(J (s − s₀)))⁻¹ · C⁻¹ V`: camera C and vehicle V are
@@ -18,7 +18,7 @@ use nalgebra::{DMatrixViewMut, DVectorViewMut, Isometry3, Matrix6, Vector6};
 pub struct ScaledPoseFactor {
     variables: [VariableId; 3],
     measurement: Isometry3<f64>,
-    by_scale: Vector6<f64>,
+    scale_derivative: Vector6<f64>,
     at: f64,
     information: Matrix6<f64>,
 }
@@ -26,11 +26,16 @@ pub struct ScaledPoseFactor {
 impl ScaledPoseFactor {
     /// Between `[camera, vehicle, scale]`, measured with the scale at `at`; `information` (6×6 `[ω, ν]`) of the pose with the
     /// scale held.
-    pub fn new(variables: [VariableId; 3], sighting: &Sighting, at: f64, information: Matrix6<f64>) -> Self {
+    pub fn new(
+        variables: [VariableId; 3],
+        observation: &PoseObservation,
+        at: f64,
+        information: Matrix6<f64>,
+    ) -> Self {
         Self {
             variables,
-            measurement: *sighting.camera_from_vehicle.isometry(),
-            by_scale: sighting.by_scale,
+            measurement: *observation.camera_from_vehicle.isometry(),
+            scale_derivative: observation.scale_derivative,
             at,
             information,
         }
@@ -38,7 +43,7 @@ impl ScaledPoseFactor {
 
     /// J (s − s₀).
     fn shift(&self, scale: f64) -> Vector6<f64> {
-        self.by_scale * (scale - self.at)
+        self.scale_derivative * (scale - self.at)
     }
 }
 
@@ -70,7 +75,8 @@ impl Factor for ScaledPoseFactor {
             j.view_mut((0, 6), (6, 6)).copy_from(&second);
             j.view_mut((0, 0), (6, 6)).copy_from(&(-second * se3::adjoint(&camera_from_vehicle.inverse())));
             // exp(−x − Jδ) = exp(−x) exp(−Jδ), x being a multiple of J; hence ∂r/∂s = −D Ad(M⁻¹) J   (6×1)
-            j.view_mut((0, 12), (6, 1)).copy_from(&(-second * se3::adjoint(&m.inverse()) * self.by_scale));
+            j.view_mut((0, 12), (6, 1))
+                .copy_from(&(-second * se3::adjoint(&m.inverse()) * self.scale_derivative));
         }
         Ok(())
     }
@@ -95,16 +101,16 @@ mod tests {
         let camera = graph.add_variable(at([0.01, -0.02, 0.3, 1.0, 2.0, 0.1]));
         let vehicle = graph.add_variable(at([1.2, 0.1, -1.4, 3.1, 2.2, 12.0]));
         let scale = graph.add_variable(1.62_f64.ln());
-        let sighting = Sighting {
+        let observation = PoseObservation {
             source: Source::Box,
             camera_from_vehicle: Pose::new(at([1.1, 0.2, -1.5, 2.5, 0.4, 11.0])),
             covariance: Matrix6::identity(),
             scaling: Scaling::Size,
             // A slope of the rotation too.
-            by_scale: Vector6::new(0.3, -0.2, 0.5, 8.0, -1.0, 0.4),
+            scale_derivative: Vector6::new(0.3, -0.2, 0.5, 8.0, -1.0, 0.4),
         };
         let factor =
-            ScaledPoseFactor::new([camera, vehicle, scale], &sighting, 1.5_f64.ln(), Matrix6::identity());
+            ScaledPoseFactor::new([camera, vehicle, scale], &observation, 1.5_f64.ln(), Matrix6::identity());
         assert!(numeric::jacobian_error(&factor, graph.values()).unwrap() < 1e-6);
     }
 }

@@ -2,7 +2,7 @@
 
 use motorcade_geometry::{Pose, Vehicle, World};
 use motorcade_odometry::EgoTrajectory;
-use motorcade_vehicles::{Scaling, Sighting, Source, VehicleState, VehicleTrajectory};
+use motorcade_vehicles::{PoseObservation, Scaling, Source, VehicleState, VehicleTrajectory};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use crate::options::GraphOptions;
@@ -69,16 +69,16 @@ fn candidates(
     options: &GraphOptions,
 ) -> Vec<Candidate> {
     let seen =
-        || vehicle.states.iter().zip(chain).flat_map(|(s, c)| s.sightings.iter().map(move |z| (s, c, z)));
+        || vehicle.states.iter().zip(chain).flat_map(|(s, c)| s.observations.iter().map(move |z| (s, c, z)));
     let every = seen().count().div_ceil(options.advanced.start_candidates.max(1)).max(1);
-    let one = |state: &VehicleState, pose: &Pose<World, Vehicle>, sighting: &Sighting| {
-        let seen = ego.frames.get(state.frame)?.world_from_camera * sighting.camera_from_vehicle;
+    let one = |state: &VehicleState, pose: &Pose<World, Vehicle>, observation: &PoseObservation| {
+        let seen = ego.frames.get(state.frame)?.world_from_camera * observation.camera_from_vehicle;
         // A box has no heading of its own.
-        let is_box = sighting.source == Source::Box;
+        let is_box = observation.source == Source::Box;
         let there = if is_box { Pose::from_parts(pose.rotation(), seen.translation()) } else { seen };
-        let place: Matrix3<f64> = sighting.covariance.fixed_view::<3, 3>(3, 3).into_owned();
-        let slope = sighting.by_scale.fixed_rows::<3>(3);
-        let variance = match sighting.scaling {
+        let place: Matrix3<f64> = observation.covariance.fixed_view::<3, 3>(3, 3).into_owned();
+        let slope = observation.scale_derivative.fixed_rows::<3>(3);
+        let variance = match observation.scaling {
             Scaling::Size => vehicle.scale_variance(),
             Scaling::Source { sigma } => sigma * sigma,
         };
@@ -88,10 +88,10 @@ fn candidates(
         Some(Candidate {
             pose: there * pose.inverse() * *reference,
             position_variance: inflation * (place + scale).trace(),
-            heading_variance: (!is_box).then_some(sighting.covariance[(2, 2)]),
+            heading_variance: (!is_box).then_some(observation.covariance[(2, 2)]),
         })
     };
-    let of = |(state, pose, sighting)| one(state, pose, sighting);
+    let of = |(state, pose, observation)| one(state, pose, observation);
     seen().step_by(every).filter_map(of).collect()
 }
 

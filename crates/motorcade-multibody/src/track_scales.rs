@@ -2,7 +2,7 @@
 
 use motorcade_graph::factors::VectorPrior;
 use motorcade_graph::{Graph, GraphError, VariableId};
-use motorcade_vehicles::{Scaling, Sighting, VehicleTrajectory};
+use motorcade_vehicles::{PoseObservation, Scaling, VehicleTrajectory};
 use nalgebra::{DMatrix, DVector};
 
 use crate::options::GraphOptions;
@@ -26,11 +26,11 @@ impl TrackScales {
 
     /// Adds the scale of an external source at its first measurement.
     pub(crate) fn complete(&mut self, graph: &mut Graph, vehicle: &VehicleTrajectory) {
-        let own = |sighting: &Sighting| match sighting.scaling {
+        let own = |observation: &PoseObservation| match observation.scaling {
             Scaling::Source { sigma } => Some(sigma),
             Scaling::Size => None,
         };
-        let sigma = vehicle.states.iter().flat_map(|s| &s.sightings).find_map(own);
+        let sigma = vehicle.states.iter().flat_map(|s| &s.observations).find_map(own);
         self.source = self.source.or_else(|| sigma.map(|sigma| (graph.add_variable(0.0), sigma)));
     }
 
@@ -40,8 +40,8 @@ impl TrackScales {
     }
 
     /// The scale that a measurement depends on, and the value at which it was made.
-    pub(crate) fn of(&self, sighting: &Sighting, vehicle: &VehicleTrajectory) -> (VariableId, f64) {
-        match (sighting.scaling, self.source) {
+    pub(crate) fn of(&self, observation: &PoseObservation, vehicle: &VehicleTrajectory) -> (VariableId, f64) {
+        match (observation.scaling, self.source) {
             (Scaling::Source { .. }, Some((id, _))) => (id, 0.0),
             _ => (self.size, vehicle.size.height_m.ln()),
         }

@@ -1,12 +1,8 @@
 //! Time of each stage on images of KITTI's size: `cargo bench -p motorcade-odometry --bench stages`.
 
-#[path = "../tests/common/mod.rs"]
-mod common;
-
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use common::{HEIGHT_M, Place, depth, street};
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use image::GrayImage;
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
@@ -18,6 +14,7 @@ use motorcade_odometry::{
     BundleOptions, CornerOptions, KltOptions, Odometry, OdometryOptions, PoseOnlyOptions, Pyramid, Request,
     RoadInput, RoadOptions, RoadTracker, StaticMask, detect, track_checked,
 };
+use motorcade_testing::street_image::{HEIGHT_M, StreetPose, depth, street_image};
 use nalgebra::{Matrix2, Point2, Point3, Vector2, Vector3, Vector6};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -29,10 +26,10 @@ const LEVELS: usize = 4;
 const STEP_M: f64 = 1.0;
 
 fn pyramid_at(along_m: f64) -> Pyramid {
-    Pyramid::new(&street(&CAMERA, &Place::along(along_m)), LEVELS)
+    Pyramid::new(&street_image(&CAMERA, &StreetPose::along(along_m)), LEVELS)
 }
 
-/// Where the camera moves straight on, `way_m` from the origin.
+/// Pose of a camera that has moved `way_m` straight ahead.
 fn ahead(way_m: f64) -> Pose<Camera, World> {
     Pose::exp(&Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, -way_m))
 }
@@ -50,13 +47,14 @@ fn corners(pyramid: &Pyramid, count: usize) -> Vec<(Point2<f64>, Point3<f64>)> {
     let found = detect(pyramid.level(0), &[], |_, _| true, &options);
     assert!(found.len() >= count, "{} corners", found.len());
     let spread = found.len() / count;
-    let one =
-        |p: &Point2<f64>| (*p, Point3::from(CAMERA.ray(p) * depth(&CAMERA, &Place::along(0.0), p.x, p.y)));
+    let one = |p: &Point2<f64>| {
+        (*p, Point3::from(CAMERA.ray(p) * depth(&CAMERA, &StreetPose::along(0.0), p.x, p.y)))
+    };
     found.iter().step_by(spread).map(one).take(count).collect()
 }
 
 fn images(criterion: &mut Criterion) {
-    let image = street(&CAMERA, &Place::along(0.0));
+    let image = street_image(&CAMERA, &StreetPose::along(0.0));
     let mut pyramid = Pyramid::new(&image, LEVELS);
     criterion.bench_function("pyramid", |b| b.iter(|| pyramid.refill(black_box(&image), LEVELS)));
     criterion.bench_function("corner detection", |b| {
@@ -210,7 +208,8 @@ impl<'a> Drive<'a> {
 }
 
 fn whole_frame(criterion: &mut Criterion) {
-    let images: Vec<_> = (0..60).map(|k| street(&CAMERA, &Place::along(STEP_M * f64::from(k)))).collect();
+    let images: Vec<_> =
+        (0..60).map(|k| street_image(&CAMERA, &StreetPose::along(STEP_M * f64::from(k)))).collect();
     let mut drive = Drive::new(&images);
     criterion.bench_function("whole frame, odometry and road", |b| {
         b.iter_custom(|frames| (0..frames).map(|_| drive.timed()).sum())

@@ -47,9 +47,9 @@ pub use odometry::{
     AdvancedPolicyOptions, FeedbackOptions, Odometry, OdometryOptions, PolicyOptions, RoadFeedback,
 };
 pub use road::{
-    AdvancedRoadOptions, AlignmentOptions, ClosedFormOptions, ClosedFormScale, PlaneSearchOptions,
-    PlaneTrackingOptions, ProfileOptions, RoadCurvature, RoadEstimate, RoadInput, RoadMeasurement,
-    RoadOptions, RoadPlane, RoadState, RoadTracker, ScaleAverage, road_normal,
+    AdvancedClosedFormOptions, AdvancedRoadOptions, AlignmentOptions, ClosedFormOptions, ClosedFormScale,
+    PlaneSearchOptions, PlaneTrackingOptions, ProfileOptions, RoadCurvature, RoadEstimate, RoadInput,
+    RoadMeasurement, RoadOptions, RoadPlane, RoadState, RoadTracker, ScaleAverage, road_normal,
 };
 pub use scale::{EgoFrame, EgoTrajectory, MetricOptions, NoiseModel, SmootherOptions, Uncertainty};
 pub use tracking::{

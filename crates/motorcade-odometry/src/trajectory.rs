@@ -28,7 +28,7 @@ pub enum FrameStatus {
 pub struct FrameRecord {
     /// Time of the frame \[ns\].
     pub timestamp_ns: i64,
-    /// How it was found.
+    /// Source of the pose.
     pub status: FrameStatus,
     /// Segment it belongs to.
     pub segment: usize,

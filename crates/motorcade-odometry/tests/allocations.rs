@@ -2,16 +2,14 @@
 
 #![allow(unsafe_code, reason = "a global allocator can be counted in no other way")]
 
-mod common;
-
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use common::{CAMERA, Place, street};
 use motorcade_geometry::BoundingBox;
 use motorcade_odometry::{
     Odometry, OdometryOptions, RoadFeedback, RoadInput, RoadOptions, RoadTracker, StaticMask,
 };
+use motorcade_testing::street_image::{CAMERA, StreetPose, street_image};
 
 thread_local! {
     /// Allocations of this thread, reallocations included.
@@ -51,7 +49,7 @@ fn drive(boxes: &[BoundingBox]) -> Vec<(usize, bool)> {
     let mut road = RoadTracker::new(CAMERA, RoadOptions::default());
     let mut keyframes = 0;
     let mut one = |frame: usize| {
-        let image = street(&CAMERA, &Place::along(STEP_M * frame as f64));
+        let image = street_image(&CAMERA, &StreetPose::along(STEP_M * frame as f64));
         let before = TAKEN.with(Cell::get);
         let timestamp_ns = frame as i64 * 100_000_000;
         let pyramid = odometry.process(timestamp_ns, &image, &mask);

@@ -2,13 +2,11 @@
 
 #![allow(clippy::unwrap_used, reason = "a test")]
 
-mod common;
-
-use common::{CAMERA, HEIGHT_M, Place, street};
 use motorcade_odometry::{
     EgoTrajectory, FrameStatus, MetricOptions, Odometry, OdometryOptions, RoadFeedback, RoadInput,
     RoadOptions, RoadTracker, StaticMask,
 };
+use motorcade_testing::street_image::{CAMERA, HEIGHT_M, StreetPose, street_image};
 
 /// Frames/s.
 const RATES: [i64; 4] = [5, 10, 25, 50];
@@ -26,7 +24,7 @@ fn drive(rate: i64, seconds: i64, along_m: impl Fn(f64) -> f64) -> Run {
     let mut road = RoadTracker::new(CAMERA, RoadOptions::default());
     for frame in 0..=(rate * seconds) as usize {
         let timestamp_ns = frame as i64 * NS / rate;
-        let image = street(&CAMERA, &Place::along(along_m(timestamp_ns as f64 / NS as f64)));
+        let image = street_image(&CAMERA, &StreetPose::along(along_m(timestamp_ns as f64 / NS as f64)));
         let pyramid = odometry.process(timestamp_ns, &image, &StaticMask::default());
         let trajectory = odometry.trajectory();
         let segment = trajectory.frames[frame].segment;
@@ -104,7 +102,7 @@ fn unequal_intervals_are_predicted_by_time() {
     for t in &times_s {
         odometry.process(
             (t * NS as f64) as i64,
-            &street(&CAMERA, &Place::along(8.0 * t)),
+            &street_image(&CAMERA, &StreetPose::along(8.0 * t)),
             &StaticMask::default(),
         );
     }

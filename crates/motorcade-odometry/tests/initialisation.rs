@@ -1,13 +1,11 @@
 //! A map is initialised within a second of driving, straight on or in a turn, and not before the car drives.
 
-mod common;
-
-use common::{CAMERA, Place, street};
 use image::{GrayImage, Luma};
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_odometry::{
     FrameStatus, Odometry, OdometryOptions, OdometryTrajectory, PolicyOptions, StaticMask,
 };
+use motorcade_testing::street_image::{CAMERA, StreetPose, street_image};
 use nalgebra::Vector6;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -21,26 +19,26 @@ const TURN: (f64, f64) = (0.6, 0.021);
 const STANDING: (f64, f64) = (0.0, 0.0);
 
 /// Positions of the camera after each step `(distance [m], turn [rad])`, starting with the first.
-fn places(steps: &[(f64, f64)]) -> Vec<Place> {
-    let mut place = Place::default();
-    let mut places = vec![place];
+fn street_poses(steps: &[(f64, f64)]) -> Vec<StreetPose> {
+    let mut pose = StreetPose::default();
+    let mut street_poses = vec![pose];
     for (distance_m, turn_rad) in steps {
-        place.heading_rad += turn_rad;
-        place.across_m += distance_m * place.heading_rad.sin();
-        place.along_m += distance_m * place.heading_rad.cos();
-        places.push(place);
+        pose.heading_rad += turn_rad;
+        pose.across_m += distance_m * pose.heading_rad.sin();
+        pose.along_m += distance_m * pose.heading_rad.cos();
+        street_poses.push(pose);
     }
-    places
+    street_poses
 }
 
-fn world_from_camera(place: &Place) -> Pose<World, Camera> {
-    let shift = Pose::<World, Camera>::exp(&Vector6::new(0.0, 0.0, 0.0, place.across_m, 0.0, place.along_m));
-    shift * Pose::<Camera, Camera>::exp(&Vector6::new(0.0, place.heading_rad, 0.0, 0.0, 0.0, 0.0))
+fn world_from_camera(pose: &StreetPose) -> Pose<World, Camera> {
+    let shift = Pose::<World, Camera>::exp(&Vector6::new(0.0, 0.0, 0.0, pose.across_m, 0.0, pose.along_m));
+    shift * Pose::<Camera, Camera>::exp(&Vector6::new(0.0, pose.heading_rad, 0.0, 0.0, 0.0, 0.0))
 }
 
 /// The street with a sensor's noise of two grey levels.
-fn noisy(place: &Place, rng: &mut ChaCha8Rng) -> GrayImage {
-    let mut image = street(&CAMERA, place);
+fn noisy(pose: &StreetPose, rng: &mut ChaCha8Rng) -> GrayImage {
+    let mut image = street_image(&CAMERA, pose);
     for Luma([grey]) in image.pixels_mut() {
         *grey = grey.saturating_add_signed(rng.random_range(-2..=2));
     }
@@ -52,8 +50,8 @@ fn drive(steps: &[(f64, f64)], options: OdometryOptions) -> (Option<usize>, Odom
     let mut rng = ChaCha8Rng::seed_from_u64(4);
     let mut odometry = Odometry::new(CAMERA, options);
     let mut began = None;
-    for (frame, place) in places(steps).iter().enumerate() {
-        odometry.process(frame as i64 * 100_000_000, &noisy(place, &mut rng), &StaticMask::default());
+    for (frame, pose) in street_poses(steps).iter().enumerate() {
+        odometry.process(frame as i64 * 100_000_000, &noisy(pose, &mut rng), &StaticMask::default());
         if began.is_none() && !odometry.trajectory().keyframes.is_empty() {
             began = Some(frame);
         }
@@ -68,7 +66,7 @@ fn poses(odometry: &OdometryTrajectory) -> Vec<Pose<World, Camera>> {
 /// Fails where the distance from the first frame is off by a fiftieth, in the unit that fits the last frame, or the heading by
 /// two pixels.
 fn follows(found: &[Pose<World, Camera>], steps: &[(f64, f64)]) {
-    let truth: Vec<_> = places(steps).iter().map(world_from_camera).collect();
+    let truth: Vec<_> = street_poses(steps).iter().map(world_from_camera).collect();
     assert_eq!(found.len(), truth.len(), "every frame has a pose");
     let last = truth.len() - 1;
     let unit = truth[last].translation().norm() / found[last].translation().norm();

@@ -1,13 +1,12 @@
 //! Vehicles in the earlier picture are not compared with the road.
 
-mod common;
-
-use common::{CAMERA, HEIGHT_M, Place, street};
 use image::{GrayImage, Luma};
+use motorcade_geometry::robust::median;
 use motorcade_geometry::{BoundingBox, Camera, Pose, World};
 use motorcade_odometry::{
     OdometryTrajectory, ProfileOptions, Pyramid, RoadInput, RoadMeasurement, RoadOptions, RoadTracker,
 };
+use motorcade_testing::street_image::{CAMERA, HEIGHT_M, StreetPose, street_image};
 use nalgebra::{Isometry3, Point2};
 use std::sync::Arc;
 
@@ -31,7 +30,7 @@ fn crosses(frame: usize) -> bool {
 }
 
 fn picture(frame: usize) -> GrayImage {
-    let mut image = street(&CAMERA, &Place::along(STEP_M * frame as f64));
+    let mut image = street_image(&CAMERA, &StreetPose::along(STEP_M * frame as f64));
     let inside = |x: u32, y: u32| CROSSING.contains(f64::from(x), f64::from(y));
     for (x, y, grey) in image.enumerate_pixels_mut().filter(|(x, y, _)| crosses(frame) && inside(*x, *y)) {
         // Dark, brighter towards the roof.
@@ -65,8 +64,7 @@ fn heights(boxes: &[BoundingBox], picture: impl Fn(usize) -> GrayImage) -> Vec<(
 /// Median error of the camera's height over the drive, as a share.
 fn error(boxes: &[BoundingBox]) -> f64 {
     let mut errors: Vec<f64> = heights(boxes, picture).iter().map(|(_, h)| (h - 1.0).abs()).collect();
-    errors.sort_by(f64::total_cmp);
-    errors[errors.len() / 2]
+    median(&mut errors).unwrap_or(f64::NAN)
 }
 
 #[test]
@@ -74,7 +72,7 @@ fn a_plane_that_drifts_away_is_rejected() {
     // From frame 12 on the road seems to go by faster, by a thirtieth more every frame: no step is too large, all of them are.
     let seems = |frame: usize| 1.0 + 0.033 * frame.saturating_sub(12) as f64;
     let way_m = |frame: usize| (1..=frame).map(|k| STEP_M * seems(k)).sum::<f64>();
-    let found = heights(&[], |frame| street(&CAMERA, &Place::along(way_m(frame))));
+    let found = heights(&[], |frame| street_image(&CAMERA, &StreetPose::along(way_m(frame))));
     let lowest = found.iter().map(|(_, h)| *h).fold(f64::INFINITY, f64::min);
     // Without an anchor it would be followed to 1/1.5.
     assert!(lowest > 0.7 && found.iter().any(|(k, h)| *k > 14 && *h < 0.95), "{found:?}");

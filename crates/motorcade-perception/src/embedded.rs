@@ -2,14 +2,13 @@
 
 #[cfg(feature = "networks")]
 use std::path::Path;
-use std::path::PathBuf;
 
 #[cfg(feature = "networks")]
 use crate::error::Error;
 use crate::error::Result;
-use crate::manifest::{Manifest, ModelEntry};
-use crate::models::{ModelOptions, ModelSet};
-use crate::network::Network;
+#[cfg(feature = "networks")]
+use crate::manifest::Manifest;
+use crate::manifest::ModelEntry;
 
 #[cfg(feature = "networks")]
 mod files {
@@ -35,15 +34,4 @@ pub(crate) fn entries() -> Result<Vec<(ModelEntry, &'static [u8])>> {
 #[cfg(not(feature = "networks"))]
 pub(crate) fn entries() -> Result<Vec<(ModelEntry, &'static [u8])>> {
     Ok(Vec::new())
-}
-
-/// The networks inside the binary, for images of this size (width, height) \[px\].
-pub(crate) fn load(image_size: (u32, u32), options: &ModelOptions) -> Result<ModelSet> {
-    let entries = entries()?;
-    let manifest = Manifest { models: entries.iter().map(|(entry, _)| entry.clone()).collect() };
-    ModelSet::build(&manifest, image_size, options, |entry, threads| {
-        let path = PathBuf::from(format!("embedded {}", entry.file));
-        let bytes = entries.iter().find(|(e, _)| e.file == entry.file).map(|(_, bytes)| bytes.to_vec());
-        Network::from_bytes(path, bytes.unwrap_or_default(), entry, options, threads)
-    })
 }

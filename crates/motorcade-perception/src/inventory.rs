@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use sha2::{Digest, Sha256};
-
+use crate::digest::sha256;
 use crate::embedded;
 use crate::error::{Error, Result};
 use crate::manifest::{Manifest, ModelEntry, OutputSpec};
@@ -66,11 +65,6 @@ fn info(entry: &ModelEntry, bytes: &[u8]) -> ModelInfo {
         sha256: sha256(bytes),
         bytes: bytes.len(),
     }
-}
-
-/// SHA-256 in hexadecimal.
-pub(crate) fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[cfg(test)]

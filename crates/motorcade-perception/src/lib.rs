@@ -51,6 +51,7 @@
 
 mod detection;
 mod detectors;
+mod digest;
 mod embedded;
 mod error;
 mod files;
@@ -59,6 +60,7 @@ mod keypoints;
 mod manifest;
 mod models;
 mod network;
+mod observations;
 mod perception;
 mod recording;
 mod road;
@@ -72,10 +74,12 @@ pub use keypoints::VehicleKeypoints;
 pub use manifest::{
     ColourOrder, InputSpec, KeypointVariance, MANIFEST_NAME, Manifest, ModelEntry, OutputSpec, Resize,
 };
-pub use models::{ModelOptions, ModelSet, ModelSource};
+pub use models::{ModelSet, ModelSource};
 pub use network::{
-    BoxDetector, CropOptions, Engine, KeypointNetwork, Network, RoadNetwork, SceneNetwork, suppress,
+    BoxDetector, CropOptions, Engine, KeypointNetwork, ModelOptions, Network, RoadNetwork, SceneNetwork,
+    suppress,
 };
-pub use perception::{Observations, Perception, PerceptionOptions};
+pub use observations::Observations;
+pub use perception::{Perception, PerceptionOptions};
 pub use recording::Recording;
 pub use road::RoadMask;

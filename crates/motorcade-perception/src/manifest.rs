@@ -5,7 +5,6 @@ use std::path::Path;
 
 use crate::detection::VehicleClass;
 use crate::error::{Error, Result};
-use crate::network::BoxFamily;
 
 /// Name of the manifest in a folder of networks.
 pub const MANIFEST_NAME: &str = "models.toml";
@@ -131,6 +130,17 @@ pub enum OutputSpec {
         #[serde(default)]
         variance: KeypointVariance,
     },
+}
+
+/// Decoding of the boxes of a network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum BoxFamily {
+    /// One row a cell, not decoded (Ge et al., *YOLOX*, arXiv 2107.08430).
+    Yolox,
+    /// One row a box, decoded (Liu et al., *SSD*, ECCV 2016, with its detection-output layer).
+    Ssd,
+    /// Heat maps of box centres with sizes and offsets (Zhou et al., *Objects as Points*, arXiv 1904.07850).
+    CentrePoint,
 }
 
 impl OutputSpec {

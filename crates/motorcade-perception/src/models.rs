@@ -10,24 +10,9 @@ use crate::detectors::{KeypointDetector, RoadSegmenter, VehicleDetector};
 use crate::embedded;
 use crate::error::Result;
 use crate::manifest::{Manifest, ModelEntry, OutputSpec, Resize};
-use crate::network::{BoxDetector, CropOptions, Engine, KeypointNetwork, Network, RoadNetwork, SceneNetwork};
-
-/// Options of inference.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ModelOptions {
-    /// Threads of one network; at least 1. The result is the same for any number.
-    pub threads: usize,
-    /// Vehicles less certain than this are not handed out, 0 to 1. Low, because tracking rejects chance detections.
-    pub min_score: f64,
-    /// Inference engine.
-    pub engine: Engine,
-}
-
-impl Default for ModelOptions {
-    fn default() -> Self {
-        Self { threads: 1, min_score: 0.1, engine: Engine::default() }
-    }
-}
+use crate::network::{
+    BoxDetector, CropOptions, KeypointNetwork, ModelOptions, Network, RoadNetwork, SceneNetwork,
+};
 
 /// Source of the networks.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -86,7 +71,7 @@ impl ModelSet {
     pub fn open(source: &ModelSource, image_size: (u32, u32), options: &ModelOptions) -> Result<Self> {
         match source {
             ModelSource::Folder(folder) => Self::load(folder, image_size, options),
-            ModelSource::Embedded => embedded::load(image_size, options),
+            ModelSource::Embedded => Self::embedded(image_size, options),
             ModelSource::None => Ok(Self::default()),
         }
     }
@@ -102,7 +87,18 @@ impl ModelSet {
         Self::build(&manifest, image_size, options, load)
     }
 
-    pub(crate) fn build(
+    /// The networks inside the binary.
+    fn embedded(image_size: (u32, u32), options: &ModelOptions) -> Result<Self> {
+        let entries = embedded::entries()?;
+        let manifest = Manifest { models: entries.iter().map(|(entry, _)| entry.clone()).collect() };
+        Self::build(&manifest, image_size, options, |entry, threads| {
+            let path = PathBuf::from(format!("embedded {}", entry.file));
+            let bytes = entries.iter().find(|(e, _)| e.file == entry.file).map(|(_, bytes)| bytes.to_vec());
+            Network::from_bytes(path, bytes.unwrap_or_default(), entry, options, threads)
+        })
+    }
+
+    fn build(
         manifest: &Manifest,
         image_size: (u32, u32),
         options: &ModelOptions,

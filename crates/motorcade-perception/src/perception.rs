@@ -4,25 +4,12 @@ use std::path::PathBuf;
 
 use motorcade_dataset::Frame;
 
-use crate::detection::Detection;
 use crate::detectors::{KeypointDetector, RoadSegmenter, VehicleDetector};
 use crate::error::Result;
 use crate::files::{DetectionTable, RoadMaskFolder};
-use crate::keypoints::VehicleKeypoints;
-use crate::models::{ModelOptions, ModelSet, ModelSource};
-use crate::recording::Recording;
-use crate::road::RoadMask;
-
-/// Output of the detectors for one frame.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Observations {
-    /// Vehicles, best first from networks, in the order of the file from files.
-    pub detections: Vec<Detection>,
-    /// The road, when a segmenter is there.
-    pub road: Option<RoadMask>,
-    /// Keypoints of vehicles.
-    pub keypoints: Vec<VehicleKeypoints>,
-}
+use crate::models::{ModelSet, ModelSource};
+use crate::network::ModelOptions;
+use crate::observations::Observations;
 
 /// Networks and files to open. Files take the place of networks; with neither there is no detector.
 #[derive(Clone, Debug, Default)]
@@ -105,6 +92,10 @@ impl Perception {
     pub fn segments_road(&self) -> bool {
         self.road.is_some()
     }
+    /// Detectors that are there: vehicles, road, keypoints.
+    pub(crate) fn present(&self) -> [bool; 3] {
+        [self.vehicles.is_some(), self.road.is_some(), self.keypoints.is_some()]
+    }
     /// Sources in words, for the record of a run: vehicles, road.
     pub fn describe(&self) -> (String, String) {
         let none = || "not looked for".to_owned();
@@ -132,20 +123,5 @@ impl Perception {
             None => Vec::new(),
         };
         Ok(Observations { detections, road, keypoints })
-    }
-
-    /// Runs the detectors on every frame once and keeps their output, for many runs on the same frames.
-    ///
-    /// # Errors
-    /// A detector that fails.
-    pub fn record(&mut self, frames: impl Iterator<Item = Frame>) -> Result<Recording> {
-        let mut recording = Recording::new(
-            self.describe(),
-            [self.vehicles.is_some(), self.road.is_some(), self.keypoints.is_some()],
-        );
-        for frame in frames {
-            recording.insert(frame.number, self.observe(&frame)?);
-        }
-        Ok(recording)
     }
 }

@@ -9,7 +9,8 @@ use crate::detection::Detection;
 use crate::detectors::{KeypointDetector, RoadSegmenter, VehicleDetector};
 use crate::error::Result;
 use crate::keypoints::VehicleKeypoints;
-use crate::perception::{Observations, Perception};
+use crate::observations::Observations;
+use crate::perception::Perception;
 use crate::road::RoadMask;
 
 /// Output of the detectors by the input's own frame number.
@@ -22,11 +23,11 @@ pub struct Recording {
 }
 
 impl Recording {
-    pub(crate) fn new(description: (String, String), present: [bool; 3]) -> Self {
+    fn new(description: (String, String), present: [bool; 3]) -> Self {
         Self { frames: BTreeMap::new(), description, present }
     }
 
-    pub(crate) fn insert(&mut self, number: u64, observations: Observations) {
+    fn insert(&mut self, number: u64, observations: Observations) {
         self.frames.insert(number, observations);
     }
 
@@ -44,6 +45,20 @@ impl Recording {
             perception = perception.with_keypoints(Replay(Arc::clone(self)));
         }
         perception
+    }
+}
+
+impl Perception {
+    /// Runs the detectors on every frame once and keeps their output, for many runs on the same frames.
+    ///
+    /// # Errors
+    /// A detector that fails.
+    pub fn record(&mut self, frames: impl Iterator<Item = Frame>) -> Result<Recording> {
+        let mut recording = Recording::new(self.describe(), self.present());
+        for frame in frames {
+            recording.insert(frame.number, self.observe(&frame)?);
+        }
+        Ok(recording)
     }
 }
 

@@ -8,20 +8,19 @@ use std::time::Instant;
 
 use motorcade_dataset::{Frame, Sequence, SequenceOptions};
 use motorcade_perception::{Engine, ModelOptions, ModelSource, Observations, Perception, PerceptionOptions};
+use motorcade_testing::shared;
 
 const KITTI: (u32, u32) = (1242, 375);
 /// Runs a time is the best of: other programs may run beside the test.
 const REPEATS: usize = 5;
 
 /// The development data, when there is anything to compare.
-fn shared() -> Option<PathBuf> {
-    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared");
-    let root = std::env::var_os("MOTORCADE_SHARED").map_or_else(beside, PathBuf::from);
-    if std::env::var_os("ORT_DYLIB_PATH").is_none() || !root.join("models").is_dir() {
-        println!("skipped: set ORT_DYLIB_PATH, and MOTORCADE_SHARED to the development data");
+fn development_data() -> Option<PathBuf> {
+    if std::env::var_os("ORT_DYLIB_PATH").is_none() {
+        println!("skipped: set ORT_DYLIB_PATH");
         return None;
     }
-    Some(root)
+    shared("models").and(shared("."))
 }
 
 fn perception(shared: &Path, engine: Engine, threads: usize) -> Perception {
@@ -50,7 +49,7 @@ fn timed(perception: &mut Perception, frame: &Frame) -> (Observations, f64) {
 
 #[test]
 fn both_engines_see_the_same() {
-    let Some(shared) = shared() else { return };
+    let Some(shared) = development_data() else { return };
     let frame = frame(&shared);
     let (ours, ours_s) = timed(&mut perception(&shared, Engine::Rten, 1), &frame);
     let mut other = perception(&shared, Engine::OnnxRuntime, 1);
@@ -80,7 +79,7 @@ fn both_engines_see_the_same() {
 
 #[test]
 fn onnx_runtime_repeats_itself_on_any_number_of_threads() {
-    let Some(shared) = shared() else { return };
+    let Some(shared) = development_data() else { return };
     let frame = frame(&shared);
     let one = perception(&shared, Engine::OnnxRuntime, 1).observe(&frame).unwrap();
     assert_eq!(one, perception(&shared, Engine::OnnxRuntime, 1).observe(&frame).unwrap());

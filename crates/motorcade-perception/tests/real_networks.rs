@@ -10,17 +10,12 @@ use motorcade_perception::{
     BoundingBox, Engine, Error, ModelOptions, ModelSet, ModelSource, Observations, Perception,
     PerceptionOptions,
 };
+use motorcade_testing::shared;
 
 const KITTI: (u32, u32) = (1242, 375);
 
-fn shared() -> Option<PathBuf> {
-    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared");
-    let root = std::env::var_os("MOTORCADE_SHARED").map_or_else(beside, PathBuf::from);
-    if root.join("models").is_dir() && root.join("kitti").is_dir() {
-        return Some(root);
-    }
-    println!("skipped: no development data at {} (set MOTORCADE_SHARED)", root.display());
-    None
+fn development_data() -> Option<PathBuf> {
+    shared("models").and(shared("kitti")).and(shared("."))
 }
 
 fn drive(shared: &Path, stride: usize) -> Sequence {
@@ -54,7 +49,7 @@ fn is_clear(label: &Label, frame: &Frame) -> bool {
 
 #[test]
 fn clear_cars_are_found_and_the_road_is_road() {
-    let Some(shared) = shared() else { return };
+    let Some(shared) = development_data() else { return };
     let labels = read_labels(&shared.join("kitti/tracking/training/label_03/0005.txt")).unwrap();
     let mut perception = perception(&shared, 1);
     assert_eq!(perception.describe().0, "network yolox-nano-1248");
@@ -93,7 +88,7 @@ fn clear_cars_are_found_and_the_road_is_road() {
 
 #[test]
 fn any_number_of_threads_gives_the_same_bytes() {
-    let Some(shared) = shared() else { return };
+    let Some(shared) = development_data() else { return };
     let frame = drive(&shared, 150).frames().nth(1).unwrap().unwrap();
     let one = perception(&shared, 1).observe(&frame).unwrap();
     assert!(!one.detections.is_empty());
@@ -102,7 +97,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
 
 #[test]
 fn a_network_of_another_kind_or_shape_is_refused() {
-    let Some(shared) = shared() else { return };
+    let Some(shared) = development_data() else { return };
     let folder = tempfile::tempdir().unwrap();
     let onnx = shared.join("models/yolox_nano_416.onnx");
     std::fs::copy(onnx, folder.path().join("net.onnx")).unwrap();

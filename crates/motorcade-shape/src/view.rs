@@ -65,25 +65,10 @@ pub(crate) fn facing(faces: &[Vector3<f64>], to_camera: &Vector3<f64>) -> (f64, 
 mod tests {
     use super::*;
     use crate::keypoint::Layout;
-    use nalgebra::Matrix3;
-
-    fn camera() -> PinholeCamera {
-        PinholeCamera { fx: 720.0, fy: 720.0, cx: 620.0, cy: 180.0, width: 1242, height: 375 }
-    }
-
-    /// Heading as seen from above: 0 drives away from the camera, positive to the left.
-    fn at(x: f64, z: f64, heading_rad: f64) -> Pose<Camera, Vehicle> {
-        let (s, c) = heading_rad.sin_cos();
-        let rotation = Matrix3::from_columns(&[
-            Vector3::new(-s, 0.0, c),
-            Vector3::new(-c, 0.0, -s),
-            Vector3::new(0.0, -1.0, 0.0),
-        ]);
-        Pose::from_matrix(&rotation, &Vector3::new(x, 1.65, z))
-    }
+    use motorcade_testing::{CAMERA, on_road};
 
     fn visible(prior: &ShapePrior, pose: &Pose<Camera, Vehicle>) -> Vec<String> {
-        let points = project(prior, &[], pose, &camera());
+        let points = project(prior, &[], pose, &CAMERA);
         let names = prior.keypoints().iter().zip(points);
         names.filter(|(_, p)| p.visible).map(|(k, _)| k.name.clone()).collect()
     }
@@ -91,10 +76,10 @@ mod tests {
     #[test]
     fn from_behind_the_tail_shows_and_from_the_front_the_nose() {
         let prior = ShapePrior::of_family(Layout::Car14);
-        let behind = visible(&prior, &at(0.0, 15.0, 0.0));
+        let behind = visible(&prior, &on_road(0.0, 15.0, 0.0));
         assert!(behind.contains(&"tail light, left".into()) && behind.contains(&"tail light, right".into()));
         assert!(!behind.iter().any(|n| n.contains("headlight") || n.contains("wheel")), "{behind:?}");
-        let front = visible(&prior, &at(0.0, 15.0, std::f64::consts::PI));
+        let front = visible(&prior, &on_road(0.0, 15.0, std::f64::consts::PI));
         assert!(front.contains(&"headlight, right".into()) && !front.iter().any(|n| n.contains("tail")));
     }
 
@@ -102,11 +87,11 @@ mod tests {
     fn the_side_that_faces_the_camera_shows() {
         // A car ahead on the right that drives away shows its left side.
         let prior = ShapePrior::of_family(Layout::Car36);
-        let names = visible(&prior, &at(4.0, 12.0, 0.0));
+        let names = visible(&prior, &on_road(4.0, 12.0, 0.0));
         assert!(names.contains(&"rear wheel centre, left".into()), "{names:?}");
         assert!(!names.contains(&"rear wheel centre, right".into()));
         // Outside the image: projected, but not visible.
-        let outside = project(&prior, &[], &at(16.0, 12.0, 0.0), &camera());
+        let outside = project(&prior, &[], &on_road(16.0, 12.0, 0.0), &CAMERA);
         assert!(outside.iter().all(|p| p.pixel.is_some() && !p.visible));
     }
 }

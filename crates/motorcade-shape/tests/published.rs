@@ -8,7 +8,7 @@ use motorcade_shape::{ConvertOptions, Layout, ShapePrior, command, convert};
 /// Our mean, scaled to a car of 4.1 m, and the published one agree after a similarity alignment.
 #[test]
 fn our_mean_lies_close_to_the_published_one() {
-    let Some(folder) = common::shared("shape_prior") else { return };
+    let Some(folder) = motorcade_testing::shared("shape_prior") else { return };
     for (layout, tables, bound_m) in [
         (Layout::Car36, ["mean_36.txt", "basis_36.txt"], 0.12),
         (Layout::Car14, ["mean_14.txt", "basis_14.txt"], 0.15),
@@ -26,7 +26,7 @@ fn our_mean_lies_close_to_the_published_one() {
 
 #[test]
 fn the_converted_file_reads_back() {
-    let Some(folder) = common::shared("shape_prior") else { return };
+    let Some(folder) = motorcade_testing::shared("shape_prior") else { return };
     let output = tempfile::tempdir().unwrap();
     let request = command::ConvertRequest {
         mean: folder.join("mean_36.txt"),

@@ -7,6 +7,7 @@ mod common;
 use std::path::Path;
 
 use motorcade_dataset::{KittiCalibration, Label, read_labels};
+use motorcade_geometry::robust::median;
 use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
 use motorcade_shape::fit::{FitOptions, ImageBox, Observation, RoadPlane, ShapeFitter};
 use motorcade_shape::{ConvertOptions, Dimensions, FitError, Layout, ShapePrior, SizePrior, convert};
@@ -50,8 +51,8 @@ fn read_outputs(path: &Path) -> Vec<Vec<[f64; 3]>> {
 }
 
 fn views() -> Option<Vec<View>> {
-    let keypoints = common::shared("keypoints")?;
-    let training = common::shared("kitti/tracking/training")?;
+    let keypoints = motorcade_testing::shared("keypoints")?;
+    let training = motorcade_testing::shared("kitti/tracking/training")?;
     let mut views = Vec::new();
     for (file, sequence, first, track) in TRACKS {
         let path = training.join("calib").join(format!("{sequence}.txt"));
@@ -121,7 +122,7 @@ fn figures(
         }
     }
     let fitted = positions.len();
-    let (position_share, heading_deg) = (common::median(&mut positions), common::median(&mut headings));
+    let (position_share, heading_deg) = (median(&mut positions).unwrap(), median(&mut headings).unwrap());
     println!(
         "{name}: {fitted} of {near} within 30 m; median position {:.1} % of depth (90 %: {:.1}), heading {:.1}° \
          (90 %: {:.1}), {flipped} flipped, {ambiguous} called ambiguous",
@@ -131,7 +132,7 @@ fn figures(
         headings[headings.len() * 9 / 10],
     );
     for (file, mut p, mut h) in by_file {
-        let (p, h, n) = (common::median(&mut p), common::median(&mut h), p.len());
+        let (p, h, n) = (median(&mut p).unwrap(), median(&mut h).unwrap(), p.len());
         println!("    {file}: {n} views, {:.1} %, {h:.1}°", 100.0 * p);
     }
     Figures { position_share, heading_deg, fitted, silent_flips: silent, near }
@@ -222,7 +223,7 @@ impl Errors {
 
     fn medians(&mut self, name: &str) -> (f64, f64) {
         let flipped = self.headings.iter().filter(|h| **h > 90.0).count();
-        let medians = (common::median(&mut self.positions), common::median(&mut self.headings));
+        let medians = (median(&mut self.positions).unwrap(), median(&mut self.headings).unwrap());
         let worst = 100.0 * self.positions[self.positions.len() * 9 / 10];
         let (position, heading) = (100.0 * medians.0, medians.1);
         println!(
@@ -235,7 +236,7 @@ impl Errors {
 /// The published 14 keypoints through the converter, on the same outputs.
 #[test]
 fn the_published_prior_fits_too() {
-    let (Some(views), Some(folder)) = (views(), common::shared("shape_prior")) else { return };
+    let (Some(views), Some(folder)) = (views(), motorcade_testing::shared("shape_prior")) else { return };
     let [mean, basis] = ["mean_14.txt", "basis_14.txt"].map(|name| folder.join(name));
     let prior = convert(&mean, &basis, &ConvertOptions::new(Layout::Car14)).unwrap();
     let fitter = ShapeFitter::new(prior, FitOptions::default());

@@ -1,4 +1,4 @@
-//! Puts a real KITTI drive into synthetic scenery: `reenact POSES LABELS FRAMES FOLDER`.
+//! Renders a real KITTI drive in synthetic scenery: `reenact POSES LABELS FRAMES FOLDER`.
 
 use std::path::Path;
 

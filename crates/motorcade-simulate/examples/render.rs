@@ -1,4 +1,4 @@
-//! Renders a scenario into a KITTI-shaped folder: `render SCENARIO FRAMES SEED FOLDER`.
+//! Renders a scenario into a folder in the layout of KITTI: `render SCENARIO FRAMES SEED FOLDER`.
 
 use std::path::Path;
 use std::time::Instant;

@@ -1,13 +1,13 @@
-//! How fast the renderer is: `speed [SCENARIO...]` prints frames a CPU second, with and without writing files.
+//! Speed of the renderer: `speed [SCENARIO...]` prints frames a CPU second, with and without writing files.
 
 use std::path::Path;
 
 use cpu_time::ProcessTime;
 use motorcade_simulate::{RenderOptions, Renderer, Scenario, WriteOptions, simulate};
 
-/// Frames a round.
+/// Frames per round.
 const FRAMES: usize = 12;
-/// Rounds, of which the fastest counts: others at work on the machine only ever slow a round down.
+/// Rounds, of which the fastest counts: other load only slows a round down.
 const ROUNDS: usize = 3;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -3,27 +3,27 @@
 use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle, World};
 
 use crate::motion::Road;
-use crate::output::DetectorOptions;
-use crate::render::RenderOptions;
+use crate::options::DetectorOptions;
+use crate::options::RenderOptions;
 use crate::site::Site;
 use crate::vehicle::SimulatedVehicle;
 
-/// Where everything is at every frame.
+/// Poses of the camera and of all vehicles at every frame.
 #[derive(Clone, Debug)]
 pub struct Drive {
-    /// What it was made from.
+    /// Name of its scenario.
     pub name: String,
-    /// Seed of everything that is drawn by lot.
+    /// Seed of all random numbers.
     pub seed: u64,
-    /// How pictures are made of it.
+    /// Camera, frame rate, weather and sensor.
     pub render: RenderOptions,
-    /// How the detector errs on it.
+    /// Errors of the simulated detector.
     pub detector: DetectorOptions,
     /// The road.
     pub road: Road,
     /// `site_from_camera` at each frame.
     pub site_from_camera: Vec<Pose<Site, Camera>>,
-    /// Everybody but the car with the camera.
+    /// All vehicles but the camera's own.
     pub vehicles: Vec<SimulatedVehicle>,
 }
 
@@ -51,7 +51,7 @@ impl Drive {
         let site_from_vehicle = (*self.vehicles.get(vehicle)?.poses.get(frame)?)?;
         Some(self.site_from_camera.get(frame)?.inverse() * site_from_vehicle)
     }
-    /// Way of the camera \[m\].
+    /// Length of the camera's path \[m\].
     pub fn length_m(&self) -> f64 {
         let steps = self.site_from_camera.windows(2);
         steps.map(|pair| (pair[1].translation() - pair[0].translation()).norm()).sum()

@@ -1,29 +1,29 @@
-//! What can go wrong while a drive is made or written.
+//! Errors of simulating and writing a drive.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Why a drive could not be made or written.
+/// Error of simulating or writing a drive.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A plan or an option asks for something that cannot be.
+    /// An invalid plan or option.
     #[error("{0}")]
     Plan(String),
-    /// The operating system refused.
+    /// A file or folder that cannot be read or written.
     #[error("{path}: {source}", path = .path.display())]
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// A picture could not be encoded.
+    /// An image that cannot be encoded.
     #[error("{path}: {source}", path = .path.display())]
     Image {
         /// The file.
         path: PathBuf,
-        /// What the encoder said.
+        /// Error of the encoder.
         source: image::ImageError,
     },
 }

@@ -1,4 +1,4 @@
-//! What body a vehicle has and where its parts are, taken from the project's own shape prior.
+//! Body types and positions of vehicle parts, from the project's own shape prior.
 
 use std::sync::OnceLock;
 
@@ -7,18 +7,18 @@ use motorcade_shape::{Blueprint, BodyType, Keypoint, Layout, ShapePrior};
 use motorcade_vehicles::Dimensions;
 use nalgebra::{Point3, Vector3};
 
-/// How far the roof's corners lie under its crown \[m\], as in the prior's drawings.
+/// Height of the roof's crown above its corners \[m\], as in the prior's drawings.
 const ROOF_CORNER_DROP_M: f64 = 0.11;
 
-/// Places of a vehicle's parts as fractions: x of the length (0 in the middle), z of the height (0 on the road).
+/// Positions of a vehicle's parts as fractions: x of the length (0 in the middle), z of the height (0 on the road).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Form {
     /// x of the axles.
     pub front_axle: f64,
     pub rear_axle: f64,
-    /// Of the height.
+    /// Radius of the tyres, as a fraction of the height.
     pub tyre_radius: f64,
-    /// The glasshouse; only of what the prior knows.
+    /// The glasshouse; only for bodies of the prior.
     pub glasshouse: Option<Glasshouse>,
 }
 
@@ -38,7 +38,7 @@ pub(crate) struct Glasshouse {
 }
 
 impl Form {
-    /// The form of a body of this size; the prior draws cars and vans, the rest is by rule of thumb.
+    /// The form of a body of this size; cars and vans by the prior, others by rules of thumb.
     pub(crate) fn of(class: VehicleClass, body: Option<BodyType>, size: &Dimensions) -> Self {
         if let Some(plan) = body.and_then(blueprint) {
             return Self::drawn(plan);
@@ -73,13 +73,13 @@ impl Form {
     }
 }
 
-/// The body type a vehicle of this class and size has; `lot` in [0, 1) decides among those that fit. `None` where the
-/// prior knows none: trucks, buses, motorcycles.
-pub(crate) fn body_type(class: VehicleClass, size: &Dimensions, lot: f64) -> Option<BodyType> {
+/// The body type a vehicle of this class and size has; `uniform` in [0, 1) selects among those that fit. `None` for
+/// trucks, buses and motorcycles, which the prior does not have.
+pub(crate) fn body_type(class: VehicleClass, size: &Dimensions, uniform: f64) -> Option<BodyType> {
     match class {
         VehicleClass::Van => Some(BodyType::Van),
         VehicleClass::Car => {
-            // Common in traffic and of about this size: the drawing is stretched little.
+            // By share of traffic and by similarity of size, so that the drawing is stretched little.
             let weight = |body: BodyType| {
                 let plan = blueprint(body)?;
                 let off = Vector3::new(
@@ -90,7 +90,7 @@ pub(crate) fn body_type(class: VehicleClass, size: &Dimensions, lot: f64) -> Opt
                 Some((body, body.share() * (-0.5 * off.norm_squared()).exp() + 1e-9))
             };
             let weights: Vec<(BodyType, f64)> = BodyType::ALL.into_iter().filter_map(weight).collect();
-            let mut rest = lot * weights.iter().map(|w| w.1).sum::<f64>();
+            let mut rest = uniform * weights.iter().map(|w| w.1).sum::<f64>();
             let found = weights.iter().find(|(_, w)| {
                 rest -= w;
                 rest < 0.0
@@ -109,13 +109,13 @@ pub(crate) fn keypoints(body: BodyType, size: &Dimensions, layout: Layout) -> Ve
     shape.keypoints.iter().map(|p| Point3::from(p.coords.component_mul(&stretch))).collect()
 }
 
-/// What the prior knows of the keypoints of a layout.
+/// Keypoints of a layout.
 pub(crate) fn named_keypoints(layout: Layout) -> &'static [Keypoint] {
     prior(layout).keypoints()
 }
 
 fn prior(layout: Layout) -> &'static ShapePrior {
-    // Principal components of the whole family: once is enough.
+    // Computed once: the principal components of the whole family are expensive.
     static PRIORS: OnceLock<[ShapePrior; 2]> = OnceLock::new();
     let [full, sparse] = PRIORS.get_or_init(|| [Layout::Car36, Layout::Car14].map(ShapePrior::of_family));
     match layout {

@@ -1,4 +1,4 @@
-//! Repeatable numbers out of integers: what is needed at a pixel must not depend on the order pixels are visited in.
+//! Random numbers by hashing integers: independent of the order in which pixels are visited.
 
 /// Scrambles 64 bits (SplitMix64, Steele et al. 2014).
 pub(crate) fn mix(value: u64) -> u64 {
@@ -8,13 +8,13 @@ pub(crate) fn mix(value: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// A number in [0, 1) for a cell of a grid.
+/// Uniform number in [0, 1) of a cell of a grid.
 pub(crate) fn unit(seed: u64, i: i64, j: i64) -> f32 {
     let bits = mix(seed ^ mix(i as u64 ^ mix(j as u64)));
     (bits >> 40) as f32 / (1u64 << 24) as f32
 }
 
-/// Nearly normal with mean 0 and standard deviation 1: four uniforms of 16 bits each.
+/// Approximately normal with mean 0 and standard deviation 1: four uniforms of 16 bits each.
 pub(crate) fn normal(key: u64) -> f32 {
     let bits = mix(key);
     let sum = (bits & 0xffff) + ((bits >> 16) & 0xffff) + ((bits >> 32) & 0xffff) + (bits >> 48);

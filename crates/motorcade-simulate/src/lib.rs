@@ -1,12 +1,12 @@
 //! Synthetic drives with exact ground truth, from traffic on a road down to the pixels of a camera.
 //!
-//! Three types to know: a [`Scenario`] is a plan with a name, [`simulate`] turns it into a [`Drive`] (where the camera
-//! and every vehicle are at every frame), and a [`Renderer`] makes a [`Picture`] of any frame. The flow is one
+//! Three types to know: a [`Scenario`] is a plan with a name, [`simulate`] turns it into a [`Drive`] (poses of the camera
+//! and of every vehicle at every frame), and a [`Renderer`] makes a [`Picture`] of any frame. The flow is one
 //! direction: plan → road and kinematic bicycles → drive → scenery and meshes → pictures → labels, detections, files.
 //! [`Drive::write_kitti`] writes a folder in the shape of KITTI tracking; [`reenact`] makes a drive from a real
 //! trajectory and its labels.
 //!
-//! Everything drawn by lot comes from the seed: the same seed gives the same bytes, for any number of threads.
+//! All random numbers come from the seed: the same seed gives the same bytes, for any number of threads.
 //! Textures are fixed to the world and filtered to the pixel's footprint, so nothing crawls or pops.
 //!
 //! ```
@@ -30,7 +30,9 @@ mod error;
 mod form;
 mod hash;
 mod measure;
+mod mesh;
 mod motion;
+mod options;
 mod output;
 mod plan;
 mod reenact;
@@ -42,6 +44,7 @@ mod simulate;
 mod site;
 mod training;
 mod vehicle;
+mod weather;
 
 pub use drive::Drive;
 pub use error::{Error, Result};
@@ -49,12 +52,14 @@ pub use measure::{
     KeypointMeasurement, KeypointOptions, MeasureOptions, Measurements, PointObservation, RoadMatch,
 };
 pub use motion::{Bend, Grade, Road, RoadPlan, RoadPoint, SpeedPlan};
-pub use output::{DetectorOptions, WriteOptions, Written};
+pub use options::{DetectorOptions, Look, RenderOptions, SensorOptions};
+pub use output::{WriteOptions, Written};
 pub use plan::{Driver, Plan, Rig, Route, Side};
 pub use reenact::{ReenactOptions, labels_in_camera, reenact};
-pub use render::{Look, Picture, RenderOptions, Renderer, SensorOptions, VehicleView, Weather};
+pub use render::{Picture, Renderer, VehicleView};
 pub use scenario::{Scenario, scenarios};
 pub use simulate::simulate;
 pub use site::Site;
 pub use training::{VehicleCropOptions, write_vehicle_crops};
 pub use vehicle::SimulatedVehicle;
+pub use weather::Weather;

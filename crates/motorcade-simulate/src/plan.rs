@@ -1,4 +1,4 @@
-//! What is to happen in a drive.
+//! Plan of a drive: road, camera, and the routes and speeds of vehicles.
 
 use motorcade_perception::VehicleClass;
 
@@ -22,14 +22,14 @@ impl Side {
     }
 }
 
-/// Where somebody drives. Traffic keeps to the right.
+/// Route of a vehicle. Traffic keeps to the right.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Route {
     /// Along the road in its direction, starting at `start_m`; `offsets_m` are (s, d) \[m\], eased in between.
     Along {
         /// `s` at the start \[m\].
         start_m: f64,
-        /// Where across the road, by `s`.
+        /// Offsets across the road, by `s`.
         offsets_m: Vec<(f64, f64)>,
     },
     /// Against the direction of the road, in the other lane, starting at `start_m`.
@@ -39,9 +39,9 @@ pub enum Route {
     },
     /// Over a crossing, coming from one side.
     Crossing {
-        /// Which of the road's crossings.
+        /// Index of the road's crossing.
         crossing: usize,
-        /// Where it comes from.
+        /// Side it comes from.
         from: Side,
         /// Distance from the centre of the crossing at the start \[m\].
         distance_m: f64,
@@ -50,14 +50,14 @@ pub enum Route {
     TurnOff {
         /// `s` at the start \[m\].
         start_m: f64,
-        /// Which of the road's crossings.
+        /// Index of the road's crossing.
         crossing: usize,
-        /// Where to.
+        /// Side it turns to.
         to: Side,
     },
     /// Out of a crossing road onto this one, in its direction, coming from the right.
     TurnIn {
-        /// Which of the road's crossings.
+        /// Index of the road's crossing.
         crossing: usize,
         /// Distance from the centre of the crossing at the start \[m\].
         distance_m: f64,
@@ -66,32 +66,32 @@ pub enum Route {
     Parked {
         /// Along the road \[m\].
         s_m: f64,
-        /// At which kerb; it faces the way the traffic of that side goes.
+        /// Side of its kerb; it faces in the direction of the traffic of that side.
         side: Side,
     },
 }
 
-/// Somebody on the road.
+/// A vehicle of the plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Driver {
-    /// Kind of vehicle.
+    /// Class of the vehicle.
     pub class: VehicleClass,
-    /// Where.
+    /// Its route.
     pub route: Route,
-    /// How fast; of no effect when parked.
+    /// Its speed over time; unused when parked.
     pub speed: SpeedPlan,
 }
 
 /// The camera on its car.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rig {
-    /// Above the road \[m\].
+    /// Height above the road \[m\].
     pub height_m: f64,
-    /// Looking down \[rad\].
+    /// Pitch, positive downwards \[rad\].
     pub pitch_rad: f64,
-    /// Right side down \[rad\].
+    /// Roll, positive with the right side down \[rad\].
     pub roll_rad: f64,
-    /// Amplitude of the suspension's pitching \[rad\]; roll has half of it.
+    /// Amplitude of the suspension's pitch \[rad\]; roll has half of it.
     pub oscillation_rad: f64,
     /// Its frequency \[Hz\].
     pub oscillation_hz: f64,
@@ -100,7 +100,7 @@ pub struct Rig {
 impl Default for Rig {
     fn default() -> Self {
         let degree = std::f64::consts::PI / 180.0;
-        // What fits of the road to real KITTI drives give.
+        // As fitted to the road of real KITTI drives.
         Self {
             height_m: 1.65,
             pitch_rad: 0.3 * degree,
@@ -111,7 +111,7 @@ impl Default for Rig {
     }
 }
 
-/// A whole drive as planned.
+/// Plan of a drive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     /// The road.
@@ -122,8 +122,8 @@ pub struct Plan {
     pub ego_speed: SpeedPlan,
     /// The camera.
     pub rig: Rig,
-    /// Everybody else with a part to play.
+    /// The other planned vehicles.
     pub drivers: Vec<Driver>,
-    /// Chance that a place at the kerb has a parked car, every 7 m on both sides; 0 for none.
+    /// Probability of a parked car at each kerb position, every 7 m on both sides; 0 for none.
     pub parked_chance: f64,
 }

@@ -14,20 +14,20 @@ use crate::drive::Drive;
 use crate::error::{Error, Result};
 use crate::form::body_type;
 use crate::motion::Road;
-use crate::output::DetectorOptions;
-use crate::render::RenderOptions;
+use crate::options::DetectorOptions;
+use crate::options::RenderOptions;
 use crate::route::LANE_M;
 use crate::scenery::kerb_height_m;
 use crate::simulate::{MARGIN_M, standing};
 use crate::site::Site;
 use crate::vehicle::{SimulatedVehicle, draw_colour};
 
-/// How a real drive is taken over.
+/// Options of a reenactment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReenactOptions {
-    /// Camera above the road \[m\].
+    /// Height of the camera above the road \[m\].
     pub height_m: f64,
-    /// Centre line to kerb \[m\]; the camera drives in the right lane.
+    /// Distance from the centre line to the kerb \[m\]; the camera drives in the right lane.
     pub half_width_m: f64,
     /// Frame number, in the labels, of the first pose.
     pub first_frame: u64,
@@ -41,7 +41,7 @@ impl Default for ReenactOptions {
     }
 }
 
-/// Labels of camera 0 in another camera of the rig. Rectified cameras differ by a shift alone, so headings stay.
+/// Labels of camera 0 in another camera of the rig. Rectified cameras differ by a shift alone, so headings are equal.
 pub fn labels_in_camera(labels: &[Label], camera_from_cam0: &Pose<Camera, Cam0>) -> Vec<Label> {
     let moved = |label: &Label| {
         let place = camera_from_cam0.transform_point(&Point3::from(label.location_m));
@@ -50,11 +50,11 @@ pub fn labels_in_camera(labels: &[Label], camera_from_cam0: &Pose<Camera, Cam0>)
     labels.iter().map(moved).collect()
 }
 
-/// Puts the camera where it was and vehicles where their labels say (KITTI's conventions, in the frame of the given
-/// poses), on a road laid under the camera's way. Vehicles keep place, heading and size and are set down on the road.
+/// Drive with the given camera poses and with vehicles at their labels (KITTI's conventions, in the frame of the given
+/// poses), on a road fitted below the camera's path. Vehicles keep position, heading and size; their heights are the road's.
 ///
 /// # Errors
-/// No poses, or a way the camera cannot have gone.
+/// No poses, or a path that a camera cannot have taken.
 pub fn reenact(
     name: &str,
     world_from_camera: &[Pose<World, Camera>],
@@ -69,7 +69,7 @@ pub fn reenact(
     let Some(first) = world_from_camera.first() else {
         return Err(Error::Plan("the trajectory holds no poses".into()));
     };
-    // The first camera is taken as level: what it is not becomes slope of the road.
+    // The first camera is assumed level: its tilt becomes a slope of the road.
     let level = Matrix3::new(0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0);
     let site_from_world: Pose<Site, World> =
         Pose::<Site, Camera>::from_matrix(&level, &Vector3::zeros()) * first.inverse();
@@ -88,12 +88,12 @@ pub fn reenact(
     })
 }
 
-/// The road under the camera's way: its points a metre apart, smoothed, moved to the middle of the road.
+/// The road below the camera's path: points a metre apart, smoothed, moved to the middle of the road.
 fn road_below(site_from_camera: &[Pose<Site, Camera>], options: &ReenactOptions) -> Road {
     let mut way: Vec<Point3<f64>> = Vec::new();
     for pose in site_from_camera {
         let below = Point3::from(pose.translation() - Vector3::z() * options.height_m);
-        // A standing camera trembles on the spot.
+        // The poses of a standing camera jitter.
         if way.last().is_none_or(|last| (below - last).xy().norm() > 1.5) {
             way.push(below);
         }
@@ -110,13 +110,13 @@ fn road_below(site_from_camera: &[Pose<Site, Camera>], options: &ReenactOptions)
     Road::through(&every_metre(&shifted), options.half_width_m)
 }
 
-/// Straight on before the start and after the end.
+/// Extended straight before the start and after the end.
 fn extended(way: Vec<Point3<f64>>) -> Vec<Point3<f64>> {
     let direction = |from: Option<&Point3<f64>>, to: Option<&Point3<f64>>| match (from, to) {
         (Some(a), Some(b)) if (b - a).xy().norm() > 1.0 => (b - a) / (b - a).xy().norm(),
         _ => Vector3::x(),
     };
-    // A few points, so that noise of one does not turn the road.
+    // Direction over several points, so that the noise of one does not turn the road.
     let reach = 5.min(way.len().saturating_sub(1));
     let begin = direction(way.first(), way.get(reach));
     let end = direction(way.get(way.len() - 1 - reach), way.last());
@@ -204,7 +204,7 @@ fn vehicles(
     out
 }
 
-/// From positions before and after; 0 where a vehicle is alone in time.
+/// Speeds by differences of neighbouring positions \[m/s\]; 0 where a vehicle has none.
 fn speeds(poses: &[Option<Pose<Site, motorcade_geometry::Vehicle>>], fps: f64) -> Vec<f64> {
     let at = |i: usize| poses.get(i).copied().flatten();
     let between = |a: usize, b: usize| {

@@ -6,16 +6,16 @@ use crate::error::{Error, Result};
 use crate::motion::{Path, Road, axes};
 use crate::plan::{Route, Side};
 
-/// Room between a parked vehicle and the kerb \[m\].
+/// Gap between a parked vehicle and the kerb \[m\].
 pub(crate) const PARKING_INSET_M: f64 = 0.25;
-/// Centre of a lane from the centre line \[m\].
+/// Distance of a lane's centre from the centre line \[m\].
 pub(crate) const LANE_M: f64 = 1.75;
-/// Path points are this far apart \[m\].
+/// Distance between path points \[m\].
 const STEP_M: f64 = 0.5;
-/// Paths go this far into a crossing road \[m\].
+/// Length of a path on a crossing road \[m\].
 const ARM_M: f64 = 90.0;
 
-/// The path of a route and how far along it the start is.
+/// The path of a route, and the distance of the start along it \[m\].
 pub(crate) fn path(road: &Road, route: &Route, width_m: f64) -> Result<(Path, f64)> {
     let (from, to) = road.extent_m();
     let (points, start_m): (Vec<Point2<f64>>, f64) = match route {
@@ -30,14 +30,14 @@ pub(crate) fn path(road: &Road, route: &Route, width_m: f64) -> Result<(Path, f6
         Route::Crossing { crossing, from, distance_m } => {
             let arm = Arm::of(road, *crossing, *from)?;
             let begin = distance_m + 12.0;
-            // It keeps to its right: coming in, the centre of the crossing road is on its left.
+            // Right-hand traffic: towards the crossing, the centre of the crossing road is on its left.
             (line(0.0, begin + ARM_M, |way| arm.point(begin - way, -LANE_M)), 12.0)
         }
         Route::TurnOff { start_m, crossing, to } => {
             let arm = Arm::of(road, *crossing, *to)?;
             let (lead, corner) = (start_m - 12.0, turn_radius(*to));
             let mut points = line(lead, arm.s - corner, |s| road.point(s, -LANE_M).xy());
-            // Going out it keeps to its right as well: seen from the crossing that is the other side.
+            // Right-hand traffic: away from the crossing, that is the other side.
             let end = line(corner, ARM_M, |out| arm.point(out, LANE_M));
             join(&mut points, end);
             (points, 12.0)
@@ -81,24 +81,24 @@ impl<'a> Arm<'a> {
         })?;
         Ok(Self { road, s, sign: side.sign() })
     }
-    /// `out` metres from the centre of the crossing, `left` metres to the left of who comes in.
+    /// `out` metres from the centre of the crossing, `left` metres to the left of incoming traffic.
     fn point(&self, out: f64, left: f64) -> Point2<f64> {
-        // The crossing road is straight: laid out in the axes at its centre.
+        // The crossing road is straight, in the axes at its centre.
         let centre = self.road.at(self.s);
         let (forward, to_left) = axes(centre.heading_rad);
-        // Coming in from the left one heads to the right, and the road's forward direction is on one's left.
+        // Traffic from the left heads to the right, with the road's forward direction on its left.
         centre.position.xy() + to_left * (self.sign * out) + forward * (self.sign * left)
     }
 }
 
-/// Adds `rest` behind a rounded corner (quadratic Bézier between the loose ends, about the point where they meet).
+/// Adds `rest` after a rounded corner (quadratic Bézier between the two ends, with their intersection as control point).
 fn join(points: &mut Vec<Point2<f64>>, rest: Vec<Point2<f64>>) {
     if let ([.., a, b], [c, d, ..]) = (points.as_slice(), rest.as_slice()) {
         let (b, c) = (*b, *c);
         let (u, v) = ((b - a).normalize(), (c - d).normalize());
         let cross = u.x * v.y - u.y * v.x;
         let w = c - b;
-        // Where the two straight ends meet.
+        // Intersection of the two straight ends.
         let corner = if cross.abs() > 1e-6 { b + u * ((w.x * v.y - w.y * v.x) / cross) } else { b + w * 0.5 };
         let steps = ((c - b).norm() / STEP_M).ceil().max(2.0) as usize;
         for i in 1..steps {
@@ -116,7 +116,7 @@ fn line(from: f64, to: f64, point: impl Fn(f64) -> Point2<f64>) -> Vec<Point2<f6
     (0..=count).map(|i| point(from + i as f64 * STEP_M)).collect()
 }
 
-/// Eased between knots: no jump in direction.
+/// Smoothstep between knots: the direction is continuous.
 fn offset(knots: &[(f64, f64)], s: f64) -> f64 {
     let after = knots.partition_point(|k| k.0 <= s);
     match (after.checked_sub(1).and_then(|i| knots.get(i)), knots.get(after)) {

@@ -10,20 +10,20 @@ use crate::drive::Drive;
 use crate::error::{Error, Result};
 use crate::form::{Form, body_type};
 use crate::motion::{Axles, Road, follow};
+use crate::options::RenderOptions;
 use crate::plan::{Driver, Plan, Rig, Route, Side};
-use crate::render::RenderOptions;
 use crate::route::{self, PARKING_INSET_M};
 use crate::scenario::Scenario;
 use crate::site::Site;
 use crate::vehicle::{SimulatedVehicle, draw_colour, draw_size};
 
-/// Road before the start and after the end of the camera's way \[m\]: nothing may end in sight.
+/// Road before the start and after the end of the camera's path \[m\]: its ends must be out of sight.
 pub(crate) const MARGIN_M: (f64, f64) = (70.0, 260.0);
 
-/// Drives a scenario for a number of frames. The same seed gives the same drive.
+/// Simulates a scenario for a number of frames. The same seed gives the same drive.
 ///
 /// # Errors
-/// No frames, cameras that cannot be, or a route over a crossing the road does not have.
+/// No frames, an invalid camera, or a route over a crossing that the road does not have.
 pub fn simulate(scenario: &Scenario, frames: usize, seed: u64, render: &RenderOptions) -> Result<Drive> {
     let plan = &scenario.plan;
     render.validate()?;
@@ -31,20 +31,20 @@ pub fn simulate(scenario: &Scenario, frames: usize, seed: u64, render: &RenderOp
         return Err(Error::Plan("a drive needs at least one frame".into()));
     }
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let way_m = plan.ego_speed.distance_m(frames as f64 / render.fps);
-    let road = Road::build(&plan.road, -MARGIN_M.0, way_m + MARGIN_M.1);
+    let distance_m = plan.ego_speed.distance_m(frames as f64 / render.fps);
+    let road = Road::build(&plan.road, -MARGIN_M.0, distance_m + MARGIN_M.1);
 
     let ego_axles = Axles { wheelbase_m: 2.7, rear_to_centre_m: 1.3 };
     let (path, start_m) = route::path(&road, &plan.ego_route, 1.8)?;
-    let stances = follow(&path, start_m, ego_axles, &plan.ego_speed, frames, render.fps);
-    let sway = Sway::new(&mut rng);
-    let site_from_camera = stances
+    let states = follow(&path, start_m, ego_axles, &plan.ego_speed, frames, render.fps);
+    let suspension = Suspension::new(&mut rng);
+    let site_from_camera = states
         .iter()
         .enumerate()
         .map(|(i, s)| {
             let time_s = i as f64 / render.fps;
             standing(&road, &s.centre, s.heading_rad)
-                * sway.vehicle_from_camera(&plan.rig, time_s, s.speed_m_s)
+                * suspension.vehicle_from_camera(&plan.rig, time_s, s.speed_m_s)
         })
         .collect();
 
@@ -87,9 +87,9 @@ fn drive(
             wheelbase_m: (form.front_axle - form.rear_axle) * size.length_m,
             rear_to_centre_m: -form.rear_axle * size.length_m,
         };
-        let stances = follow(&path, start_m, axles, &driver.speed, frames, fps);
-        let pose = |s: &crate::motion::Stance| Some(standing(road, &s.centre, s.heading_rad));
-        (stances.iter().map(pose).collect(), stances.iter().map(|s| s.speed_m_s).collect())
+        let states = follow(&path, start_m, axles, &driver.speed, frames, fps);
+        let pose = |s: &crate::motion::PlanarState| Some(standing(road, &s.centre, s.heading_rad));
+        (states.iter().map(pose).collect(), states.iter().map(|s| s.speed_m_s).collect())
     };
     Ok(SimulatedVehicle {
         id,
@@ -103,7 +103,7 @@ fn drive(
     })
 }
 
-/// Parked cars by lot, where no planned one stands and no crossing is.
+/// Random parked cars, away from planned ones and from crossings.
 fn parked(plan: &Plan, road: &Road, rng: &mut ChaCha8Rng) -> Vec<Driver> {
     const PITCH_M: f64 = 7.0;
     let mut drivers = Vec::new();
@@ -140,12 +140,12 @@ pub(crate) fn standing(road: &Road, centre: &Point2<f64>, heading_rad: f64) -> P
     Pose::from_matrix(&rotation, &Vector3::new(centre.x, centre.y, z))
 }
 
-/// The suspension: two near frequencies, so that it never repeats within a drive.
-struct Sway {
+/// Oscillation of the suspension: two near frequencies, so that it does not repeat within a drive.
+struct Suspension {
     phases: [f64; 4],
 }
 
-impl Sway {
+impl Suspension {
     fn new(rng: &mut ChaCha8Rng) -> Self {
         Self { phases: std::array::from_fn(|_| rng.random_range(0.0..std::f64::consts::TAU)) }
     }

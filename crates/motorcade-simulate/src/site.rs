@@ -1,8 +1,8 @@
-//! The frame the simulator builds in.
+//! The frame of the simulator.
 
 use motorcade_geometry::Frame;
 
-/// A gravity-aligned building site: x and y level, z up, metres. Not the project's `World`, which is the first camera.
+/// Gravity-aligned world of the simulator: x and y level, z up \[m\]. The project's `World` is the first camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Site;
 

@@ -16,24 +16,24 @@ use crate::site::Site;
 pub struct SimulatedVehicle {
     /// Identity, 0 and up.
     pub id: u32,
-    /// Kind.
+    /// Class.
     pub class: VehicleClass,
     /// True size.
     pub size: Dimensions,
-    /// Which body of the shape prior it has, stretched to its size; `None` where the prior has none: trucks, buses,
-    /// motorcycles.
+    /// Body type of the shape prior, stretched to its size; `None` for trucks, buses and motorcycles, which the prior does
+    /// not have.
     pub body_type: Option<BodyType>,
-    /// A drawing of its own, of its size; the average one of its body type, stretched to its size, otherwise.
+    /// A drawing of its own, of its size; without one, the average of its body type stretched to its size.
     pub blueprint: Option<Blueprint>,
     /// Body colour, red, green, blue, 0 to 1.
     pub colour: [f32; 3],
-    /// `site_from_vehicle` at each frame; `None` where it is not in the world.
+    /// `site_from_vehicle` at each frame; `None` where it is absent.
     pub poses: Vec<Option<Pose<Site, Vehicle>>>,
     /// Speed at each frame \[m/s\].
     pub speeds_m_s: Vec<f64>,
 }
 
-/// Height against width from which on a drawing is that of an upright van.
+/// Ratio of height to width above which a drawing is that of an upright van.
 const UPRIGHT: f64 = 1.01;
 /// Half width of the roof of an upright van and of all others.
 const UPRIGHT_ROOF_HALF: f64 = 0.43;
@@ -53,7 +53,7 @@ impl SimulatedVehicle {
         if upright { UPRIGHT_ROOF_HALF } else { ROOF_HALF }
     }
 
-    /// Moves the roof's corners out to where an upright van has them.
+    /// Moves the roof's corners out to those of an upright van.
     fn widened(&self, mut points: Vec<Point3<f64>>, layout: Layout) -> Vec<Point3<f64>> {
         let corners: &[usize] = match layout {
             Layout::Car36 => &[13, 14, 31, 32],
@@ -67,7 +67,7 @@ impl SimulatedVehicle {
         points
     }
 
-    /// Keypoints (vehicle frame) \[m\]; `None` of vehicles that the prior does not know.
+    /// Keypoints (vehicle frame) \[m\]; `None` for vehicles that the prior does not have.
     pub(crate) fn keypoints(&self, layout: Layout) -> Option<Vec<Point3<f64>>> {
         let body = self.body_type?;
         Some(match &self.blueprint {
@@ -77,7 +77,7 @@ impl SimulatedVehicle {
     }
 }
 
-/// Colours of cars as they are sold: mostly no colours.
+/// Colours with the shares of cars sold: mostly white, grey and black.
 const COLOURS: [[f32; 3]; 10] = [
     [0.72, 0.73, 0.75],
     [0.50, 0.52, 0.54],
@@ -91,7 +91,7 @@ const COLOURS: [[f32; 3]; 10] = [
     [0.22, 0.38, 0.58],
 ];
 
-/// A size of the class: its prior, cut at two standard deviations.
+/// Random size by the prior of the class, truncated at two standard deviations.
 pub(crate) fn draw_size(class: VehicleClass, rng: &mut impl Rng) -> Dimensions {
     let prior = size_prior(class);
     let mut draw = |mean: f64, sigma: f64| {
@@ -105,7 +105,7 @@ pub(crate) fn draw_size(class: VehicleClass, rng: &mut impl Rng) -> Dimensions {
     }
 }
 
-/// A colour for a class.
+/// Random colour of a class.
 pub(crate) fn draw_colour(class: VehicleClass, rng: &mut impl Rng) -> [f32; 3] {
     let bright = [COLOURS[2], COLOURS[0], [0.80, 0.66, 0.20], [0.25, 0.42, 0.66]];
     match class {

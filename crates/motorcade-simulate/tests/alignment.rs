@@ -1,4 +1,4 @@
-//! Pictures show every point of the road where the ground truth says, within hundredths of a pixel, at any width.
+//! Rendered road points lie at their ground truth within hundredths of a pixel, at any width.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly too")]
 
@@ -7,10 +7,10 @@ mod common;
 use common::{View, drive, matches, shift};
 use motorcade_simulate::Renderer;
 
-/// Most that may be off \[px\].
+/// Largest error \[px\].
 const MOST_PX: f64 = 0.02;
 
-/// Views of a few drives, and which frame is compared with which.
+/// Views of a few drives, and the pairs of frames that are compared.
 fn road_shift(width: u32, frames: &[(usize, usize)]) -> (f64, f64, usize) {
     let views: Vec<(View, View)> = ["straight", "empty", "parked"]
         .iter()

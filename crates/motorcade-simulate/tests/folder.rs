@@ -1,4 +1,4 @@
-//! What is written reads back as what was simulated.
+//! A written drive reads back as simulated.
 
 use motorcade_dataset::{Cam0, Sequence, SequenceOptions, read_labels, read_trajectory};
 use motorcade_geometry::{Camera, Pose, World};
@@ -13,12 +13,12 @@ fn a_written_drive_reads_back() {
     let drive = simulate(&Scenario::by_name("dense").unwrap(), FRAMES, 3, &options).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let write = WriteOptions { sequence: "0042".into(), depth: true, instance: true, ..Default::default() };
-    let told = std::sync::atomic::AtomicUsize::new(0);
+    let calls = std::sync::atomic::AtomicUsize::new(0);
     let count = |_: usize| {
-        told.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        calls.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
     };
     let written = drive.write_kitti(folder.path(), &write, &count).unwrap();
-    assert_eq!(told.into_inner(), FRAMES);
+    assert_eq!(calls.into_inner(), FRAMES);
 
     let asked = SequenceOptions { sequence: Some("0042".into()), camera: Some(2), ..Default::default() };
     let sequence = Sequence::open(&written.training, &asked).unwrap();

@@ -1,4 +1,4 @@
-//! Measurements without pictures agree with the ground truth and with the pictures.
+//! Simulated measurements agree with the ground truth and with rendered images.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly too")]
 
@@ -122,7 +122,7 @@ fn hidden_and_cut_keypoints_are_less_sure() {
         let shown = picture.instance.get_pixel_checked(x, y).map_or(0, |p| usize::from(p.0[0]));
         if k.confidence > 0.5 {
             sure += 1;
-            // A plainly seen keypoint lies on its vehicle, or within its noise beside it.
+            // A clearly visible keypoint lies on its vehicle, or beside it within its noise.
             let near = (-4..=4_i64).any(|dx| {
                 (-4..=4_i64).any(|dy| {
                     let at = (i64::from(x) + dx, i64::from(y) + dy);

@@ -6,7 +6,7 @@ use motorcade_dataset::Frame;
 use motorcade_perception::{BoundingBox, ModelOptions, ModelSet, ModelSource};
 use motorcade_simulate::{RenderOptions, Renderer, Scenario, simulate};
 
-/// A vehicle lower than this need not be found \[px\].
+/// Least height of vehicles that must be detected \[px\].
 const LEAST_PX: f64 = 40.0;
 
 #[test]

@@ -1,4 +1,4 @@
-//! Pictures agree with the ground truth they were made from.
+//! Rendered images agree with their ground truth.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly too")]
 

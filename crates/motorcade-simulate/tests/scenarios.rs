@@ -1,4 +1,4 @@
-//! The built-in scenarios are drives that could happen.
+//! The built-in scenarios are physically possible.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly too")]
 

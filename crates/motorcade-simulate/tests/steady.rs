@@ -1,4 +1,4 @@
-//! Nothing pops, swims or jumps from one frame to the next.
+//! Rendering is temporally stable: no popping, no crawling textures.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly too")]
 
@@ -10,10 +10,10 @@ use motorcade_simulate::Renderer;
 /// Side of the squares that brightness is compared over \[px\].
 const SQUARE_PX: usize = 12;
 
-/// What two views of the same place disagree about.
+/// Differences between two views.
 #[derive(Debug, Default)]
 struct Change {
-    /// Pixels whose surface is missing in the other view: behind the place there is something farther.
+    /// Pixels whose surface is missing in the other view: behind the point there is something farther.
     missing: usize,
     compared: usize,
     /// Per square: mean difference of grey levels, and where.
@@ -51,7 +51,7 @@ fn change(a: &View, b: &View) -> Change {
             if there > 1.04 * depth + 0.3 {
                 out.missing += 1;
             }
-            // Hidden there, or the edge of something.
+            // Occluded there, or at a depth edge.
             let here = nearest(a, x as f64, y as f64);
             if (there - depth).abs() > 0.05 * depth || here < 0.95 * a.depth_m(x, y) {
                 continue;
@@ -96,7 +96,7 @@ fn nothing_comes_or_goes_between_frames() {
 
 #[test]
 fn no_place_changes_its_brightness_at_once() {
-    // Nobody drives here: no shadow moves.
+    // No traffic: no moving shadows.
     let drive = drive("empty", 62, 1242);
     let renderer = Renderer::new(&drive);
     for i in [10, 30, 60] {

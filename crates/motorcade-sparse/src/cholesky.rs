@@ -283,30 +283,27 @@ impl Work<'_> {
         let size = |c: u32| symbolic.nodes[c as usize].shape.schur_len();
         let children_len: usize = node.children.iter().filter(|&&c| on_stack(c)).map(|&c| size(c)).sum();
         let children_start = theirs.top - children_len;
-        let mut at = children_start;
-        for &c in &node.children {
-            let child = &symbolic.nodes[c as usize];
-            let schur = if on_stack(c) {
-                at += size(c);
-                &theirs.values[at - size(c)..at]
-            } else {
-                &tops[c as usize][..size(c)]
-            };
+        let (stacked, tops, on_stack, size) = (&theirs.values[..], &*tops, &on_stack, &size);
+        let schurs = || {
+            let mut at = children_start;
+            node.children.iter().map(move |&c| {
+                let schur = if on_stack(c) {
+                    at += size(c);
+                    &stacked[at - size(c)..at]
+                } else {
+                    &tops[c as usize][..size(c)]
+                };
+                (&symbolic.nodes[c as usize], schur)
+            })
+        };
+        for (child, schur) in schurs() {
             add_to_panel(child, node, schur, panel);
         }
         let Some(pivots) = factor_panel(panel, node.shape) else { return Err(NotPositiveDefinite) };
         if node.parent != ROOT {
             let out = own.push(node.shape.schur_len());
             schur_complement(panel, node.shape, out);
-            let mut at = children_start;
-            for &c in &node.children {
-                let child = &symbolic.nodes[c as usize];
-                let schur = if on_stack(c) {
-                    at += size(c);
-                    &theirs.values[at - size(c)..at]
-                } else {
-                    &tops[c as usize][..size(c)]
-                };
+            for (child, schur) in schurs() {
                 add_to_schur(child, node, schur, out);
             }
         }

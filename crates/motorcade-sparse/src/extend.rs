@@ -9,7 +9,7 @@ use crate::symbolic::Run;
 pub(crate) struct Place<'a> {
     /// Runs of rows from the first column on.
     pub runs: &'a [Run],
-    /// How many of them are columns here as well.
+    /// Number of runs that are columns here as well.
     pub columns: usize,
     pub shift: usize,
     /// Leading dimension of the parent's part.

@@ -41,7 +41,7 @@ pub(crate) struct Node {
 }
 
 impl Node {
-    /// How many of the runs are pivots of the parent.
+    /// Number of runs that are pivots of the parent.
     pub(crate) fn pivot_runs(&self, parent: &Self) -> usize {
         self.runs.iter().take_while(|r| (r.parent as usize) < parent.shape.pivots).count()
     }

@@ -1,4 +1,5 @@
-//! Test support: a KITTI-like camera, drives with exact poses, a street of points. A dev-dependency only.
+//! Test support: a KITTI-like camera, drives with exact poses, a street of points, images of a street, vehicles on a level road, and
+//! the folder of development data. A dev-dependency only.
 //!
 //! ```
 //! use motorcade_testing::{CAMERA, Drive, project, street};
@@ -9,11 +10,16 @@
 //! ```
 
 mod drive;
+mod on_road;
+mod shared;
 mod street;
+pub mod street_image;
 
 use motorcade_geometry::PinholeCamera;
 
 pub use drive::Drive;
+pub use on_road::on_road;
+pub use shared::shared;
 pub use street::{project, street};
 
 /// A camera like KITTI's rectified colour cameras.

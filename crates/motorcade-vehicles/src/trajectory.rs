@@ -42,9 +42,9 @@ pub struct VehicleState {
     /// Source.
     pub source: Source,
     /// Measurement of this frame, all its sources fused and the size marginalised.
-    pub measured: Option<VehicleMeasurement>,
+    pub measurement: Option<VehicleMeasurement>,
     /// Measurements of each source of this frame, given the track's size.
-    pub sightings: Vec<Sighting>,
+    pub observations: Vec<PoseObservation>,
 }
 
 /// Measurement of a vehicle's pose in a single frame.
@@ -56,7 +56,7 @@ pub struct VehicleMeasurement {
     pub covariance: Matrix6<f64>,
 }
 
-/// Scale that the distance of a sighting depends on.
+/// Scale that the distance of an observation depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Scaling {
     /// The vehicle's size.
@@ -71,7 +71,7 @@ pub enum Scaling {
 /// Pose measurement from one source in one frame, conditioned on the scale of the vehicle's size: an error of the scale is
 /// common to all frames of a track, the covariance is that of the rest.
 #[derive(Clone, Copy, Debug)]
-pub struct Sighting {
+pub struct PoseObservation {
     /// Box, keypoints or external pose.
     pub source: Source,
     /// Pose in the camera if the vehicle has the track's size \[m\].
@@ -81,7 +81,7 @@ pub struct Sighting {
     /// The scale it depends on.
     pub scaling: Scaling,
     /// Derivative of the pose (tangent `[ω, ν]`) by the logarithm of the scale, proportions kept \[rad, m\].
-    pub by_scale: Vector6<f64>,
+    pub scale_derivative: Vector6<f64>,
 }
 
 /// A vehicle with its states.

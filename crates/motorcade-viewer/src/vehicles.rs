@@ -1,6 +1,7 @@
 //! The table of vehicles.
 
 use motorcade::RunResult;
+use motorcade_geometry::robust::median_midpoint;
 use motorcade_vehicles::{Source, VehicleTrajectory};
 
 use crate::hue::hue;
@@ -40,7 +41,6 @@ fn row(result: &RunResult, vehicle: &VehicleTrajectory, index: usize) -> String 
         Some((position(s) - ego.world_from_camera.translation().xz()).norm())
     };
     let mut sigmas: Vec<f64> = states.iter().map(sigma_m).collect();
-    sigmas.sort_by(f64::total_cmp);
     let size = vehicle.size;
     let cells = [
         escape(vehicle.class.name()),
@@ -51,7 +51,7 @@ fn row(result: &RunResult, vehicle: &VehicleTrajectory, index: usize) -> String 
         maybe(mean, 1),
         maybe(speeds.max_by(f64::total_cmp), 1),
         maybe(states.iter().filter_map(distance).min_by(f64::total_cmp), 1),
-        maybe(sigmas.get(sigmas.len() / 2).copied(), 2),
+        maybe(median_midpoint(&mut sigmas), 2),
     ];
     let chip = format!("<span class=\"chip\" style=\"--h:{}\"></span>", hue(index));
     let id = vehicle.id;

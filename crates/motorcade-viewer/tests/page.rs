@@ -78,8 +78,8 @@ fn a_vehicle_is_seen_whatever_tells_of_it() {
         speed_sigma_mps: 1.0,
         yaw_rate_radps: 0.0,
         source,
-        measured: None,
-        sightings: Vec::new(),
+        measurement: None,
+        observations: Vec::new(),
     };
     let sources = [Source::Box, Source::Keypoints, Source::External, Source::Predicted];
     let vehicle = VehicleTrajectory {

@@ -1,13 +1,15 @@
 //! The configuration of a run: works with none, refuses what it does not know.
 
 use motorcade_multibody::{CameraCoupling, GraphOptions};
-use motorcade_odometry::{MetricOptions, OdometryOptions, RoadOptions, ScaleAverage};
+use motorcade_odometry::{
+    AdvancedClosedFormOptions, MetricOptions, OdometryOptions, RoadOptions, ScaleAverage,
+};
 use motorcade_vehicles::{TrackerOptions, VehicleOptions};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use crate::error::{Error, Result};
-use crate::estimator::OnlineOptions;
+use crate::estimator_options::{OnlineOptions, UnitOptions};
 
 /// Ready-made configurations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -66,6 +68,10 @@ pub struct ScaleOptions {
     pub average: ScaleAverage,
     /// False takes each frame's scale as it was measured, as the paper does.
     pub smoothed: bool,
+    /// Road corners of the closed form and their matches; rarely need a change.
+    pub matching: AdvancedClosedFormOptions,
+    /// Unit of an external trajectory, from static vehicles; rarely needs a change.
+    pub unit: UnitOptions,
     /// Settings that rarely need a change.
     pub advanced: MetricOptions,
 }
@@ -77,6 +83,8 @@ impl Default for ScaleOptions {
             farthest_m: 12.0,
             average: ScaleAverage::Mean,
             smoothed: true,
+            matching: AdvancedClosedFormOptions::default(),
+            unit: UnitOptions::default(),
             advanced: MetricOptions::default(),
         }
     }
@@ -167,12 +175,8 @@ impl Config {
 
     pub(crate) fn validate(&self) -> std::result::Result<(), String> {
         let check = |ok: bool, text: &str| if ok { Ok(()) } else { Err(text.to_owned()) };
-        let o = &self.odometry;
         check((0.0..=1.0).contains(&self.run.most_untracked), "run.most_untracked must lie between 0 and 1")?;
-        check((4..=200).contains(&o.corners.columns), "odometry.corners.columns must lie between 4 and 200")?;
-        check(o.corners.per_cell >= 1, "odometry.corners.per_cell must be at least 1")?;
-        check(o.window.free_keyframes >= 3, "odometry.window.free_keyframes must be at least 3")?;
-        check(o.window.fixed_keyframes >= 2, "odometry.window.fixed_keyframes must be at least 2")?;
+        self.odometry.validate()?;
         check(self.road.far_heights > 4.0, "road.far_heights must be more than 4")?;
         check(self.road.half_width_heights > 0.3, "road.half_width_heights must be more than 0.3")?;
         check(
@@ -187,6 +191,7 @@ impl Config {
         )?;
         check(self.online.lag_frames >= 3, "online.lag_frames must be at least 3")?;
         self.graph.validate()?;
+        self.vehicles.advanced.keypoints.fit.validate()?;
         check((0.0..=1.0).contains(&self.tracker.least_iou), "tracker.least_iou must lie between 0 and 1")
     }
 }
@@ -234,6 +239,15 @@ mod tests {
         assert!(error.contains("my.toml") && error.contains("`road`"), "{error}");
         assert!(config.set("road.far_heights=far").is_err());
         assert!(config.set("road.far_heights=1").unwrap_err().to_string().contains("more than 4"));
+        for (setting, problem) in [
+            ("odometry.corners.columns=2", "odometry.corners.columns must lie between 4 and 200"),
+            ("odometry.pose.kernel_px=0", "odometry.pose.kernel_px must be positive"),
+            ("odometry.window.advanced.depth_neighbours=17", "must lie between 1 and 16"),
+            ("vehicles.advanced.keypoints.fit.deformations=9", "must be at most 8"),
+        ] {
+            let error = config.set(setting).unwrap_err().to_string();
+            assert!(error.contains(problem), "{error}");
+        }
     }
 
     #[test]

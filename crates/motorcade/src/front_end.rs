@@ -24,7 +24,7 @@ impl FrontEnd {
     pub(crate) fn new(settings: &Settings) -> Self {
         let options = OdometryOptions { seed: settings.config.run.seed, ..settings.config.odometry };
         let motion = match &settings.external.trajectory {
-            Some(trajectory) => MotionSource::external(trajectory),
+            Some(trajectory) => MotionSource::external(trajectory, options.klt.advanced.pyramid_levels),
             None => MotionSource::Own(Box::new(Odometry::new(settings.camera, options))),
         };
         Self {

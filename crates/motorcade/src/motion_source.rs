@@ -54,17 +54,17 @@ pub(crate) enum MotionSource {
     External {
         poses: Vec<Pose<World, Camera>>,
         trajectory: OdometryTrajectory,
+        /// Levels of the pyramids that the road is aligned on.
+        pyramid_levels: usize,
     },
 }
 
-/// Levels of the pyramids the road is aligned on.
-const PYRAMID_LEVELS: usize = 4;
-
 impl MotionSource {
-    pub(crate) fn external(trajectory: &ExternalTrajectory) -> Self {
+    pub(crate) fn external(trajectory: &ExternalTrajectory, pyramid_levels: usize) -> Self {
         Self::External {
             poses: trajectory.unit_poses(),
             trajectory: OdometryTrajectory::from_poses(&[], &[]),
+            pyramid_levels,
         }
     }
     pub(crate) fn process(
@@ -73,17 +73,19 @@ impl MotionSource {
         image: &GrayImage,
         mask: &StaticMask<'_>,
     ) -> Arc<Pyramid> {
-        if let Self::Own(odometry) = self {
-            return odometry.process(timestamp_ns, image, mask);
+        match self {
+            Self::Own(odometry) => odometry.process(timestamp_ns, image, mask),
+            Self::External { poses, trajectory, pyramid_levels } => {
+                trajectory.push_next_pose(poses, timestamp_ns);
+                Arc::new(Pyramid::new(image, *pyramid_levels))
+            }
         }
-        self.skip(timestamp_ns);
-        Arc::new(Pyramid::new(image, PYRAMID_LEVELS))
     }
     /// A frame without an image.
     pub(crate) fn skip(&mut self, timestamp_ns: i64) {
         match self {
             Self::Own(odometry) => odometry.skip(timestamp_ns),
-            Self::External { poses, trajectory } => trajectory.push_next_pose(poses, timestamp_ns),
+            Self::External { poses, trajectory, .. } => trajectory.push_next_pose(poses, timestamp_ns),
         }
     }
     pub(crate) fn apply_road(&mut self, feedback: &RoadFeedback<'_>) {

@@ -26,7 +26,7 @@ impl ScaleSource {
                 ClosedFormOptions {
                     farthest_heights: config.scale.farthest_m / PAPER_HEIGHT_M,
                     average: config.scale.average,
-                    ..ClosedFormOptions::default()
+                    advanced: config.scale.matching,
                 },
             )))
         } else {

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
+use motorcade_geometry::robust::quantile;
 use serde::Serialize;
 
 /// Times of one stage over the frames of a run.
@@ -43,11 +44,10 @@ impl Stopwatch {
     /// Summary by stage name.
     pub fn summary(&self) -> BTreeMap<&'static str, StageTime> {
         let one = |laps: &Vec<f64>| {
-            let mut sorted = laps.clone();
-            sorted.sort_by(f64::total_cmp);
-            let at =
-                |q: f64| sorted.get(((sorted.len() - 1) as f64 * q).round() as usize).copied().unwrap_or(0.0);
-            StageTime { p50_ms: at(0.5), p95_ms: at(0.95), total_s: sorted.iter().sum::<f64>() / 1e3 }
+            let total_s = laps.iter().sum::<f64>() / 1e3;
+            let mut laps = laps.clone();
+            let mut at = |share: f64| quantile(&mut laps, share).unwrap_or(0.0);
+            StageTime { p50_ms: at(0.5), p95_ms: at(0.95), total_s }
         };
         self.laps_ms.iter().map(|(stage, laps)| (*stage, one(laps))).collect()
     }

@@ -8,6 +8,7 @@ use std::time::Instant;
 
 use common::{HEIGHT_M, drive, gap_m, pose, settings};
 use motorcade::{Config, FrontEndRecord, NoProgress, RunResult, SlidingEstimator, estimate_drive};
+use motorcade_geometry::robust::quantile;
 
 /// Takes the frames one by one; returns the line of each, the milliseconds each took, and the result.
 fn online(record: FrontEndRecord, config: &Config) -> (Vec<String>, Vec<f64>, RunResult) {
@@ -83,11 +84,7 @@ fn a_frame_costs_the_same_from_start_to_end() {
         assert!(state.covariance.symmetric_eigenvalues().min() > 0.0);
     }
     // Other load on the machine shows least in the quicker frames.
-    let quick = |times: &[f64]| {
-        let mut sorted = times.to_vec();
-        sorted.sort_by(f64::total_cmp);
-        sorted[sorted.len() / 4]
-    };
+    let quick = |times: &[f64]| quantile(&mut times.to_vec(), 0.25).unwrap();
     let (early, late) = (quick(&times_ms[200..700]), quick(&times_ms[3500..]));
     println!("ms a frame: {early:.2} early, {late:.2} late");
     // A cost that grew with the drive would be eight times as high.

@@ -1,29 +1,15 @@
 //! The flow of the commands on public graphs, where they are at hand, and on generated ones.
 
-use std::path::PathBuf;
-
 use motorcade_graph::factors::PoseResidual;
 use motorcade_graph::g2o::to_string;
 use motorcade_graph::generate::{DriveOptions, drive};
 use motorcade_graph::solver::Termination;
 use motorcade_graph::start::Start;
 use motorcade_graph::{Graph, Options, VariableId};
+use motorcade_testing::shared;
 use nalgebra::{Isometry3, Vector3};
 
 use super::{OptimiseReport, OptimiseRequest, compare, info, optimise};
-
-/// Files handed to this project, `None` (with a message) where they are not.
-fn shared(name: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("MOTORCADE_SHARED")
-        .map(PathBuf::from)
-        .unwrap_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared"));
-    let path = root.join(name);
-    if path.exists() {
-        return Some(path);
-    }
-    println!("skipped: {} is not there (set MOTORCADE_SHARED)", path.display());
-    None
-}
 
 fn solve(name: &str, cost: PoseResidual, init: Start) -> Option<OptimiseReport> {
     let input = shared(&format!("posegraphs/{name}.g2o"))?;

@@ -9,10 +9,8 @@ use std::process::Output;
 use image::GrayImage;
 use tempfile::TempDir;
 
-/// The odometry's tests look at the same street.
-#[path = "../../../motorcade-odometry/tests/common/street.rs"]
-mod scene;
-pub use scene::CAMERA;
+pub use motorcade_testing::street_image::CAMERA;
+use motorcade_testing::street_image::{StreetPose, street_image};
 
 /// Way between two frames.
 pub const STEP_M: f64 = 1.0;
@@ -21,9 +19,9 @@ pub const STEP_M: f64 = 1.0;
 pub const CALIBRATION: &str =
     "fx = 390.0\nfy = 390.0\ncx = 240.0\ncy = 105.0\nwidth = 480\nheight = 240\nfps = 10.0\n";
 
-/// A street between two walls, seen from `way_m` along it.
+/// Image of a street between two walls, from `way_m` along it.
 pub fn street(way_m: f64) -> GrayImage {
-    scene::street(&CAMERA, &scene::Place::along(way_m))
+    street_image(&CAMERA, &StreetPose::along(way_m))
 }
 
 /// Name of a frame's file.
@@ -43,7 +41,7 @@ pub fn drive(frames: u64) -> TempDir {
     folder
 }
 
-/// What the program answered.
+/// Output of the program.
 pub struct Answer {
     pub code: i32,
     pub stdout: String,

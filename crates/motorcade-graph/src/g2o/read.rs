@@ -18,7 +18,7 @@ use crate::ids::VariableId;
 use crate::information;
 use crate::robust::Robust;
 
-/// How to read.
+/// Options of reading.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ReadOptions {
     /// Residual of SE(3) edges.

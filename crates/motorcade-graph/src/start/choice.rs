@@ -51,7 +51,7 @@ pub const MANY_ITERATIONS: usize = 30;
 /// Iterations after which starts are compared.
 const TRIAL: usize = 5;
 
-/// How much lower, as a fraction, the cost from another start must be to leave the file's.
+/// Relative decrease of the cost from which on another start replaces the file's.
 const BETTER: f64 = 1e-3;
 
 /// Sets the values of `graph` to the start asked for and returns which it is; [`Start::Auto`] is resolved. `began` is when

@@ -1,5 +1,5 @@
 //! Graphs for the tests.
-#![allow(dead_code, clippy::unwrap_used, clippy::print_stdout)] // every test uses a part
+#![allow(dead_code, clippy::unwrap_used)] // every test uses a part
 
 use motorcade_geometry::lie::se3;
 use motorcade_graph::generate::{DriveOptions, drive};
@@ -7,7 +7,6 @@ use motorcade_graph::{Graph, Manifold, Options, VariableId, solver::Method};
 use nalgebra::{Isometry3, Matrix6, Vector6};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use std::path::PathBuf;
 
 /// Reproducible random numbers.
 pub fn random(seed: u64) -> ChaCha8Rng {
@@ -44,17 +43,4 @@ fn tangent(a: &Graph, b: &Graph, id: VariableId, dof: usize) -> f64 {
     let mut d = vec![0.0; dof];
     a.values().value(id).unwrap().local(b.values().value(id).unwrap(), &mut d);
     d.iter().fold(0.0, |m, x| x.abs().max(m))
-}
-
-/// Files handed to this project, `None` (with a message) where they are not.
-pub fn shared(name: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("MOTORCADE_SHARED")
-        .map(PathBuf::from)
-        .unwrap_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared"));
-    let path = root.join(name);
-    if path.exists() {
-        return Some(path);
-    }
-    println!("skipped: {} is not there (set MOTORCADE_SHARED)", path.display());
-    None
 }

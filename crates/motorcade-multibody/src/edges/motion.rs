@@ -62,7 +62,7 @@ pub(super) fn road_plane_steps(
 ) -> Result<Vec<Edge>, GraphError> {
     let EdgeContext { ego, options, .. } = context;
     let place = |s: &VehicleState| {
-        s.measured.map(|m| (ego.frames[s.frame].world_from_camera * m.camera_from_vehicle, m))
+        s.measurement.map(|m| (ego.frames[s.frame].world_from_camera * m.camera_from_vehicle, m))
     };
     let mut out: Vec<Edge> = Vec::new();
     for (w, pair) in nodes.windows(2).zip(vehicle.states.windows(2)) {

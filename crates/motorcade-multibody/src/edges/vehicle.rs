@@ -3,7 +3,7 @@
 use motorcade_geometry::{Pose, Vehicle, World};
 use motorcade_graph::factors::Between;
 use motorcade_graph::{GraphError, VariableId};
-use motorcade_vehicles::{Sighting, VehicleMeasurement, VehicleState, VehicleTrajectory};
+use motorcade_vehicles::{PoseObservation, VehicleMeasurement, VehicleState, VehicleTrajectory};
 use nalgebra::{Matrix6, Vector6};
 
 use super::edge::{Edge, EdgeContext, inverse, is_static, weighted};
@@ -61,13 +61,13 @@ fn scaled_measurements(
     let of_state = |(state, node): (&VehicleState, &VariableId)| {
         let (camera, node, frame) = (context.cameras[state.frame], *node, state.frame);
         let inflation = inflation(vehicle, state, context);
-        let edge = move |sighting: &Sighting| {
-            let information = inverse(&(sighting.covariance * inflation));
-            let (scale, at) = scales.of(sighting, vehicle);
-            let factor = ScaledPoseFactor::new([camera, node, scale], sighting, at, information);
-            Edge::classed(factor, EdgeClass::of(sighting.source), frame, context)
+        let edge = move |observation: &PoseObservation| {
+            let information = inverse(&(observation.covariance * inflation));
+            let (scale, at) = scales.of(observation, vehicle);
+            let factor = ScaledPoseFactor::new([camera, node, scale], observation, at, information);
+            Edge::classed(factor, EdgeClass::of(observation.source), frame, context)
         };
-        state.sightings.iter().map(edge).collect::<Vec<_>>()
+        state.observations.iter().map(edge).collect::<Vec<_>>()
     };
     vehicle.states.iter().zip(nodes).flat_map(of_state).collect()
 }
@@ -81,7 +81,7 @@ fn measurements(
     let edge = |(state, node): (&VehicleState, &VariableId)| {
         let inflation = inflation(vehicle, state, context);
         let camera = context.cameras[state.frame];
-        state.measured.as_ref().map(|m| measurement(m, [camera, *node], inflation, state.frame, context))
+        state.measurement.as_ref().map(|m| measurement(m, [camera, *node], inflation, state.frame, context))
     };
     vehicle.states.iter().zip(nodes).filter_map(edge).collect()
 }
@@ -90,24 +90,24 @@ fn measurements(
 fn inflation(vehicle: &VehicleTrajectory, state: &VehicleState, context: &EdgeContext<'_>) -> f64 {
     let correlated = context.options.inflation(context.times.interval(state.frame));
     // All measurements of a static vehicle share their errors of slope, and of size where that is no variable.
-    let seen = || vehicle.states.iter().filter(|s| s.measured.is_some()).count() as f64;
+    let seen = || vehicle.states.iter().filter(|s| s.measurement.is_some()).count() as f64;
     if is_static(vehicle, context.options) { correlated.max(seen()) } else { correlated }
 }
 
 fn measurement(
-    measured: &VehicleMeasurement,
+    fused: &VehicleMeasurement,
     [camera, vehicle]: [VariableId; 2],
     inflation: f64,
     frame: usize,
     context: &EdgeContext<'_>,
 ) -> Result<Edge, GraphError> {
-    let (options, pose) = (context.options, *measured.camera_from_vehicle.isometry());
+    let (options, pose) = (context.options, *fused.camera_from_vehicle.isometry());
     if options.constant_weights {
         let near = pose.translation.vector.z <= options.near_limit_m;
         let lambda = if near { options.lambda_trusted } else { options.lambda_doubted };
         return Ok(Edge::fixed(Between::new(camera, vehicle, pose, weighted(lambda))?)); // (15)
     }
-    let edge = Between::new(camera, vehicle, pose, inverse(&(measured.covariance * inflation)))?;
+    let edge = Between::new(camera, vehicle, pose, inverse(&(fused.covariance * inflation)))?;
     Ok(Edge::classed(edge, EdgeClass::Box, frame, context))
 }
 

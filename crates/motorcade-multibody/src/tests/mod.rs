@@ -3,7 +3,8 @@
 use motorcade_geometry::{Camera, Pose, Vehicle, World};
 use motorcade_odometry::{EgoTrajectory, MetricOptions, OdometryTrajectory};
 use motorcade_perception::VehicleClass;
-use motorcade_vehicles::{Dimensions, Scaling, Sighting, Source, VehicleState, VehicleTrajectory};
+use motorcade_testing::{CAMERA_HEIGHT_M, on_road};
+use motorcade_vehicles::{Dimensions, PoseObservation, Scaling, Source, VehicleState, VehicleTrajectory};
 use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -21,14 +22,6 @@ fn camera(k: usize) -> Pose<World, Camera> {
     Pose::from_parts(UnitQuaternion::identity(), Vector3::new(0.0, 0.0, k as f64))
 }
 
-/// A pose on the road, its nose `heading_rad` to the left of the world's z axis.
-fn on_road(x: f64, z: f64, heading_rad: f64) -> Pose<World, Vehicle> {
-    let forward = Vector3::new(-heading_rad.sin(), 0.0, heading_rad.cos());
-    let up = -Vector3::y();
-    let axes = Matrix3::from_columns(&[forward, up.cross(&forward), up]);
-    Pose::from_matrix(&axes, &Vector3::new(x, 1.65, z))
-}
-
 /// A car ahead in a long bend, as fast as the camera.
 fn ahead(k: usize) -> Pose<World, Vehicle> {
     let (radius, angle) = (150.0, k as f64 / 150.0);
@@ -39,13 +32,13 @@ fn ego() -> EgoTrajectory {
     let poses: Vec<_> = (0..FRAMES).map(camera).collect();
     let timestamps_ns: Vec<i64> = (0..poses.len() as i64).map(|k| k * 100_000_000).collect();
     let odometry = OdometryTrajectory::from_poses(&poses, &timestamps_ns);
-    EgoTrajectory::metric(&odometry, &[], 1.65, 0.0, &MetricOptions::default())
+    EgoTrajectory::metric(&odometry, &[], CAMERA_HEIGHT_M, 0.0, &MetricOptions::default())
 }
 
-/// A vehicle with the front end's poses `start` and the measurements `sightings`.
+/// A vehicle with the front end's poses `start` and the measurements `observations`.
 fn vehicle(
     start: impl Fn(usize) -> Pose<World, Vehicle>,
-    sightings: impl Fn(usize) -> Vec<Sighting>,
+    observations: impl Fn(usize) -> Vec<PoseObservation>,
     p_moving: f64,
 ) -> VehicleTrajectory {
     let state = |frame: usize| VehicleState {
@@ -58,8 +51,8 @@ fn vehicle(
         speed_sigma_mps: 1.0,
         yaw_rate_radps: 0.0,
         source: Source::Box,
-        measured: None,
-        sightings: sightings(frame),
+        measurement: None,
+        observations: observations(frame),
     };
     VehicleTrajectory {
         id: 1,
@@ -72,13 +65,13 @@ fn vehicle(
 }
 
 /// A measurement: the truth, off by a tangent.
-fn seen(source: Source, truth: &Pose<World, Vehicle>, frame: usize, off: &Vector6<f64>) -> Sighting {
-    Sighting {
+fn seen(source: Source, truth: &Pose<World, Vehicle>, frame: usize, off: &Vector6<f64>) -> PoseObservation {
+    PoseObservation {
         source,
         camera_from_vehicle: (camera(frame).inverse() * *truth).retract(off),
         covariance: Matrix6::from_diagonal(&sigmas().map(|s| s * s)),
         scaling: Scaling::Size,
-        by_scale: Vector6::zeros(),
+        scale_derivative: Vector6::zeros(),
     }
 }
 
@@ -123,7 +116,7 @@ fn half_turn() -> Vector6<f64> {
 }
 
 /// External poses, a quarter of them reversed and a tenth 25 m off.
-fn external_with_outliers(frame: usize) -> Vec<Sighting> {
+fn external_with_outliers(frame: usize) -> Vec<PoseObservation> {
     let mut off = noise(3, 1.0)[frame];
     if frame % 4 == 1 {
         off += half_turn();
@@ -157,8 +150,8 @@ fn a_reversed_or_distant_start_is_corrected() {
 
 #[test]
 fn a_start_that_is_right_stays() {
-    let sightings = |k: usize| vec![seen(Source::Box, &ahead(k), k, &noise(5, 1.0)[k])];
-    let vehicle = vehicle(ahead, sightings, 1.0);
+    let observations = |k: usize| vec![seen(Source::Box, &ahead(k), k, &noise(5, 1.0)[k])];
+    let vehicle = vehicle(ahead, observations, 1.0);
     let starts = start::poses(&vehicle, &ego(), &FrameTimes::new(&times_s(), 0.1), &GraphOptions::default());
     for (k, start) in starts.iter().enumerate() {
         assert!((start.inverse() * ahead(k)).log().norm() < 1e-9, "frame {k}");
@@ -170,8 +163,8 @@ fn covariances_that_are_too_small_are_made_larger() {
     let options = GraphOptions { variance_rounds: 3, correlation_time_s: 0.1, ..GraphOptions::default() };
     for true_factor in [4.0_f64, 1.0, 0.25] {
         let noise = noise(11, true_factor.sqrt());
-        let sightings = |k: usize| vec![seen(Source::External, &ahead(k), k, &noise[k])];
-        let (_, graph) = solved(vehicle(ahead, sightings, 1.0), &options);
+        let observations = |k: usize| vec![seen(Source::External, &ahead(k), k, &noise[k])];
+        let (_, graph) = solved(vehicle(ahead, observations, 1.0), &options);
         let found = graph.variance_factors().iter().find(|f| f.class == EdgeClass::External).unwrap();
         let ratio = found.found / true_factor;
         assert!((0.65..1.5).contains(&ratio), "{true_factor}: {found:?}");
@@ -185,10 +178,10 @@ fn covariances_that_are_too_small_are_made_larger() {
 fn few_residuals_leave_covariances_as_they_are() {
     let options = GraphOptions { variance_rounds: 3, correlation_time_s: 0.1, ..GraphOptions::default() };
     let noise = noise(11, 3.0);
-    let sightings = |k: usize| {
+    let observations = |k: usize| {
         if k.is_multiple_of(10) { vec![seen(Source::External, &ahead(k), k, &noise[k])] } else { vec![] }
     };
-    let (_, graph) = solved(vehicle(ahead, sightings, 1.0), &options);
+    let (_, graph) = solved(vehicle(ahead, observations, 1.0), &options);
     let found = graph.variance_factors().iter().find(|f| f.class == EdgeClass::External).unwrap();
     assert!(found.degrees_of_freedom < 30.0 && found.factor == 1.0, "{found:?}");
 }
@@ -204,11 +197,14 @@ fn a_parked_car_seen_from_many_distances_has_its_size_estimated() {
         Vector6::new(0.0, 0.0, 0.0, ray.x, ray.y, ray.z)
     };
     let noise = noise(7, 0.3);
-    let sightings = |k: usize| {
-        let by_scale = slope(k);
-        vec![Sighting { by_scale, ..seen(Source::Box, &truth, k, &(noise[k] - by_scale * larger)) }]
+    let observations = |k: usize| {
+        let scale_derivative = slope(k);
+        vec![PoseObservation {
+            scale_derivative,
+            ..seen(Source::Box, &truth, k, &(noise[k] - scale_derivative * larger))
+        }]
     };
-    let standing = || vehicle(|_| truth, sightings, 0.01);
+    let standing = || vehicle(|_| truth, observations, 0.01);
     let before = standing().scale_variance().sqrt();
     let (found, _) = solved(standing(), &GraphOptions::default());
     let (off, sigma) = ((found.size.height_m / SIZE.height_m).ln() - larger, found.scale_variance().sqrt());
@@ -228,15 +224,18 @@ fn a_parked_car_seen_from_many_distances_has_its_size_estimated() {
 fn a_common_error_of_external_distances_is_a_scale() {
     let noises = [noise(17, 1.0), noise(19, 1.0)];
     let too_far_m = |common: bool| {
-        let sightings = |k: usize| {
+        let observations = |k: usize| {
             let away = -(ahead(k).inverse() * camera(k)).translation();
             let by_distance = Vector6::new(0.0, 0.0, 0.0, away.x, away.y, away.z);
             let given = seen(Source::External, &ahead(k), k, &(noises[0][k] + by_distance * 0.12));
             let scaling = if common { Scaling::Source { sigma: 0.06 } } else { Scaling::Size };
-            let by_scale = if common { by_distance } else { Vector6::zeros() };
-            vec![seen(Source::Box, &ahead(k), k, &noises[1][k]), Sighting { scaling, by_scale, ..given }]
+            let scale_derivative = if common { by_distance } else { Vector6::zeros() };
+            vec![
+                seen(Source::Box, &ahead(k), k, &noises[1][k]),
+                PoseObservation { scaling, scale_derivative, ..given },
+            ]
         };
-        let (found, _) = solved(vehicle(ahead, sightings, 1.0), &GraphOptions::default());
+        let (found, _) = solved(vehicle(ahead, observations, 1.0), &GraphOptions::default());
         let range =
             |pose: &Pose<World, Vehicle>, k: usize| (camera(k).inverse() * *pose).translation().norm();
         let off = |s: &VehicleState| range(&s.world_from_vehicle, s.frame) - range(&ahead(s.frame), s.frame);
@@ -254,7 +253,7 @@ fn a_static_car_is_a_landmark_across_a_break() {
     const BREAK: usize = 40;
     let truth = on_road(4.0, 95.0, 0.0);
     let noise = noise(13, 0.3);
-    let sightings = |k: usize| vec![seen(Source::Box, &truth, k, &noise[k])];
+    let observations = |k: usize| vec![seen(Source::Box, &truth, k, &noise[k])];
     let mut broken = ego();
     let aside = Pose::<World, World>::from_parts(UnitQuaternion::identity(), Vector3::x() * 0.5);
     for frame in &mut broken.frames[BREAK..] {
@@ -264,7 +263,7 @@ fn a_static_car_is_a_landmark_across_a_break() {
     let aside = Vector6::new(0.0, 0.0, 0.0, 0.5, 0.5, 0.5);
     broken.frames[BREAK].step_covariance += Matrix6::from_diagonal(&aside.map(|s| s * s));
     let off = |coupling: CameraCoupling| {
-        let (mut ego, mut vehicle) = (broken.clone(), vehicle(|_| truth, sightings, 0.01));
+        let (mut ego, mut vehicle) = (broken.clone(), vehicle(|_| truth, observations, 0.01));
         let options = GraphOptions { camera: coupling, ..GraphOptions::default() };
         solve(&mut ego, &mut vehicle, &options);
         let place = |k: usize| ego.frames[k].world_from_camera.translation();
@@ -284,11 +283,11 @@ fn a_static_car_is_a_landmark_across_a_break() {
 #[test]
 fn measurements_that_disagree_on_the_position_do_not_turn_a_parked_car() {
     let truth = on_road(4.0, 95.0, 0.0);
-    let sightings = |k: usize| {
+    let observations = |k: usize| {
         let share = 1.0 - k as f64 / FRAMES as f64;
         vec![seen(Source::Box, &truth, k, &(Vector6::new(0.0, 0.0, 0.0, 3.0, 0.5, 0.0) * share))]
     };
-    let (found, _) = solved(vehicle(|_| truth, sightings, 0.01), &GraphOptions::default());
+    let (found, _) = solved(vehicle(|_| truth, observations, 0.01), &GraphOptions::default());
     let (place_m, turn_rad) = worst(&found, |_| truth);
     assert!(turn_rad < 1e-3 && place_m < 3.0, "{turn_rad} rad, {place_m} m");
 }

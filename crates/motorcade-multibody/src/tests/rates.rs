@@ -51,7 +51,7 @@ fn seen_at(ticks: &[usize], seed: u64) -> (EgoTrajectory, VehicleTrajectory, Vec
     let timestamps_ns: Vec<i64> = times_s.iter().map(|t| (t * 1e9).round() as i64).collect();
     let odometry = OdometryTrajectory::from_poses(&cameras, &timestamps_ns);
     let options = MetricOptions::default();
-    let mut ego = EgoTrajectory::metric(&odometry, &[], 1.65, 0.0, &options);
+    let mut ego = EgoTrajectory::metric(&odometry, &[], CAMERA_HEIGHT_M, 0.0, &options);
     for frame in &mut ego.frames {
         // Of the covariance of a vehicle only the part of the graph is compared.
         frame.covariance = Matrix6::zeros();
@@ -63,14 +63,14 @@ fn seen_at(ticks: &[usize], seed: u64) -> (EgoTrajectory, VehicleTrajectory, Vec
         .iter()
         .enumerate()
         .map(|(frame, tick)| {
-            let sighting = Sighting {
+            let observation = PoseObservation {
                 camera_from_vehicle: (cameras[frame].inverse() * truth[*tick]).retract(&errors[*tick]),
                 ..seen(Source::External, &truth[0], 0, &Vector6::zeros())
             };
             VehicleState {
                 frame,
                 world_from_vehicle: truth[*tick],
-                sightings: vec![sighting],
+                observations: vec![observation],
                 ..state.clone()
             }
         })

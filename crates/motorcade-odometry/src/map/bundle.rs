@@ -83,11 +83,9 @@ mod tests {
     use super::*;
     use crate::map::baseline_length::BaselineLength;
     use crate::map::bundle_problem::KeyframeObservation;
+    use motorcade_testing::CAMERA;
     use rand::{Rng, SeedableRng};
     use rand_chacha::ChaCha8Rng;
-
-    const CAMERA: PinholeCamera =
-        PinholeCamera { fx: 720.0, fy: 720.0, cx: 600.0, cy: 180.0, width: 1242, height: 375 };
 
     #[test]
     fn a_length_stretches_a_window() {

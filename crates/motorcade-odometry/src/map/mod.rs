@@ -20,6 +20,7 @@ pub use bundle_problem::{BundleProblem, KeyframeObservation};
 pub(crate) use keyframe::Keyframe;
 pub use landmark::{Carrier, Landmark};
 pub(crate) use nearby_depths::NearbyDepths;
+pub(crate) use options::MOST_NEIGHBOURS;
 pub use options::{
     AdvancedBundleOptions, AdvancedPoseOnlyOptions, AdvancedWindowOptions, BundleOptions, PoseOnlyOptions,
     WindowOptions,

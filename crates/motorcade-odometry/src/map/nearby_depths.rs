@@ -4,6 +4,7 @@ use motorcade_geometry::{Camera, Pose, World, robust::median};
 use nalgebra::Point2;
 
 use super::landmark::Landmark;
+use super::options::{AdvancedWindowOptions, MOST_NEIGHBOURS};
 use crate::buffer::make_room;
 
 /// Depths of landmarks by their pixel: the initial guess for corners without a position.
@@ -26,21 +27,25 @@ impl NearbyDepths {
     pub(crate) fn make_room(&mut self, landmarks: usize) {
         make_room(&mut self.known, landmarks);
     }
-    /// Median depth of the five nearest landmarks. Vertical distances count fourfold, because on a road depth changes from row
-    /// to row; both numbers affect only the start of tracking.
-    pub(crate) fn around(&self, pixel: &Point2<f64>) -> Option<f64> {
-        const NEIGHBOURS: usize = 5;
-        let mut nearest = [(f64::MAX, 0.0); NEIGHBOURS];
+    /// Median depth of the nearest landmarks.
+    pub(crate) fn around(&self, pixel: &Point2<f64>, options: &AdvancedWindowOptions) -> Option<f64> {
+        let count = options.depth_neighbours.clamp(1, MOST_NEIGHBOURS);
+        let row_weight = options.depth_row_weight * options.depth_row_weight;
+        let mut nearest = [(f64::MAX, 0.0); MOST_NEIGHBOURS];
+        let nearest = &mut nearest[..count];
         for (p, inverse_depth) in &self.known {
             let d = p - pixel;
-            let distance = d.x * d.x + 16.0 * d.y * d.y;
-            if distance < nearest[NEIGHBOURS - 1].0 {
-                nearest[NEIGHBOURS - 1] = (distance, *inverse_depth);
+            let distance = d.x * d.x + row_weight * d.y * d.y;
+            if distance < nearest[count - 1].0 {
+                nearest[count - 1] = (distance, *inverse_depth);
                 nearest.sort_by(|a, b| a.0.total_cmp(&b.0));
             }
         }
         let found = nearest.iter().take_while(|n| n.0 < f64::MAX).count();
-        let mut inverse = nearest.map(|n| n.1);
+        let mut inverse = [0.0; MOST_NEIGHBOURS];
+        for (inverse, n) in inverse.iter_mut().zip(&*nearest) {
+            *inverse = n.1;
+        }
         median(&mut inverse[..found]).map(|d| 1.0 / d)
     }
 }

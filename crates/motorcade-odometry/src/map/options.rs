@@ -155,7 +155,10 @@ impl Default for WindowOptions {
     }
 }
 
-/// Landmarks on the road plane.
+/// Largest `depth_neighbours`: they are kept on the stack.
+pub(crate) const MOST_NEIGHBOURS: usize = 16;
+
+/// Landmarks on the road plane, and depths for tracks without a position.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AdvancedWindowOptions {
@@ -173,6 +176,11 @@ pub struct AdvancedWindowOptions {
     pub plane_height_sigma: f64,
     /// Standard deviation of a plane's tilt \[rad\]: 0.3°.
     pub plane_tilt_sigma_rad: f64,
+    /// Nearest landmarks whose median depth starts the tracking of a corner without a position, at most 16. More resist outliers and
+    /// reach farther away; only the start of tracking depends on it.
+    pub depth_neighbours: usize,
+    /// Weight of vertical against horizontal pixel distances among them: on a road depth changes from row to row.
+    pub depth_row_weight: f64,
 }
 
 impl Default for AdvancedWindowOptions {
@@ -185,6 +193,8 @@ impl Default for AdvancedWindowOptions {
             road_unevenness_heights: 0.02,
             plane_height_sigma: 0.02,
             plane_tilt_sigma_rad: 0.005,
+            depth_neighbours: 5,
+            depth_row_weight: 4.0,
         }
     }
 }

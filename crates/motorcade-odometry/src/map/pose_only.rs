@@ -126,12 +126,10 @@ impl PoseRefiner {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use motorcade_testing::CAMERA;
     use nalgebra::Vector2;
     use rand::{Rng, SeedableRng};
     use rand_chacha::ChaCha8Rng;
-
-    const CAMERA: PinholeCamera =
-        PinholeCamera { fx: 720.0, fy: 720.0, cx: 600.0, cy: 180.0, width: 1242, height: 375 };
 
     #[test]
     fn finds_the_pose_through_a_third_of_outliers() {

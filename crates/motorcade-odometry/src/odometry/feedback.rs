@@ -57,7 +57,7 @@ impl Odometry {
         let moved = camera_from_world * newest.camera_from_world.inverse();
         let m = -road_normal(measured.state.pitch_rad, measured.state.roll_rad) * (-held).exp();
         let along = 1.0 - m.dot(&moved.translation());
-        // Half a camera height of climb is no road.
-        newest.plane = (along > 0.5).then(|| moved.rotation_matrix().tr_mul(&m) / along);
+        let least = 1.0 - self.options.feedback.most_climb_heights;
+        newest.plane = (along > least).then(|| moved.rotation_matrix().tr_mul(&m) / along);
     }
 }

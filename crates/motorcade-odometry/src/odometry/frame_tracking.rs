@@ -83,7 +83,9 @@ impl Odometry {
             let request = self
                 .request_with_position(landmark, from, &template.camera_from_world, predicted)
                 .unwrap_or_else(|| {
-                    let depth = depths.around(&from).unwrap_or(self.options.policy.advanced.far_depth);
+                    let options = &self.options;
+                    let depth = depths.around(&from, &options.window.advanced);
+                    let depth = depth.unwrap_or(options.policy.advanced.far_depth);
                     self.request_at_depth(from, depth, &template.camera_from_world, predicted)
                 });
             let to: &Pyramid = frame.pyramid;

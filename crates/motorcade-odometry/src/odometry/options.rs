@@ -1,6 +1,6 @@
 //! Options of the odometry.
 
-use crate::map::{PoseOnlyOptions, WindowOptions};
+use crate::map::{MOST_NEIGHBOURS, PoseOnlyOptions, WindowOptions};
 use crate::tracking::{CornerOptions, KltOptions};
 
 /// All options of the odometry.
@@ -25,11 +25,54 @@ pub struct OdometryOptions {
     pub seed: u64,
 }
 
+impl OdometryOptions {
+    /// The first setting out of its range, with what it must be; all are usable otherwise.
+    ///
+    /// # Errors
+    /// The name of the setting and its range.
+    pub fn validate(&self) -> Result<(), String> {
+        let (policy, window, feedback) = (&self.policy, &self.window, &self.feedback);
+        for (name, value, least, most) in [
+            ("corners.columns", self.corners.columns, 4, 200),
+            ("corners.per_cell", self.corners.per_cell, 1, 100),
+            ("klt.max_iterations", self.klt.max_iterations, 1, 1000),
+            ("klt.advanced.pyramid_levels", self.klt.advanced.pyramid_levels, 1, 16),
+            ("pose.max_iterations", self.pose.max_iterations, 1, 1000),
+            ("window.free_keyframes", window.free_keyframes, 3, 1000),
+            ("window.fixed_keyframes", window.fixed_keyframes, 2, 1000),
+            ("window.advanced.depth_neighbours", window.advanced.depth_neighbours, 1, MOST_NEIGHBOURS),
+        ] {
+            if !(least..=most).contains(&value) {
+                return Err(format!("odometry.{name} must lie between {least} and {most}"));
+            }
+        }
+        for (name, value) in [
+            ("corners.distance_px", self.corners.distance_px),
+            ("pose.kernel_px", self.pose.kernel_px),
+            ("pose.inlier_px", self.pose.inlier_px),
+            ("window.outlier_px", window.outlier_px),
+            ("window.bundle.kernel_px", window.bundle.kernel_px),
+            ("window.advanced.depth_row_weight", window.advanced.depth_row_weight),
+            ("policy.begin_flow_rad", policy.begin_flow_rad),
+            ("policy.keyframe_flow_rad", policy.keyframe_flow_rad),
+            ("policy.give_up_s", policy.give_up_s),
+            ("policy.advanced.median_depth", policy.advanced.median_depth),
+            ("feedback.height_sigma", feedback.height_sigma),
+            ("feedback.most_climb_heights", feedback.most_climb_heights),
+        ] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(format!("odometry.{name} must be positive"));
+            }
+        }
+        Ok(())
+    }
+}
+
 /// Initialisation, keyframes and breaks.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PolicyOptions {
-    /// Median image motion that initialises a map \[rad, pixels over focal length\]: a degree, 12 px of a KITTI camera.
+    /// Median image motion that initialises a map \[rad, pixels over focal length\]: 12 px of a KITTI camera.
     pub begin_flow_rad: f64,
     /// Tracks needed for it.
     pub begin_tracks: usize,
@@ -119,11 +162,14 @@ impl Default for AdvancedPolicyOptions {
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct FeedbackOptions {
-    /// Standard deviation of a frame's log height beyond its pixels: the body heaves by 2 cm, the road is not flat. Measured on
-    /// rendered drives against their truth.
+    /// Standard deviation of a frame's log height beyond its pixels: heave of the body and unevenness of the road, 3 cm for a car.
+    /// Measured on rendered drives against their truth.
     pub height_sigma: f64,
-    /// Change of log height above which a measurement is rejected: seven times its scatter.
+    /// Change of log height above which a measurement is rejected: seven times `height_sigma`.
     pub most_height_change: f64,
+    /// Climb of the road between a keyframe and the next measurement from which on the keyframe gets no plane \[camera heights\]:
+    /// larger ones come from false alignments. A larger limit constrains more keyframes and admits more false planes.
+    pub most_climb_heights: f64,
     /// Distance of a box's bottom edge beyond which it does not determine depth \[camera heights\]: 33 m for a car.
     pub farthest_vehicle_heights: f64,
     /// Depth of the near part of a static vehicle over that of the road at its bottom edge: a quarter less for boxes that end
@@ -145,6 +191,7 @@ impl Default for FeedbackOptions {
         Self {
             height_sigma: 0.02,
             most_height_change: 0.15,
+            most_climb_heights: 0.5,
             farthest_vehicle_heights: 20.0,
             static_depth_ratio: [0.75, 1.2],
             near_share: 0.25,

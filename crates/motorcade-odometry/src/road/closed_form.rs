@@ -10,14 +10,12 @@ use super::options::{ClosedFormOptions, ScaleAverage};
 use super::state::RoadState;
 use super::tracker::RoadInput;
 use crate::time::nanoseconds;
-use crate::tracking::{CornerOptions, KltOptions, Pyramid, Request, detect, track_checked};
+use crate::tracking::{KltOptions, Pyramid, Request, detect, track_checked};
 
 /// Matches of road points between frames, and the scale of each frame.
 pub struct ClosedFormScale {
     camera: PinholeCamera,
     options: ClosedFormOptions,
-    /// Corners of the road.
-    corners: CornerOptions,
     klt: KltOptions,
     last: Option<LastFrame>,
     /// Camera height in the odometry's unit, from the last frame's scale: predicts where road points go.
@@ -36,16 +34,8 @@ struct LastFrame {
 impl ClosedFormScale {
     /// An estimator without measurements.
     pub fn new(camera: PinholeCamera, options: ClosedFormOptions) -> Self {
-        // Asphalt has weak corners, but many.
-        let corners = CornerOptions {
-            columns: 41,
-            per_cell: 2,
-            distance_px: 7.0,
-            least_eigenvalue: 2.0,
-            border_px: 12,
-        };
-        let klt = KltOptions { least_eigenvalue: 1.0, ..KltOptions::default() };
-        Self { camera, options, corners, klt, last: None, height_units: None, measurements: Vec::new() }
+        let klt = KltOptions { least_eigenvalue: options.advanced.least_eigenvalue, ..KltOptions::default() };
+        Self { camera, options, klt, last: None, height_units: None, measurements: Vec::new() }
     }
 
     /// Measurements so far; pitch and roll are zero by assumption.
@@ -72,7 +62,7 @@ impl ClosedFormScale {
         pose_of: impl Fn(usize) -> Option<Pose<Camera, World>>,
         usable: impl Fn(&Point2<f64>) -> bool,
     ) -> Option<RoadMeasurement> {
-        let interval = 0..nanoseconds(self.options.interval_s);
+        let interval = 0..nanoseconds(self.options.advanced.interval_s);
         let same = |l: &&LastFrame| l.segment == input.segment;
         if self
             .last
@@ -95,13 +85,14 @@ impl ClosedFormScale {
         // Eq. (2).
         let last_from_current = pose_of(last.frame)? * pose_of(input.frame)?.inverse();
         let mut alphas = self.alphas(&last.pyramid, input.pyramid, &last_from_current, usable);
-        if alphas.len() < self.options.least_matches {
+        if alphas.len() < self.options.advanced.least_matches {
             return None;
         }
         let mean = average(self.options.average, &mut alphas).filter(|m| m.is_finite() && *m > 0.0)?;
         let spread = alphas.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / alphas.len() as f64;
-        let variance = (spread / (mean * mean * alphas.len() as f64)).max(self.options.least_variance);
-        let tilt_variance = self.options.tilt_variance_rad2;
+        let variance =
+            (spread / (mean * mean * alphas.len() as f64)).max(self.options.advanced.least_variance);
+        let tilt_variance = self.options.advanced.tilt_variance_rad2;
         self.height_units = Some(1.0 / mean);
         let measured = RoadMeasurement {
             frame: input.frame,
@@ -127,7 +118,8 @@ impl ClosedFormScale {
     ) -> Vec<f64> {
         let allowed = |x: usize, y: usize| {
             let p = Point2::new(x as f64, y as f64);
-            self.lift(&p).is_some_and(|point| point.x.abs() < self.options.half_width_heights) && usable(&p)
+            self.lift(&p).is_some_and(|point| point.x.abs() < self.options.advanced.half_width_heights)
+                && usable(&p)
         };
         let match_corner = |corner: Point2<f64>| {
             let point = self.lift(&corner)?;
@@ -137,12 +129,15 @@ impl ClosedFormScale {
             let tracked = track_checked(last, current, &request, &self.klt)?;
             alpha(&point, &self.lift(&tracked)?, last_from_current)
         };
-        detect(last.level(0), &[], allowed, &self.corners).into_iter().filter_map(match_corner).collect()
+        detect(last.level(0), &[], allowed, &self.options.advanced.corners)
+            .into_iter()
+            .filter_map(match_corner)
+            .collect()
     }
 
     /// Pixel of a road point of the last frame in the current one.
     fn predict(&self, point: &Vector3<f64>, last_from_current: &Pose<Camera, Camera>) -> Option<Point2<f64>> {
-        let height = self.height_units.unwrap_or(self.options.guess_units);
+        let height = self.height_units.unwrap_or(self.options.advanced.guess_units);
         self.camera.project(&last_from_current.inverse().transform_point(&(point * height).into()))
     }
 }
@@ -170,10 +165,8 @@ fn alpha(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use motorcade_testing::CAMERA;
     use nalgebra::Vector6;
-
-    const CAMERA: PinholeCamera =
-        PinholeCamera { fx: 720.0, fy: 720.0, cx: 600.0, cy: 180.0, width: 1242, height: 375 };
 
     /// Pixels of one road point in two frames, lifted onto the road by eq. (1), give the scale of the motion between them.
     #[test]

@@ -19,8 +19,8 @@ pub use alignment::align_road;
 pub use closed_form::ClosedFormScale;
 pub use measurement::{RoadCurvature, RoadEstimate, RoadMeasurement};
 pub use options::{
-    AdvancedRoadOptions, AlignmentOptions, ClosedFormOptions, PlaneSearchOptions, PlaneTrackingOptions,
-    ProfileOptions, RoadOptions, ScaleAverage,
+    AdvancedClosedFormOptions, AdvancedRoadOptions, AlignmentOptions, ClosedFormOptions, PlaneSearchOptions,
+    PlaneTrackingOptions, ProfileOptions, RoadOptions, ScaleAverage,
 };
 pub use pixels::RoadPixels;
 pub use plane::{RoadPlane, road_normal};

@@ -1,5 +1,7 @@
 //! Options of the road. Lengths are in camera heights, so that nothing depends on the unknown unit of the odometry.
 
+use crate::tracking::CornerOptions;
+
 /// The stretch of road that is aligned, and how often.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -272,6 +274,29 @@ pub struct ClosedFormOptions {
     pub farthest_heights: f64,
     /// Average of the scales of a frame.
     pub average: ScaleAverage,
+    /// Settings that rarely need a change.
+    pub advanced: AdvancedClosedFormOptions,
+}
+
+impl Default for ClosedFormOptions {
+    fn default() -> Self {
+        Self {
+            farthest_heights: 12.0 / 1.65,
+            average: ScaleAverage::Mean,
+            advanced: AdvancedClosedFormOptions::default(),
+        }
+    }
+}
+
+/// Road corners and their matches.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct AdvancedClosedFormOptions {
+    /// Corners of the road: weak ones, because asphalt has no others, and many.
+    pub corners: CornerOptions,
+    /// Least smaller eigenvalue of a matched corner's template \[(grey levels/px)²\]: a third of the odometry's, for asphalt. Smaller
+    /// values give more matches, and worse ones.
+    pub least_eigenvalue: f32,
     /// Least time between two compared frames \[s\]; the paper compares consecutive frames at 10 frames/s.
     pub interval_s: f64,
     /// Half width of the stretch whose corners are used \[camera heights\]: 2.5 heights are 4 m.
@@ -286,11 +311,17 @@ pub struct ClosedFormOptions {
     pub least_variance: f64,
 }
 
-impl Default for ClosedFormOptions {
+impl Default for AdvancedClosedFormOptions {
     fn default() -> Self {
         Self {
-            farthest_heights: 12.0 / 1.65,
-            average: ScaleAverage::Mean,
+            corners: CornerOptions {
+                columns: 41,
+                per_cell: 2,
+                distance_px: 7.0,
+                least_eigenvalue: 2.0,
+                border_px: 12,
+            },
+            least_eigenvalue: 1.0,
             interval_s: 0.08,
             half_width_heights: 2.5,
             least_matches: 5,

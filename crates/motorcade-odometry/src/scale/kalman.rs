@@ -1,17 +1,11 @@
-//! Forward and backward pass of the smoother (Rauch, Tung and Striebel 1965).
+//! Forward and backward pass of the smoother; means are relative to the mean of the model.
 
 use motorcade_geometry::robust::{median, sigma_from_absolute};
+use motorcade_geometry::rts::{self, FilterStep, Smoothed};
 use nalgebra::{Matrix3, Vector3};
 
 use super::options::SmootherOptions;
 use super::state::{Interval, NoiseModel, SmoothedState, StateMeasurement};
-
-/// States of the filter at a frame, relative to the mean of the model.
-pub(super) struct Filtered {
-    transition: Matrix3<f64>,
-    predicted: (Vector3<f64>, Matrix3<f64>),
-    updated: (Vector3<f64>, Matrix3<f64>),
-}
 
 /// Kalman filter in which outliers lose weight; returns the states and the log likelihood.
 pub(super) fn forward(
@@ -19,7 +13,7 @@ pub(super) fn forward(
     measurements: &[Option<&StateMeasurement>],
     model: &NoiseModel,
     options: &SmootherOptions,
-) -> (Vec<Filtered>, f64) {
+) -> (Vec<FilterStep<3>>, f64) {
     let mean = model.mean();
     let (mut x, mut p) = initial(measurements, model, options);
     let mut likelihood = 0.0;
@@ -28,7 +22,7 @@ pub(super) fn forward(
         let (transition, process_noise) = model.transition(interval, options);
         x = transition * x;
         p = transition * p * transition.transpose() + process_noise;
-        let predicted = (x, p);
+        let (predicted, predicted_covariance) = (x, p);
         if let Some(m) = measured {
             let innovation = m.value - mean - x;
             let mut noise = m.covariance;
@@ -50,7 +44,8 @@ pub(super) fn forward(
                 }
             }
         }
-        out.push(Filtered { transition, predicted, updated: (x, p) });
+        let (filtered, filtered_covariance) = (x, p);
+        out.push(FilterStep { transition, predicted, predicted_covariance, filtered, filtered_covariance });
     }
     (out, likelihood)
 }
@@ -70,26 +65,20 @@ fn initial(
     (Vector3::new(centre, 0.0, 0.0), Matrix3::from_diagonal(&sigmas.map(|s| s * s)))
 }
 
-/// Backward pass over the filtered states.
-pub(super) fn backward(filtered: &[Filtered], model: &NoiseModel) -> Vec<SmoothedState> {
-    let mean = model.mean();
-    let mut out: Vec<SmoothedState> = Vec::with_capacity(filtered.len());
-    for k in (0..filtered.len()).rev() {
-        let (mut x, mut p) = filtered[k].updated;
-        if let (Some(next), Some(ahead)) = (out.last_mut(), filtered.get(k + 1))
-            && let Some(inverse) = ahead.predicted.1.try_inverse()
-        {
-            let gain = p * ahead.transition.transpose() * inverse;
-            x += gain * (next.value - mean - ahead.predicted.0);
-            p += gain * (next.covariance - ahead.predicted.1) * gain.transpose();
-            // Cov(x_k, x_k+1) of the smoothed states is the gain times the later covariance.
-            let cross = (gain * next.covariance)[(0, 0)];
-            let sigmas = (p[(0, 0)] * next.covariance[(0, 0)]).max(0.0).sqrt();
-            next.correlation = if sigmas > 0.0 { (cross / sigmas).clamp(0.0, 1.0) } else { 0.0 };
-        }
-        let covariance = (p + p.transpose()) * 0.5;
-        out.push(SmoothedState { value: x + mean, covariance, correlation: 0.0, overlap: 1.0 });
-    }
-    out.reverse();
-    out
+/// Smoothed states out of the forward pass.
+pub(super) fn backward(filtered: &[FilterStep<3>], model: &NoiseModel) -> Vec<SmoothedState> {
+    let states = rts::smooth_about(&model.mean(), filtered);
+    // Correlation with the state before: Cov(x_k−1, x_k) over both standard deviations.
+    let correlation = |k: usize| {
+        let (before, state) = (states.get(k.wrapping_sub(1))?, states.get(k)?);
+        let sigmas = (before.covariance[(0, 0)] * state.covariance[(0, 0)]).max(0.0).sqrt();
+        (sigmas > 0.0).then(|| (before.cross_covariance[(0, 0)] / sigmas).clamp(0.0, 1.0))
+    };
+    let state = |(k, s): (usize, &Smoothed<3>)| SmoothedState {
+        value: s.mean,
+        covariance: s.covariance,
+        correlation: correlation(k).unwrap_or(0.0),
+        overlap: 1.0,
+    };
+    states.iter().enumerate().map(state).collect()
 }

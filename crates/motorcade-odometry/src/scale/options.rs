@@ -9,7 +9,7 @@ pub struct MetricOptions {
     /// Standard deviation of an error of log scale that a whole drive shares: moving shadows, crowns of streets, a camera
     /// whose height is known to a centimetre. Root mean square over the simulator's drives, and about that of two real ones.
     pub bias_sigma: f64,
-    /// Standard deviation of log scale without any road measurement: lengths may be off by a factor of two.
+    /// Standard deviation of log scale without any road measurement: a factor of 1.65.
     pub unknown_scale_sigma: f64,
     /// Standard deviation of pitch and roll without any road measurement \[rad\]: a degree.
     pub unknown_tilt_sigma_rad: f64,

@@ -8,24 +8,11 @@ use rten_tensor::{NdTensor, Tensor};
 
 #[cfg(feature = "ort")]
 use super::onnx_runtime::Session;
+use super::options::{Engine, ModelOptions};
 use super::rten_engine::Graph;
+use crate::digest::sha256;
 use crate::error::{Error, Result};
-use crate::inventory::sha256;
 use crate::manifest::{InputSpec, ModelEntry, OutputSpec};
-use crate::models::ModelOptions;
-
-/// Inference engine. The results of two engines differ by rounding.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Engine {
-    /// `rten`, built in.
-    #[cfg_attr(not(feature = "ort"), default)]
-    Rten,
-    /// ONNX Runtime, a library of the system; the default where the feature `ort` builds it in.
-    #[cfg(feature = "ort")]
-    #[default]
-    OnnxRuntime,
-}
 
 /// A network in the hands of its engine.
 enum Loaded {

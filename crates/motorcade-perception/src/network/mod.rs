@@ -7,15 +7,16 @@ mod keypoints;
 mod nms;
 #[cfg(feature = "ort")]
 mod onnx_runtime;
+mod options;
 mod preprocess;
 mod rten_engine;
 mod scene;
 mod segmentation;
 
 pub use boxes::BoxDetector;
-pub(crate) use boxes::BoxFamily;
-pub use engine::{Engine, Network};
+pub use engine::Network;
 pub use keypoints::{CropOptions, KeypointNetwork};
 pub use nms::suppress;
+pub use options::{Engine, ModelOptions};
 pub use scene::SceneNetwork;
 pub use segmentation::RoadNetwork;

@@ -3,8 +3,6 @@
 use motorcade_geometry::{Camera, Pose, Vehicle};
 use nalgebra::Vector3;
 
-use super::hypotheses::frame_of_ray;
-
 /// Probabilities of the heading against the viewing ray, in even bins: bin `k` of `n` is centred at `k / n` of a turn, 0 drives
 /// straight away from the camera, positive turns left seen from above.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,6 +51,14 @@ impl HeadingEvidence {
         let probability = (1.0 - share) * bin(low) + share * bin(low + 1.0);
         -2.0 * ((1.0 - unrelated) * probability * count as f64 + unrelated).ln()
     }
+}
+
+/// Unit vectors along the road: the direction of a ray, and to its left. A ray straight down has none, the camera's y axis then
+/// does.
+pub(super) fn frame_of_ray(up: &Vector3<f64>, ray: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    let along = |v: Vector3<f64>| (v - up * up.dot(&v)).try_normalize(1e-6);
+    let ahead = along(*ray).or_else(|| along(-Vector3::y())).unwrap_or_else(Vector3::x);
+    (ahead, up.cross(&ahead))
 }
 
 /// Heading of a vehicle against the ray to it \[rad\].

@@ -3,6 +3,7 @@
 use motorcade_geometry::PinholeCamera;
 use nalgebra::{Matrix3, Vector3};
 
+use super::heading::frame_of_ray;
 use super::model::{Model, Shape, State};
 use super::observation::Observation;
 use super::options::FitOptions;
@@ -21,14 +22,6 @@ pub(crate) struct Hypothesis {
 pub(crate) fn heading_cosine(a: &State, b: &State) -> f64 {
     let forward = |s: &State| s.camera_from_vehicle.transform_vector(&Vector3::x());
     forward(a).dot(&forward(b))
-}
-
-/// Unit vectors along the road: the direction of a ray, and to its left. A ray straight down has none, the camera's y axis then
-/// does.
-pub(super) fn frame_of_ray(up: &Vector3<f64>, ray: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
-    let along = |v: Vector3<f64>| (v - up * up.dot(&v)).try_normalize(1e-6);
-    let ahead = along(*ray).or_else(|| along(-Vector3::y())).unwrap_or_else(Vector3::x);
-    (ahead, up.cross(&ahead))
 }
 
 /// Orientation of an upright vehicle: heading 0 drives away from the camera, positive turns left seen from above.

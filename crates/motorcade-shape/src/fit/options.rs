@@ -1,29 +1,33 @@
 //! Options of the fit.
 
-use motorcade_geometry::robust::Kernel;
+use motorcade_geometry::robust::RobustKernel;
+
+use super::MAX_SHAPE;
 
 /// Method of refinement.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
+)]
+#[serde(rename_all = "lowercase")]
 pub enum FitMethod {
     /// Pose and shape in turn (the paper, equations 7 and 8).
-    Alternating {
-        /// Rounds of pose, then shape.
-        rounds: usize,
-    },
+    Alternating,
     /// Pose and shape at once: fewer steps to the same minimum.
+    #[default]
     Joint,
 }
 
 /// Options of a fit.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
 pub struct FitOptions {
     /// Confidence from which a keypoint is a measurement. Below 0.1 the outputs of the network at hand are anywhere in the crop.
     pub min_confidence: f64,
     /// Standard deviation of a true keypoint about the deformed mean, per axis \[m\]: the basis is small, and annotators of
     /// networks place points differently.
     pub keypoint_sigma_m: f64,
-    /// Kernel on the whitened squared distance of a keypoint (2 degrees of freedom).
-    pub kernel: Kernel,
+    /// Scale of the Cauchy kernel on the whitened distance of a keypoint \[standard deviations\]: √ of the 95 % quantile of χ²₂.
+    pub kernel_scale: f64,
     /// Headings tried, evenly over the circle.
     pub headings: usize,
     /// Most likely headings that are refined; at least 2.
@@ -32,6 +36,8 @@ pub struct FitOptions {
     pub deformations: usize,
     /// Joint or alternating.
     pub method: FitMethod,
+    /// Rounds of pose, then shape, of the alternating method.
+    pub rounds: usize,
     /// Most steps of a refinement.
     pub max_iterations: usize,
     /// True to use which points were found: those on faces turned away should be missing.
@@ -44,8 +50,39 @@ pub struct FitOptions {
     pub advanced: AdvancedFitOptions,
 }
 
+impl FitOptions {
+    /// Kernel of a keypoint.
+    pub(super) fn kernel(&self) -> RobustKernel {
+        RobustKernel::Cauchy(self.kernel_scale)
+    }
+
+    /// The first setting out of its range, with what it must be; all are usable otherwise.
+    ///
+    /// # Errors
+    /// The name of the setting and its range.
+    pub fn validate(&self) -> Result<(), String> {
+        let check = |ok: bool, text: String| if ok { Ok(()) } else { Err(text) };
+        check(self.headings >= 1, "fit.headings must be at least 1".into())?;
+        check(self.refined >= 2, "fit.refined must be at least 2".into())?;
+        check(self.deformations <= MAX_SHAPE, format!("fit.deformations must be at most {MAX_SHAPE}"))?;
+        check(self.rounds >= 1, "fit.rounds must be at least 1".into())?;
+        for (name, value) in [
+            ("keypoint_sigma_m", self.keypoint_sigma_m),
+            ("kernel_scale", self.kernel_scale),
+            ("level_sigma_rad", self.level_sigma_rad),
+            ("advanced.visibility_sigma", self.advanced.visibility_sigma),
+            ("advanced.visibility_points", self.advanced.visibility_points),
+            ("advanced.box_edge_scale", self.advanced.box_edge_scale),
+        ] {
+            check(value.is_finite() && value > 0.0, format!("fit.{name} must be positive"))?;
+        }
+        Ok(())
+    }
+}
+
 /// Parameters of the visibility and box-edge terms. Costs are −2 ln of probabilities.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
 pub struct AdvancedFitOptions {
     /// Width of the transition from invisible to visible in the cosine of a face.
     pub visibility_sigma: f64,
@@ -79,12 +116,12 @@ impl Default for FitOptions {
         Self {
             min_confidence: 0.1,
             keypoint_sigma_m: 0.05,
-            // √ of the 95 % quantile of χ²₂.
-            kernel: Kernel::Cauchy(2.447_7),
+            kernel_scale: 2.447_7,
             headings: 12,
             refined: 4,
-            deformations: super::MAX_SHAPE,
+            deformations: MAX_SHAPE,
             method: FitMethod::Joint,
+            rounds: 40,
             max_iterations: 20,
             visibility: true,
             swap_cost: 6.0,

@@ -135,7 +135,7 @@ impl<'a> Search<'a> {
         let (parts, rounds): (&[Free], usize) = match (self.known, options.method) {
             (Some(_), _) => (&[Free::Pose], 1),
             (None, FitMethod::Joint) => (&[Free::All], 1),
-            (None, FitMethod::Alternating { rounds }) => (&[Free::Pose, Free::Shape], rounds),
+            (None, FitMethod::Alternating) => (&[Free::Pose, Free::Shape], options.rounds),
         };
         let mut out = Refined { state, cost: f64::INFINITY, iterations: 0 };
         for _ in 0..2 {

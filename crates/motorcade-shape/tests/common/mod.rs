@@ -1,41 +1,13 @@
-//! Shared by the tests: the folder of reference data, vehicles before a camera.
-#![allow(dead_code, clippy::print_stderr)] // every test uses its part
+//! Simulated keypoint networks, and the error of a heading.
+#![allow(dead_code)] // every test uses its part
 
-use std::path::{Path, PathBuf};
-
-use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
+use motorcade_geometry::{Camera, Pose, Vehicle};
 use motorcade_shape::fit::ObservedKeypoint;
 use motorcade_shape::{ShapePrior, project};
-use nalgebra::{Matrix3, Point2, Vector3};
+use motorcade_testing::CAMERA;
+use nalgebra::{Point2, Vector3};
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
-
-/// `MOTORCADE_SHARED`, or `shared` beside the repository, with the named part in it; prints a note when it is missing.
-pub fn shared(part: &str) -> Option<PathBuf> {
-    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared");
-    let folder = std::env::var_os("MOTORCADE_SHARED").map_or_else(beside, PathBuf::from).join(part);
-    if !folder.exists() {
-        eprintln!("SKIPPED: {} is not there", folder.display());
-        return None;
-    }
-    Some(folder)
-}
-
-/// A camera as KITTI's.
-pub fn camera() -> PinholeCamera {
-    PinholeCamera { fx: 720.0, fy: 720.0, cx: 610.0, cy: 175.0, width: 1242, height: 375 }
-}
-
-/// A vehicle on a level road 1.65 m below the camera; heading 0 drives away, positive turns left.
-pub fn standing(x: f64, z: f64, heading_rad: f64) -> Pose<Camera, Vehicle> {
-    let (s, c) = heading_rad.sin_cos();
-    let rotation = Matrix3::from_columns(&[
-        Vector3::new(-s, 0.0, c),
-        Vector3::new(-c, 0.0, -s),
-        Vector3::new(0.0, -1.0, 0.0),
-    ]);
-    Pose::from_matrix(&rotation, &Vector3::new(x, 1.65, z))
-}
 
 /// Angle between two headings \[rad\].
 pub fn heading_error_rad(a: &Pose<Camera, Vehicle>, b: &Pose<Camera, Vehicle>) -> f64 {
@@ -43,7 +15,7 @@ pub fn heading_error_rad(a: &Pose<Camera, Vehicle>, b: &Pose<Camera, Vehicle>) -
     forward(a).angle(&forward(b))
 }
 
-/// How a simulated network errs.
+/// Errors of a simulated network.
 #[derive(Clone, Copy)]
 pub struct Network {
     /// Pixel noise \[px\].
@@ -64,11 +36,11 @@ pub fn look(
     network: &Network,
     rng: &mut impl Rng,
 ) -> Vec<ObservedKeypoint> {
-    project(prior, coefficients, pose, &camera())
+    project(prior, coefficients, pose, &CAMERA)
         .into_iter()
         .map(|point| {
             let mut normal = || -> f64 { StandardNormal.sample(rng) };
-            let body = network.body_sigma_m * camera().fx / point.depth_m.max(1.0);
+            let body = network.body_sigma_m * CAMERA.fx / point.depth_m.max(1.0);
             let sigma = network.sigma_px.hypot(body);
             let mut pixel =
                 point.pixel.unwrap_or_default() + nalgebra::Vector2::new(normal(), normal()) * sigma;
@@ -80,10 +52,4 @@ pub fn look(
             ObservedKeypoint::new(Point2::new(pixel.x, pixel.y), confidence)
         })
         .collect()
-}
-
-/// The median.
-pub fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[(values.len() - 1) / 2]
 }

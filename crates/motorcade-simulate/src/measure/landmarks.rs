@@ -1,54 +1,55 @@
-//! Points of scenery and road as a tracker would follow them.
+//! Simulated point tracks of scenery and road.
 
 use nalgebra::{Point2, Point3, Vector3};
 
-use super::measurements::MeasureOptions;
-use super::{Noise, Outlook};
+use super::options::MeasureOptions;
+use super::{FrameOutlines, Noise};
 use crate::drive::Drive;
 use crate::hash;
 
-/// A landmark seen in a frame.
+/// Observation of a landmark in a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointObservation {
     /// Frame of the drive.
     pub frame: usize,
     /// Index of the landmark.
     pub point: usize,
-    /// Where it was found \[px\].
+    /// Measured position \[px\].
     pub pixel: Point2<f64>,
-    /// True when it was found in a wrong place.
+    /// True for an outlier.
     pub outlier: bool,
 }
 
-/// A place on the road in a frame and in the next one.
+/// Match of a road point between a frame and the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoadMatch {
     /// The earlier frame.
     pub frame: usize,
-    /// Where it was found in it \[px\].
+    /// Measured position in it \[px\].
     pub first: Point2<f64>,
-    /// Where it was found in the next \[px\].
+    /// Measured position in the next \[px\].
     pub second: Point2<f64>,
-    /// True when the second place is wrong.
+    /// True when the second position is an outlier.
     pub outlier: bool,
 }
 
-/// Landmarks nearer and farther than this are not tracked \[m\].
+/// Range of depths of tracked landmarks \[m\].
 const DEPTH_M: std::ops::Range<f64> = 2.0..90.0;
 
 /// Landmarks along the road (site) \[m\]: on fronts of houses on both sides and on the carriageway.
 pub(super) fn place(drive: &Drive, per_m: f64) -> Vec<Point3<f64>> {
     let (from, to) = drive.road.extent_m();
     let count = ((to - from) * per_m).max(0.0) as i64;
-    let lot = |i: i64, k: i64| f64::from(hash::unit(drive.seed ^ 0x1a2d, i, k));
+    let uniform = |i: i64, k: i64| f64::from(hash::unit(drive.seed ^ 0x1a2d, i, k));
     let one = |i: i64| {
-        let s = from + (i as f64 + lot(i, 0)) / per_m;
+        let s = from + (i as f64 + uniform(i, 0)) / per_m;
         let half = drive.road.half_width_m;
-        if lot(i, 1) < 0.2 {
-            return drive.road.point(s, (2.0 * lot(i, 2) - 1.0) * half);
+        if uniform(i, 1) < 0.2 {
+            return drive.road.point(s, (2.0 * uniform(i, 2) - 1.0) * half);
         }
-        let side = if lot(i, 2) < 0.5 { -1.0 } else { 1.0 };
-        drive.road.point(s, side * (half + 3.0 + 6.0 * lot(i, 3))) + Vector3::z() * (7.0 * lot(i, 4).powi(2))
+        let side = if uniform(i, 2) < 0.5 { -1.0 } else { 1.0 };
+        drive.road.point(s, side * (half + 3.0 + 6.0 * uniform(i, 3)))
+            + Vector3::z() * (7.0 * uniform(i, 4).powi(2))
     };
     (0..count).map(one).collect()
 }
@@ -58,7 +59,7 @@ pub(super) fn observe(
     drive: &Drive,
     frame: usize,
     landmarks: &[Point3<f64>],
-    outlook: &Outlook,
+    outlines: &FrameOutlines,
     options: &MeasureOptions,
 ) -> Vec<PointObservation> {
     let Some(pose) = drive.site_from_camera.get(frame) else { return Vec::new() };
@@ -67,16 +68,16 @@ pub(super) fn observe(
     let mut out = Vec::new();
     for (point, landmark) in landmarks.iter().enumerate() {
         let seen = camera_from_site.transform_point(landmark);
-        let Some(truth) = outlook.camera.project(&seen).filter(|_| DEPTH_M.contains(&seen.z)) else {
+        let Some(truth) = outlines.camera.project(&seen).filter(|_| DEPTH_M.contains(&seen.z)) else {
             continue;
         };
-        if !outlook.camera.contains(&truth, 0.0) || outlook.hides(&truth, seen.z, None) {
+        if !outlines.camera.contains(&truth, 0.0) || outlines.occludes(&truth, seen.z, None) {
             continue;
         }
-        // Drawn in any case: what one option changes, the others' errors do not follow.
+        // Always drawn, so that one option does not change the random numbers of the others.
         let (dropped, wrong) = (noise.unit() < options.drop_chance, noise.unit() < options.outlier_share);
         let pixel = disturbed(&truth, wrong, options, &mut noise);
-        if !dropped && outlook.camera.contains(&pixel, 0.0) {
+        if !dropped && outlines.camera.contains(&pixel, 0.0) {
             out.push(PointObservation { frame, point, pixel, outlier: wrong });
         }
     }
@@ -84,7 +85,12 @@ pub(super) fn observe(
 }
 
 /// Matches of the road ahead between a frame and the next.
-pub(super) fn road(drive: &Drive, frame: usize, here: &Outlook, options: &MeasureOptions) -> Vec<RoadMatch> {
+pub(super) fn road(
+    drive: &Drive,
+    frame: usize,
+    here: &FrameOutlines,
+    options: &MeasureOptions,
+) -> Vec<RoadMatch> {
     let poses = &drive.site_from_camera;
     let (Some(first), Some(second)) = (poses.get(frame), poses.get(frame + 1)) else { return Vec::new() };
     let mut noise = Noise::of(drive.seed, 0x40ad, frame);
@@ -107,7 +113,7 @@ pub(super) fn road(drive: &Drive, frame: usize, here: &Outlook, options: &Measur
         let (a, b) = (seen(first), seen(second));
         let disturbed_a = a.map(|(p, _)| disturbed(&p, false, options, &mut noise));
         let disturbed_b = b.map(|(p, _)| disturbed(&p, wrong, options, &mut noise));
-        let hidden = a.is_none_or(|(p, depth_m)| here.hides(&p, depth_m, None));
+        let hidden = a.is_none_or(|(p, depth_m)| here.occludes(&p, depth_m, None));
         if let (Some(first), Some(second), false) = (disturbed_a, disturbed_b, dropped || hidden) {
             out.push(RoadMatch { frame, first, second, outlier: wrong });
         }

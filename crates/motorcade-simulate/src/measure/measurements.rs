@@ -4,107 +4,51 @@ use motorcade_dataset::Label;
 use nalgebra::Point3;
 use rayon::prelude::*;
 
-use super::Outlook;
 use super::keypoints::{self, KeypointMeasurement, KeypointOptions};
 use super::landmarks::{self, PointObservation, RoadMatch};
+use super::options::MeasureOptions;
+use super::{FrameOutlines, detections, labels};
 use crate::drive::Drive;
-use crate::error::{Error, Result};
-use crate::output::{detections, labels};
+use crate::error::Result;
 
-/// How measurements err.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MeasureOptions {
-    /// Landmarks a metre of road.
-    pub landmarks_per_m: f64,
-    /// Matches of the road tried in a pair of frames.
-    pub road_matches: usize,
-    /// Standard deviation of a place of a landmark or of the road \[px\].
-    pub pixel_sigma_px: f64,
-    /// Share of these found up to 30 px off.
-    pub outlier_share: f64,
-    /// Chance that one of these is not found in a frame.
-    pub drop_chance: f64,
-    /// How keypoints err.
-    pub keypoints: KeypointOptions,
-}
-
-impl Default for MeasureOptions {
-    fn default() -> Self {
-        Self {
-            landmarks_per_m: 4.0,
-            road_matches: 120,
-            pixel_sigma_px: 0.4,
-            outlier_share: 0.03,
-            drop_chance: 0.05,
-            keypoints: KeypointOptions::default(),
-        }
-    }
-}
-
-impl MeasureOptions {
-    /// No errors at all.
-    pub fn perfect() -> Self {
-        let keypoints =
-            KeypointOptions { sigma_px: 0.0, sigma_share: 0.0, swap_chance: 0.0, ..Default::default() };
-        Self { pixel_sigma_px: 0.0, outlier_share: 0.0, drop_chance: 0.0, keypoints, ..Self::default() }
-    }
-
-    fn validate(&self) -> Result<()> {
-        let fine = |what: &str, value: f64, most: f64| {
-            // Not a number lies in no range.
-            if (0.0..=most).contains(&value) {
-                return Ok(());
-            }
-            Err(Error::Plan(format!("{what} must lie in [0, {most}], got {value}")))
-        };
-        fine("landmarks a metre", self.landmarks_per_m, 1000.0)?;
-        fine("noise [px]", self.pixel_sigma_px, 1e3)?;
-        fine("the share of outliers", self.outlier_share, 1.0)?;
-        fine("the chance of drop-outs", self.drop_chance, 1.0)?;
-        fine("keypoint noise [px]", self.keypoints.sigma_px, 1e3)?;
-        fine("keypoint noise [share of height]", self.keypoints.sigma_share, 1.0)?;
-        fine("the chance of swapped keypoints", self.keypoints.swap_chance, 1.0)
-    }
-}
-
-/// Everything that is measured in a drive, each by frame and then by identity.
+/// All simulated measurements of a drive, in order of frame and then of identity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measurements {
-    /// True places of the landmarks; the world is the first camera \[m\].
+    /// True positions of the landmarks; the world is the first camera \[m\].
     pub landmarks_in_world: Vec<Point3<f64>>,
     /// Landmarks by frame.
     pub points: Vec<PointObservation>,
-    /// Places on the road between neighbouring frames.
+    /// Matches of road points between neighbouring frames.
     pub road_matches: Vec<RoadMatch>,
-    /// True boxes, places and sizes of vehicles, in KITTI's conventions.
+    /// True boxes, positions and sizes of vehicles, in KITTI's conventions.
     pub labels: Vec<Label>,
-    /// Boxes a detector finds.
+    /// Boxes of the detector.
     pub detections: Vec<Label>,
     /// Keypoints, both layouts.
     pub keypoints: Vec<KeypointMeasurement>,
 }
 
 impl Drive {
-    /// Measures a drive without rendering it. Vehicles hide what is behind them; houses hide nothing. The drive's seed
-    /// decides all errors: the same seed gives the same measurements, for any number of threads.
+    /// Simulates measurements of a drive without rendering it. Vehicles occlude; houses do not. All errors depend on the drive's
+    /// seed: the same seed gives the same measurements, for any number of threads.
     ///
     /// # Errors
-    /// Options that cannot be, such as a negative noise.
+    /// Invalid options, such as a negative noise.
     pub fn measure(&self, options: &MeasureOptions) -> Result<Measurements> {
         options.validate()?;
         let landmarks = landmarks::place(self, options.landmarks_per_m);
         let frame = |frame: usize| {
-            let outlook = Outlook::of(self, frame);
-            let views = outlook.views(self.vehicles.len());
+            let outlines = FrameOutlines::of(self, frame);
+            let views = outlines.views(self.vehicles.len());
             let hidden = |owner: usize, pixel: &nalgebra::Point2<f64>, depth_m: f64| {
-                outlook.hides(pixel, depth_m, Some(owner))
+                outlines.occludes(pixel, depth_m, Some(owner))
             };
             (
-                landmarks::observe(self, frame, &landmarks, &outlook, options),
-                landmarks::road(self, frame, &outlook, options),
+                landmarks::observe(self, frame, &landmarks, &outlines, options),
+                landmarks::road(self, frame, &outlines, options),
                 labels::of_frame(self, frame, &views),
                 detections::of_frame(self, frame, &views),
-                keypoints::of_frame(self, frame, &outlook, &options.keypoints, &hidden),
+                keypoints::of_frame(self, frame, &outlines, &options.keypoints, &hidden),
             )
         };
         let frames: Vec<_> = (0..self.len()).into_par_iter().map(frame).collect();
@@ -128,22 +72,22 @@ impl Drive {
         Ok(all)
     }
 
-    /// Keypoints of a rendered frame: what its depth map shows nearer than a place hides it.
+    /// Keypoints of a rendered frame, occluded by nearer depths of its depth map.
     pub fn keypoints_of(
         &self,
         frame: usize,
         picture: &crate::Picture,
         options: &KeypointOptions,
     ) -> Vec<KeypointMeasurement> {
-        let outlook = Outlook::of(self, frame);
-        let width = outlook.camera.width as usize;
+        let outlines = FrameOutlines::of(self, frame);
+        let width = outlines.camera.width as usize;
         let hidden = |owner: usize, pixel: &nalgebra::Point2<f64>, depth_m: f64| {
             let (x, y) = (pixel.x.round().max(0.0) as usize, pixel.y.round().max(0.0) as usize);
             let before = picture.depth_m.get(y * width + x.min(width - 1)).copied().unwrap_or(f32::INFINITY);
             let shown = picture.instance.as_raw().get(y * width + x.min(width - 1)).copied().unwrap_or(0);
-            // Its own skin may lie before a keypoint by the roundness of the body.
+            // The rounded body may lie in front of its own keypoints.
             usize::from(shown) != owner + 1 && f64::from(before) < depth_m - 0.3
         };
-        keypoints::of_frame(self, frame, &outlook, options, &hidden)
+        keypoints::of_frame(self, frame, &outlines, options, &hidden)
     }
 }

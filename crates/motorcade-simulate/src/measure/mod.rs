@@ -1,13 +1,17 @@
-//! What a camera, a tracker and networks would measure of a drive, without a picture.
+//! Simulated measurements of a tracker, a detector and keypoint networks, without rendering.
 
+pub(crate) mod detections;
 mod keypoints;
+pub(crate) mod labels;
 mod landmarks;
 mod measurements;
 mod noise;
-mod outlook;
+mod options;
+mod outlines;
 
 pub use keypoints::{KeypointMeasurement, KeypointOptions};
 pub use landmarks::{PointObservation, RoadMatch};
-pub use measurements::{MeasureOptions, Measurements};
+pub use measurements::Measurements;
 pub(crate) use noise::Noise;
-pub(crate) use outlook::Outlook;
+pub use options::MeasureOptions;
+pub(crate) use outlines::FrameOutlines;

@@ -1,11 +1,11 @@
-//! Errors of measurements by lot.
+//! Random errors of measurements.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::hash;
 
-/// A stream of random numbers for one purpose in one frame: frames can be made in any order.
+/// Random stream of one purpose in one frame, so that frames can be simulated in any order.
 pub(crate) struct Noise(ChaCha8Rng);
 
 impl Noise {
@@ -16,11 +16,11 @@ impl Noise {
     pub(crate) fn normal(&mut self) -> f64 {
         f64::from(hash::normal(self.0.random()))
     }
-    /// Even in [0, 1).
+    /// Uniform in [0, 1).
     pub(crate) fn unit(&mut self) -> f64 {
         self.0.random()
     }
-    /// Even in [low, high).
+    /// Uniform in [low, high).
     pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }

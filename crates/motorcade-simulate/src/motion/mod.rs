@@ -1,11 +1,11 @@
-//! How the road runs and how vehicles drive on it.
+//! Geometry of the road, and motion of vehicles on it.
 
 mod bicycle;
 mod path;
 mod road;
 mod speed;
 
-pub(crate) use bicycle::{Axles, Stance, follow};
+pub(crate) use bicycle::{Axles, PlanarState, follow};
 pub(crate) use path::Path;
 pub use road::{Bend, Grade, Road, RoadPlan, RoadPoint};
 pub(crate) use road::{CROSSING_HALF_WIDTH_M, axes};

@@ -1,8 +1,8 @@
-//! A line to follow, level and dense.
+//! A level path of dense points.
 
 use nalgebra::{Point2, Vector2};
 
-/// Points about half a metre apart; beyond its end it goes straight on.
+/// Points about half a metre apart, extended straight beyond the ends.
 #[derive(Clone, Debug)]
 pub(crate) struct Path {
     points: Vec<Point2<f64>>,
@@ -26,7 +26,7 @@ impl Path {
         (path.points.len() >= 2).then_some(path)
     }
 
-    /// Point and unit direction after a way along the path.
+    /// Point and unit direction at a distance along the path.
     pub(crate) fn at(&self, along_m: f64) -> (Point2<f64>, Vector2<f64>) {
         let i = self.along_m.partition_point(|a| *a <= along_m).clamp(1, self.points.len() - 1) - 1;
         let (a, b) = (self.points[i], self.points[i + 1]);
@@ -34,7 +34,7 @@ impl Path {
         (a + direction * (along_m - self.along_m[i]), direction)
     }
 
-    /// How far along the path somebody is who was at `since_m` a moment ago.
+    /// Distance along the path of the point nearest to a position that was at `since_m` shortly before \[m\].
     pub(crate) fn progress(&self, point: &Point2<f64>, since_m: f64) -> f64 {
         let mut along = since_m;
         for _ in 0..3 {

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point2, Point3, Vector2, Vector3};
 
-/// A stretch of the plan with one curvature.
+/// A section of constant curvature.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bend {
     /// Length \[m\].
@@ -11,7 +11,7 @@ pub struct Bend {
     pub curvature_per_m: f64,
 }
 
-/// A stretch of the plan with one slope.
+/// A section of constant slope.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grade {
     /// Length \[m\].
@@ -20,20 +20,20 @@ pub struct Grade {
     pub rise: f64,
 }
 
-/// What a road is to be like. Before and after the plan it is straight and level.
+/// Plan of a road. Before and after it the road is straight and level.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoadPlan {
-    /// Centre line to kerb \[m\].
+    /// Distance from the centre line to the kerb \[m\].
     pub half_width_m: f64,
     /// Bends, from s = 0 on.
     pub bends: Vec<Bend>,
     /// Slopes, from s = 0 on.
     pub grades: Vec<Grade>,
-    /// Where other roads cross at right angles \[m\].
+    /// Positions `s` of crossings at right angles \[m\].
     pub crossings_m: Vec<f64>,
 }
 
-/// A place on the centre line.
+/// A point of the centre line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoadPoint {
     /// Position in the site \[m\].
@@ -49,9 +49,9 @@ pub struct RoadPoint {
 /// A road as built, sampled every metre.
 #[derive(Clone, Debug)]
 pub struct Road {
-    /// Centre line to kerb \[m\].
+    /// Distance from the centre line to the kerb \[m\].
     pub half_width_m: f64,
-    /// Where other roads cross \[m\].
+    /// Positions `s` of crossings \[m\].
     pub crossings_m: Vec<f64>,
     start_m: f64,
     samples: Vec<RoadPoint>,
@@ -61,7 +61,7 @@ pub struct Road {
 pub(crate) const CROSSING_HALF_WIDTH_M: f64 = 3.6;
 /// Distance between samples \[m\].
 const STEP_M: f64 = 1.0;
-/// Curvature and slope change over this length \[m\], as a driver can steer and a car can spring.
+/// Length over which curvature and slope change \[m\]: steering and suspension are not instantaneous.
 const TRANSITION_M: f64 = 14.0;
 
 impl Road {
@@ -96,7 +96,7 @@ impl Road {
         for i in 0..n {
             let v = direction(i);
             let previous = samples.last().map_or(heading(0), |p| p.heading_rad);
-            // Headings run on without jumps, so that they can be interpolated.
+            // Headings are unwrapped, so that they can be interpolated.
             let heading_rad = previous + wrapped(heading(i) - previous);
             let curvature_per_m = wrapped(heading(i + 1) - heading(i.saturating_sub(1))) / (2.0 * STEP_M);
             let rise = v.z / v.xy().norm().max(1e-6);
@@ -110,7 +110,7 @@ impl Road {
         (self.start_m, self.start_m + (self.samples.len() - 1) as f64 * STEP_M)
     }
 
-    /// The centre line at `s`, straight on beyond the ends.
+    /// The centre line at `s`, extended straight beyond the ends.
     pub fn at(&self, s: f64) -> RoadPoint {
         let t = (s - self.start_m) / STEP_M;
         let i = (t.floor().max(0.0) as usize).min(self.samples.len() - 2);
@@ -131,7 +131,7 @@ impl Road {
         p.position + Vector3::new(-p.heading_rad.sin(), p.heading_rad.cos(), 0.0) * d
     }
 
-    /// `(s, d)` of the place on the centre line nearest to a site point.
+    /// `(s, d)` of a site point, by the nearest point of the centre line.
     pub fn locate(&self, point: &Point2<f64>) -> (f64, f64) {
         let distance = |p: &RoadPoint| (p.position.xy() - point).norm_squared();
         let nearest = self.samples.iter().enumerate().min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)));

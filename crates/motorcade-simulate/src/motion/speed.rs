@@ -1,4 +1,4 @@
-//! How fast somebody drives when.
+//! Speed over time.
 
 /// Speeds at times, linear in between, constant outside.
 #[derive(Clone, Debug, PartialEq)]
@@ -7,7 +7,7 @@ pub struct SpeedPlan {
 }
 
 impl SpeedPlan {
-    /// The same speed \[m/s\] for ever.
+    /// Constant speed \[m/s\].
     pub fn constant(speed_m_s: f64) -> Self {
         Self { knots: vec![(0.0, speed_m_s)] }
     }
@@ -26,7 +26,7 @@ impl SpeedPlan {
             (None, None) => 0.0,
         }
     }
-    /// Way driven from 0 to a time \[m\].
+    /// Distance driven from 0 to a time \[m\].
     pub fn distance_m(&self, time_s: f64) -> f64 {
         const STEPS_PER_S: f64 = 50.0;
         let steps = (time_s * STEPS_PER_S).ceil().max(0.0) as usize;

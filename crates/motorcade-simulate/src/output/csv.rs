@@ -6,7 +6,7 @@ use motorcade_shape::Layout;
 
 use crate::measure::{KeypointMeasurement, Measurements};
 
-/// `frame,track_id,layout,index,name,x_px,y_px,confidence`; names hold commas and stand in quotes.
+/// `frame,track_id,layout,index,name,x_px,y_px,confidence`; names contain commas and are quoted.
 pub(super) fn keypoints<'a>(rows: impl Iterator<Item = &'a KeypointMeasurement>) -> String {
     let mut text = String::from("frame,track_id,layout,index,name,x_px,y_px,confidence\n");
     for k in rows {

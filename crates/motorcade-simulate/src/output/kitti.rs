@@ -1,4 +1,4 @@
-//! A folder in the shape of KITTI tracking.
+//! A folder in the layout of KITTI tracking.
 
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
@@ -11,14 +11,13 @@ use motorcade_dataset::{Label, write_kitti};
 use rayon::prelude::*;
 
 use super::csv;
-use super::detections;
-use super::labels;
 use crate::drive::Drive;
 use crate::error::{Error, Result};
 use crate::measure::{KeypointMeasurement, KeypointOptions, MeasureOptions};
+use crate::measure::{detections, labels};
 use crate::render::{Picture, Renderer};
 
-/// What is written.
+/// Options of the output.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WriteOptions {
     /// Name of the sequence, `0000` by default.
@@ -40,7 +39,7 @@ impl Default for WriteOptions {
     }
 }
 
-/// Where things were put.
+/// Paths of the written files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Written {
     /// The split, to be given to `motorcade run` as its input.
@@ -60,7 +59,7 @@ pub struct Written {
 impl Drive {
     /// Renders the drive into `folder/training` in the shape of KITTI tracking: `image_02`, `calib`, `label_02`,
     /// `gt_poses` (`world_from_cam0`), `detections`, and masks and maps as asked for. Camera 2 sits at camera 0.
-    /// `progress` is told the number of frames done, from several threads.
+    /// `progress` is called with the number of frames done, from several threads.
     ///
     /// # Errors
     /// Folders and files that cannot be written, and sequence names that are no plain file names.
@@ -99,12 +98,12 @@ impl Drive {
         Ok(Written { keypoints, ..written })
     }
 
-    /// Writes what is [measured](Drive::measure) of the drive, without any picture: `calib`, `label_02`, `gt_poses` and
+    /// Writes the [measurements](Drive::measure) of the drive, without images: `calib`, `label_02`, `gt_poses` and
     /// `detections` as [`Drive::write_kitti`] does, and the tables `keypoints`, `landmarks`, `points` and `road_matches`,
     /// each a folder with `<sequence>.csv`.
     ///
     /// # Errors
-    /// Options that cannot be, folders and files that cannot be written, and sequence names that are no plain file names.
+    /// Invalid options, folders and files that cannot be written, and sequence names that are no plain file names.
     pub fn write_geometry(
         &self,
         folder: &Path,
@@ -168,7 +167,7 @@ impl Drive {
     }
 }
 
-/// What is told of a frame beside its pictures.
+/// Labels and detections of a frame.
 #[derive(Default)]
 struct FrameRecord {
     labels: Vec<Label>,
@@ -208,7 +207,7 @@ impl Folders {
         })
     }
 
-    /// Path of a table; its folder exists then.
+    /// Path of a table; creates its folder.
     fn table(&self, kind: &str, options: &WriteOptions) -> Result<PathBuf> {
         Ok(made(self.training.join(kind))?.join(format!("{}.csv", options.sequence)))
     }

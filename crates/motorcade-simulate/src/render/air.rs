@@ -1,19 +1,19 @@
-//! Light and air of a weather.
+//! Light and haze of a weather.
 
-use super::options::RenderOptions;
-use super::shade::Colour;
-use super::weather::Weather;
+use super::colour::Colour;
+use crate::options::RenderOptions;
+use crate::weather::Weather;
 
-/// What every surface of a picture shares.
+/// Light and haze, the same for all surfaces of a picture.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Air {
     /// Colour of the far distance.
     pub haze: Colour,
-    /// Distance at which 63 % of a surface's colour has gone into the haze \[m\].
+    /// Distance at which haze replaces 63 % of a surface's colour \[m\].
     pub reach_m: f32,
     /// 0 for a clear sky with sharp shadows, 1 for a grey one without.
     pub overcast: f32,
-    /// All light against a fine day's.
+    /// Brightness relative to a clear day.
     pub brightness: f32,
     /// 0 for a dry road, 1 for a wet one.
     pub wet: f32,

@@ -1,9 +1,12 @@
 //! Walls with windows, and roofs.
 
-use super::mesh::Building;
-use super::shade::{Colour, Fragment, Textures, cover, cover_periodic, mixed, scaled};
+use super::colour::{Colour, mixed, scaled};
+use super::coverage::{cover, cover_periodic};
+use super::scene::Fragment;
+use super::textures::Textures;
 use super::tile::floor;
 use crate::hash;
+use crate::mesh::Building;
 
 pub(super) fn wall(textures: &Textures, b: &Building, f: &Fragment) -> Colour {
     let [u, v, _] = f.place();
@@ -20,8 +23,8 @@ pub(super) fn wall(textures: &Textures, b: &Building, f: &Fragment) -> Colour {
         let seams =
             cover_periodic(v, 0.0, 0.03, 0.25, fv).max(cover_periodic(u + stagger, 0.0, 0.03, 0.5, fu));
         let near = (1.0 - fu.max(fv) / 0.4).clamp(0.0, 1.0);
-        let lot = hash::unit(b.seed, floor((u + stagger) / 0.5) as i64, row as i64) - 0.5;
-        tone += near * 0.3 * lot + 0.25 * seams;
+        let uniform = hash::unit(b.seed, floor((u + stagger) / 0.5) as i64, row as i64) - 0.5;
+        tone += near * 0.3 * uniform + 0.25 * seams;
     }
     let mut colour = scaled(b.wall, tone);
     // A darker plinth and a cornice.
@@ -59,7 +62,7 @@ pub(super) fn wall(textures: &Textures, b: &Building, f: &Fragment) -> Colour {
     colour
 }
 
-/// Glass and frame over the colour of the wall; `shares` are those of the pixel within the frame and within the pane.
+/// Colour of glass and frame over the wall; `shares` are the shares of the pixel within the frame and within the pane.
 fn window(b: &Building, colour: Colour, f: &Fragment, (frame, pane): (f32, f32)) -> Colour {
     let [u, v, _] = f.place();
     let [fu, fv] = f.footprint(0, 1).extent();
@@ -68,9 +71,9 @@ fn window(b: &Building, colour: Colour, f: &Fragment, (frame, pane): (f32, f32))
     let bar = cover_periodic(u, 0.5 * pu - 0.04, 0.5 * pu + 0.04, pu, fu);
     let (i, j) = (floor(u / pu) as i64, floor(up / pv) as i64);
     let near = (1.0 - 0.7 * (fu / pu).max(fv / pv)).clamp(0.0, 1.0);
-    let lot = 0.5 + (hash::unit(b.seed ^ 5, i, j) - 0.5) * near;
+    let uniform = 0.5 + (hash::unit(b.seed ^ 5, i, j) - 0.5) * near;
     let inner = (up / pv).fract();
-    let glass = mixed([0.13, 0.15, 0.18], [0.52, 0.57, 0.62], lot * (0.35 + 0.65 * inner));
+    let glass = mixed([0.13, 0.15, 0.18], [0.52, 0.57, 0.62], uniform * (0.35 + 0.65 * inner));
     let trim = if b.seed.is_multiple_of(3) { [0.30, 0.24, 0.20] } else { [0.82, 0.82, 0.80] };
     let framed = mixed(colour, trim, (frame - pane).max(0.0));
     mixed(framed, mixed(glass, trim, bar * 0.9), pane)

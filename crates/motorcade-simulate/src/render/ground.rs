@@ -1,14 +1,14 @@
 //! The ground: carriageway with markings, patches, cracks and manholes, kerb stones, pavement, verge.
 
-use super::shade::{Colour, Fragment, Scene, cover, cover_periodic, mixed, scaled};
+use super::colour::{Colour, mixed, scaled};
+use super::coverage::{cover, cover_periodic};
+use super::scene::{Fragment, Scene};
 use super::tile::{Probe, floor};
 use crate::hash;
 use crate::motion::CROSSING_HALF_WIDTH_M;
+use crate::scenery::{KERB_M, PAVEMENT_M};
 
-/// Height of a kerb \[m\].
-pub(crate) const KERB_M: f64 = 0.13;
-/// Width of the pavement \[m\].
-pub(crate) const PAVEMENT_M: f64 = 2.6;
+/// Width of a kerb stone \[m\].
 const KERB_STONE_M: f32 = 0.16;
 
 /// Colour and share of carriageway at (s, d).
@@ -19,7 +19,7 @@ pub(super) fn colour(scene: &Scene<'_>, f: &Fragment) -> (Colour, f32) {
     let [fs, fd] = print.extent();
     let probe = print.probe();
     let noise = &scene.textures.noise;
-    // Two periods that never meet again hide the repetition.
+    // Two incommensurable periods hide the repetition.
     let fine = noise.sample(s, d, &probe, 5.3);
     let coarse = noise.sample(0.8 * s + 0.6 * d, 0.8 * d - 0.6 * s, &probe.turned(0.8, 0.6), 43.0);
 
@@ -38,8 +38,8 @@ pub(super) fn colour(scene: &Scene<'_>, f: &Fragment) -> (Colour, f32) {
 
     let mut colour = [0.0; 3];
     if street > 0.0 {
-        let spot = Spot { s, d, extent: [fs, fd], probe: &probe, fine, coarse, on_crossing };
-        colour = scaled(asphalt(scene, &spot), street);
+        let point = GroundPoint { s, d, extent: [fs, fd], probe: &probe, fine, coarse, on_crossing };
+        colour = scaled(asphalt(scene, &point), street);
     }
     if street < 1.0 {
         let stones = half + KERB_STONE_M;
@@ -70,15 +70,15 @@ pub(super) fn colour(scene: &Scene<'_>, f: &Fragment) -> (Colour, f32) {
     (colour, street)
 }
 
-/// `share` of b on top of a.
+/// Mix of a and b with a share of b.
 fn added(a: Colour, b: Colour, share: f32) -> Colour {
     [a[0] + b[0] * share, a[1] + b[1] * share, a[2] + b[2] * share]
 }
-/// A pixel's place on the carriageway and what is known of it already.
-struct Spot<'a> {
+/// A pixel's position on the carriageway, its footprint and texture values.
+struct GroundPoint<'a> {
     s: f32,
     d: f32,
-    /// Of the pixel along and across \[m\].
+    /// Footprint of the pixel along and across \[m\].
     extent: [f32; 2],
     probe: &'a Probe,
     fine: f32,
@@ -86,14 +86,14 @@ struct Spot<'a> {
     on_crossing: f32,
 }
 
-fn asphalt(scene: &Scene<'_>, spot: &Spot<'_>) -> Colour {
-    let &Spot { s, d, extent: [fs, fd], probe, fine, coarse, on_crossing } = spot;
+fn asphalt(scene: &Scene<'_>, point: &GroundPoint<'_>) -> Colour {
+    let &GroundPoint { s, d, extent: [fs, fd], probe, fine, coarse, on_crossing } = point;
     let half = scene.drive.road.half_width_m as f32;
-    // Cracks are thinner than any far pixel: they fade out before they cost anything.
+    // Cracks are thinner than far pixels: they fade out and are skipped there.
     let near = (1.2 - 4.0 * fs.min(fd).max(0.25 * fs.max(fd))).clamp(0.0, 1.0);
     let cracks = if near > 0.0 { near * scene.textures.cracks.sample(s, d, probe, 17.0) } else { 0.0 };
     let mut grey = 0.36 + 0.075 * fine + 0.05 * coarse + 0.12 * cracks;
-    // Wheel tracks are a little darker.
+    // Wheel tracks are slightly darker.
     let lane = (d.abs() - 1.75).abs();
     grey -= 0.025 * (1.0 - ((lane - 0.75) / 0.35).powi(2)).max(0.0);
     for patch in scene.repairs.patches_at(s) {
@@ -106,7 +106,7 @@ fn asphalt(scene: &Scene<'_>, spot: &Spot<'_>) -> Colour {
     if let Some([ms, md]) = scene.repairs.manhole_at(s) {
         let squared = (s - ms).powi(2) + (d - md).powi(2);
         let soft = fs.min(2.0).max(fd);
-        // Beyond its rim there is nothing of it.
+        // Nothing beyond its rim.
         if squared < (0.33 + soft).powi(2) {
             let radius = squared.sqrt();
             grey -= 0.16
@@ -117,7 +117,7 @@ fn asphalt(scene: &Scene<'_>, spot: &Spot<'_>) -> Colour {
     let mut colour = [grey, grey, grey * 1.02];
 
     // Paint, worn by the noise.
-    // A road without crossings is infinitely far from one: too far to compute with.
+    // The distance to a crossing is infinite on a road without crossings: clamped to a finite one.
     let clear = scene.drive.road.to_crossing_m(f64::from(s)).min(1e5) as f32;
     let mut paint = 0.0;
     if clear > 9.0 {

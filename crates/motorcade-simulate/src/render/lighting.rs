@@ -1,11 +1,12 @@
-//! Light of a scene where looks are varied: sun, sky, shade of trees, and what paint and glass mirror.
+//! Light of a scene with varied appearance: sun, sky, shade of trees, and reflections in paint and glass.
 
 use nalgebra::Vector3;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::air::Air;
-use super::shade::{Colour, Textures, mixed, scaled};
+use super::colour::{Colour, mixed, scaled};
+use super::textures::Textures;
 use super::tile::Probe;
 use crate::hash;
 
@@ -16,15 +17,15 @@ pub(super) struct Lighting {
     pub sun: Vector3<f64>,
     pub sun_colour: Colour,
     pub sky_colour: Colour,
-    /// Light from below.
+    /// Irradiance from below.
     pub bounce: f32,
-    /// Share of the ground in the shade of things out of sight.
+    /// Share of the ground shaded by objects outside the scene.
     shaded: f32,
-    /// How dark that shade is.
+    /// Darkness of that shade, 0 to 1.
     shade_depth: f32,
     /// Size of the patches of shade \[m\].
     patch_m: f32,
-    /// Height of what stands around, as tangent, and its colour.
+    /// Elevation of the surroundings, as tangent, and their colour.
     skyline: f32,
     skyline_colour: Colour,
     ground_colour: Colour,
@@ -61,7 +62,7 @@ impl Lighting {
         }
     }
 
-    /// Share of the sun's and the sky's light that reaches a point past what stands out of sight.
+    /// Share of the sun's and the sky's light that reaches a point past objects outside the scene.
     fn shade_at(&self, textures: &Textures, point: &nalgebra::Point3<f64>) -> f32 {
         if self.shaded <= 0.0 {
             return 1.0;
@@ -76,7 +77,7 @@ impl Lighting {
         1.0 - self.shade_depth * (3.0 * level + 0.5).clamp(0.0, 1.0)
     }
 
-    /// Light on a surface; `open` is the share that vehicles leave.
+    /// Light on a surface; `open` is the share that vehicles do not block.
     pub(super) fn on(
         &self,
         textures: &Textures,
@@ -87,14 +88,14 @@ impl Lighting {
         let shade = self.shade_at(textures, point);
         let sun = normal.dot(&self.sun).max(0.0) as f32 * open * shade;
         let up = 0.5 + 0.5 * normal.z as f32;
-        // What shades the sun hides a part of the sky, too.
+        // Objects that shade the sun block a part of the sky, too.
         let sky = up * (0.35 + 0.65 * open) * (0.55 + 0.45 * shade)
             + self.bounce * (1.0 - up) * (0.4 + 0.6 * shade);
         let colour = std::array::from_fn(|k| self.sky_colour[k] * sky + self.sun_colour[k] * sun);
         Light { colour, sun: open * shade }
     }
 
-    /// What a mirror shows in a direction (unit vector, site).
+    /// Radiance of the surroundings in a direction (unit vector, site).
     pub(super) fn mirrored(
         &self,
         textures: &Textures,

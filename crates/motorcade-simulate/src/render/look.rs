@@ -1,21 +1,11 @@
-//! Appearance of one vehicle where looks are varied: paint, glass, lamps, grille, plates, rims and fittings.
+//! Appearance of one vehicle with varied appearance: paint, glass, lamps, grille, plates, rims and fittings.
 
 use motorcade_perception::VehicleClass;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::shade::Colour;
+use super::colour::Colour;
 use crate::hash;
-
-/// How vehicles and light are drawn.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Look {
-    /// One style of lamps, glass and light for all.
-    #[default]
-    Plain,
-    /// Style of every vehicle and the light of the scene drawn from the seed; for training data.
-    Varied,
-}
 
 /// Lamps at one end; heights are relative to the corner above them, as fractions of the vehicle's height.
 #[derive(Clone, Copy, Debug)]
@@ -25,7 +15,7 @@ pub(super) struct Lamps {
     /// Below and above the corner.
     pub low: f32,
     pub high: f32,
-    /// How far they reach round the corner, as a fraction of the length.
+    /// Extent around the corner, as a fraction of the length.
     pub wrap: f32,
     /// Main colour, second colour and the share of the height the second takes, from below.
     pub lens: Colour,
@@ -33,11 +23,11 @@ pub(super) struct Lamps {
     pub second_share: f32,
     /// Round reflectors inside.
     pub round: bool,
-    /// Light of its own.
+    /// Emitted light.
     pub lit: f32,
     /// Joined by a bar across.
     pub bar: bool,
-    /// They climb the pillars beside the window up to this share of the glasshouse; 0 for those below it.
+    /// Height up the pillars beside the window, as a share of the glasshouse; 0 for lamps below it.
     pub climb: f32,
 }
 
@@ -67,13 +57,13 @@ pub(super) struct Grille {
     pub badge: bool,
 }
 
-/// Looks of one vehicle.
+/// Appearance of one vehicle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct VehicleLook {
     /// Shifts noise and reflections.
     pub shift: f32,
     pub paint: Colour,
-    /// Reflectance of the clear coat seen head-on.
+    /// Reflectance of the clear coat at normal incidence.
     pub coat: f32,
     pub roof: Colour,
     /// Unpainted plastic below this height, as a fraction.
@@ -82,9 +72,9 @@ pub(super) struct VehicleLook {
     pub bare_bumpers: bool,
     pub plastic: Colour,
     pub glass: Colour,
-    /// Reflectance of the glass seen head-on.
+    /// Reflectance of the glass at normal incidence.
     pub mirror: f32,
-    /// How much of the interior shows.
+    /// Visibility of the interior, 0 to 1.
     pub through: f32,
     /// Darkness of the panes behind the driver.
     pub privacy: f32,
@@ -170,7 +160,7 @@ fn mixed_grey(rng: &mut ChaCha8Rng, low: f32, high: f32) -> Colour {
     [v * rng.random_range(0.85..1.05), v, v * rng.random_range(0.95..1.2)]
 }
 
-/// Colours as they are sold: two thirds white, grey or black, the rest of any hue.
+/// Colours with the shares of cars sold: two thirds white, grey or black, the rest of any hue.
 fn paint(rng: &mut ChaCha8Rng) -> Colour {
     let v: f32 = rng.random();
     if rng.random_bool(0.66) {
@@ -184,7 +174,7 @@ fn paint(rng: &mut ChaCha8Rng) -> Colour {
         return [level * (1.0 - tint), level, level * (1.0 + tint)];
     }
     let hue: f32 = rng.random_range(0.0..6.0);
-    // Red and blue are commoner than what lies between.
+    // Red and blue are more common than the hues in between.
     let hue = if rng.random_bool(0.5) { [0.0, 0.1, 5.9, 3.6, 3.8, 3.4][hue as usize % 6] } else { hue };
     let (saturation, value) = (rng.random_range(0.25..0.92_f32), rng.random_range(0.06..0.75_f32));
     let channel = |offset: f32| {

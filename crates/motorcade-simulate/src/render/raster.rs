@@ -1,13 +1,13 @@
-//! Triangles to quarter pixels.
+//! Rasterisation of triangles into quarter pixels.
 
 use std::ops::Range;
 
 use motorcade_geometry::PinholeCamera;
 use nalgebra::{Point3, Vector3};
 
-use super::mesh::{Triangle, Vertex};
+use crate::mesh::{Triangle, Vertex};
 
-/// Nothing nearer than this is drawn \[m\].
+/// Depth of the near plane \[m\].
 const NEAR_M: f64 = 0.25;
 /// No surface: the sky.
 pub(super) const NOTHING: u32 = u32::MAX;
@@ -44,7 +44,7 @@ pub(super) struct Corner {
     pub attributes: [f64; 3],
 }
 
-/// Projects a triangle; up to two pieces remain of one that reaches behind the camera.
+/// Projects a triangle; one that reaches behind the camera is clipped into up to two pieces.
 pub(super) fn project(
     camera: &PinholeCamera,
     triangle: &Triangle,
@@ -97,7 +97,7 @@ fn setup(camera: &PinholeCamera, corners: &[Corner; 3], surface: u32) -> Option<
         return None;
     }
     let sign = area.signum();
-    // The same two corners in the other order give exactly the negated line: neighbours leave no gap.
+    // The same two corners in reverse order give exactly the negated line, so that neighbours leave no gap.
     let edge = |i: usize, j: usize| {
         let ((xa, ya), (xb, yb)) = (p[i], p[j]);
         [sign * (ya - yb), sign * (xb - xa), sign * (xa * yb - xb * ya)]
@@ -123,7 +123,7 @@ fn setup(camera: &PinholeCamera, corners: &[Corner; 3], surface: u32) -> Option<
 }
 
 impl Drawn {
-    /// Which of the quarter-pixel columns from `first` to `end` are covered in the quarter-pixel row at image height `y`.
+    /// Covered columns, of the quarter-pixel columns from `first` to `end`, in the quarter-pixel row at image height `y`.
     pub(super) fn span(&self, y: f64, (first, end): (i32, i32)) -> (i32, i32) {
         let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
         for [a, b, c] in &self.edges {
@@ -170,7 +170,7 @@ impl Band {
         }
     }
 
-    /// Keeps what is nearest.
+    /// Depth test: keeps the nearest surface.
     pub(super) fn draw(&mut self, index: u32, triangle: &Drawn) {
         let rows = self.drawn.len() / self.columns;
         let first = (2 * (triangle.rows.0 - self.row as i32)).max(0) as usize;
@@ -191,7 +191,7 @@ impl Band {
             else {
                 continue;
             };
-            // Both are always written: without a branch several samples go at a time.
+            // Both are always written: without a branch the loop is vectorised.
             for (i, (depth, drawn)) in depths.iter_mut().zip(shown).enumerate() {
                 let inverse = (start + step * f64::from(i as u32 as i32)) as f32;
                 let nearer = inverse > *depth;
@@ -202,7 +202,7 @@ impl Band {
     }
 }
 
-/// Turns a normal to the side that is seen.
+/// Flips a normal towards the camera.
 pub(super) fn facing(normal: &Vector3<f64>, towards_camera: &Vector3<f64>) -> Vector3<f64> {
     if normal.dot(towards_camera) < 0.0 { -normal } else { *normal }
 }

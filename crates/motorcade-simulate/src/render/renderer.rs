@@ -1,4 +1,4 @@
-//! A drive's frames as pictures.
+//! Rendering of a drive's frames.
 
 use std::sync::Arc;
 
@@ -8,28 +8,31 @@ use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use super::air::Air;
+use super::colour::Colour;
 use super::lighting::Lighting;
-use super::look::{Look, VehicleLook};
-use super::mesh::{Building, Chunk, Mesh};
+use super::look::VehicleLook;
 use super::picture::{Picture, VehicleView};
 use super::raster::{Band, Drawn, NOTHING, facing, project};
 use super::repairs::Repairs;
-use super::resolve::{Resolved, Seen, Surface, resolve};
-use super::shade::{Colour, Scene, Textures, Varied};
+use super::resolve::{Resolved, Surface, VisiblePart, resolve};
+use super::scene::{Scene, Varied};
 use super::shadow::{ShadowCaster, Shadows};
+use super::textures::Textures;
 use super::{sensor, varied_mesh, vehicle_mesh};
 use crate::drive::Drive;
 use crate::form::Form;
 use crate::hash;
+use crate::mesh::{Building, Chunk, Mesh};
+use crate::options::Look;
 use crate::scenery;
 use crate::site::Site;
 
-/// Image rows a task works on.
+/// Image rows per task.
 const BAND_ROWS: usize = 8;
-/// Still things farther than this are not drawn \[m\]; the haze has them by then.
+/// Largest distance of drawn scenery \[m\]: haze hides it beyond.
 const FAR_M: f64 = 900.0;
 
-/// Holds the still world of a drive; frames can be rendered in any order and from several threads.
+/// Renderer with the static scenery of a drive; frames can be rendered in any order and from several threads.
 #[derive(Debug)]
 pub struct Renderer<'a> {
     drive: &'a Drive,
@@ -39,7 +42,7 @@ pub struct Renderer<'a> {
     forms: Vec<Form>,
     textures: Arc<Textures>,
     repairs: Repairs,
-    /// One a vehicle where looks are varied.
+    /// One per vehicle with varied appearance.
     looks: Vec<VehicleLook>,
 }
 
@@ -49,7 +52,7 @@ impl<'a> Renderer<'a> {
         Self::with_textures(drive, Arc::new(Textures::new(hash::mix(drive.seed ^ 0x7e87))), Vec::new())
     }
 
-    /// With textures made before, and more that stands in the world.
+    /// With given textures and further static scenery.
     pub(crate) fn with_textures(drive: &'a Drive, textures: Arc<Textures>, more: Vec<Chunk>) -> Self {
         let (mut chunks, buildings) = scenery::build(drive);
         chunks.extend(more);
@@ -88,19 +91,20 @@ impl<'a> Renderer<'a> {
     pub fn render(&self, frame: usize) -> Option<Picture> {
         let pose = *self.drive.site_from_camera.get(frame)?;
         let options = &self.drive.render;
-        let now = Moment { frame, later: 0.0 };
+        let now = FrameTime { frame, later: 0.0 };
         let (mut light, mut picture) = self.expose_once(&self.scene(now), now, &options.camera, &pose);
         let samples = options.sensor.blur_samples;
         if samples > 1 {
-            // The frame's own time is the middle of the shutter's: blur moves nothing. An even number has no exposure
-            // there; the one above then tells depth and instances alone.
+            // The frame's own time is the middle of the shutter's: blur shifts nothing. An even number has no exposure
+            // there; a further one then gives depth and instances alone.
             if samples.is_multiple_of(2) {
                 light.par_iter_mut().for_each(|c| *c = [0.0; 3]);
             }
             for k in (0..samples).filter(|k| 2 * k + 1 != samples) {
                 let share = (k as f64 + 0.5) / samples as f64 - 0.5;
-                let then = Moment { frame, later: share * options.sensor.shutter_s * options.fps };
-                let moved = at_moment(then, |i| self.drive.site_from_camera.get(i).copied()).unwrap_or(pose);
+                let then = FrameTime { frame, later: share * options.sensor.shutter_s * options.fps };
+                let moved =
+                    pose_at_time(then, |i| self.drive.site_from_camera.get(i).copied()).unwrap_or(pose);
                 let more = self.expose_once(&self.scene(then), then, &options.camera, &moved).0;
                 light.par_iter_mut().zip(more).for_each(|(a, b)| {
                     *a = [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
@@ -113,9 +117,9 @@ impl<'a> Renderer<'a> {
         Some(picture)
     }
 
-    pub(super) fn scene(&self, moment: Moment) -> Scene<'_> {
+    pub(super) fn scene(&self, time: FrameTime) -> Scene<'_> {
         let caster = |v: &crate::vehicle::SimulatedVehicle| {
-            let pose = at_moment(moment, |i| v.poses.get(i).copied().flatten())?;
+            let pose = pose_at_time(time, |i| v.poses.get(i).copied().flatten())?;
             let forward = pose.transform_vector(&Vector3::x());
             Some(ShadowCaster {
                 centre: [pose.translation().x, pose.translation().y],
@@ -134,7 +138,7 @@ impl<'a> Renderer<'a> {
                 .vehicles
                 .iter()
                 .map(|v| {
-                    let pose = at_moment(moment, |i| v.poses.get(i).copied().flatten()).unwrap_or_default();
+                    let pose = pose_at_time(time, |i| v.poses.get(i).copied().flatten()).unwrap_or_default();
                     [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| pose.transform_vector(&axis))
                 })
                 .collect(),
@@ -158,12 +162,12 @@ impl<'a> Renderer<'a> {
     pub(super) fn expose_once(
         &self,
         scene: &Scene<'_>,
-        moment: Moment,
+        time: FrameTime,
         camera: &PinholeCamera,
         pose: &Pose<Site, Camera>,
     ) -> (Vec<Colour>, Picture) {
         let (width, height) = (camera.width as usize, camera.height as usize);
-        let (surfaces, drawn, mut views) = self.draw(camera, moment, pose);
+        let (surfaces, drawn, mut views) = self.draw(camera, time, pose);
         let resolved: Vec<Resolved> = by_band(&drawn, height)
             .into_par_iter()
             .enumerate()
@@ -186,7 +190,7 @@ impl<'a> Renderer<'a> {
             views: Vec::new(),
         };
         let (mut instance, mut road) = (Vec::new(), Vec::new());
-        let mut seen = vec![Seen::NONE; self.vehicles.len()];
+        let mut seen = vec![VisiblePart::NONE; self.vehicles.len()];
         for part in resolved {
             light.extend(part.light);
             picture.depth_m.extend(part.depth_m);
@@ -198,7 +202,7 @@ impl<'a> Renderer<'a> {
         }
         for (view, seen) in views.iter_mut().zip(&seen) {
             view.visible_samples = seen.samples;
-            // A sample stands for a quarter of a pixel about it.
+            // A sample represents a quarter of a pixel.
             view.visible_px = (seen.samples > 0)
                 .then(|| [seen.low[0] - 0.25, seen.low[1] - 0.25, seen.high[0] + 0.25, seen.high[1] + 0.25]);
         }
@@ -208,11 +212,11 @@ impl<'a> Renderer<'a> {
         (light, picture)
     }
 
-    /// Projects what may be in sight.
+    /// Projects the triangles that may be in view.
     pub(super) fn draw(
         &self,
         camera: &PinholeCamera,
-        moment: Moment,
+        time: FrameTime,
         pose: &Pose<Site, Camera>,
     ) -> (Vec<Surface>, Vec<Drawn>, Vec<VehicleView>) {
         let (mut surfaces, mut drawn) = (Vec::new(), Vec::new());
@@ -224,7 +228,7 @@ impl<'a> Renderer<'a> {
             }
             for triangle in &chunk.mesh.triangles {
                 let normal = facing(&triangle.normal, &(eye - triangle.corners[0].position));
-                let to_camera = |v: &super::mesh::Vertex| camera_from_site.transform_point(&v.position);
+                let to_camera = |v: &crate::mesh::Vertex| camera_from_site.transform_point(&v.position);
                 project(camera, triangle, to_camera, surfaces.len() as u32, &mut drawn);
                 surfaces.push(Surface { material: triangle.material, normal, owner: 0 });
             }
@@ -232,7 +236,7 @@ impl<'a> Renderer<'a> {
         let mut views = vec![VehicleView::default(); self.vehicles.len()];
         for (i, (mesh, vehicle)) in self.vehicles.iter().zip(&self.drive.vehicles).enumerate() {
             let pose_at = |i: usize| vehicle.poses.get(i).copied().flatten();
-            let Some(site_from_vehicle) = at_moment(moment, pose_at) else { continue };
+            let Some(site_from_vehicle) = pose_at_time(time, pose_at) else { continue };
             let camera_from_vehicle = camera_from_site * site_from_vehicle;
             let reach = 0.5 * vehicle.size.to_vector().norm() + 0.5 * vehicle.size.height_m;
             if !in_sight(camera, &Point3::from(camera_from_vehicle.translation()), reach) {
@@ -240,7 +244,7 @@ impl<'a> Renderer<'a> {
             }
             let first = drawn.len();
             for triangle in &mesh.triangles {
-                let to_camera = |v: &super::mesh::Vertex| camera_from_vehicle.transform_point(&v.position);
+                let to_camera = |v: &crate::mesh::Vertex| camera_from_vehicle.transform_point(&v.position);
                 let normal = site_from_vehicle.transform_vector(&triangle.normal);
                 let at = site_from_vehicle.transform_point(&triangle.corners[0].position);
                 project(camera, triangle, to_camera, surfaces.len() as u32, &mut drawn);
@@ -256,30 +260,30 @@ impl<'a> Renderer<'a> {
     }
 }
 
-/// A time: a frame's, and how many frames later (less than one, either way).
+/// A time: that of a frame, and an offset in frames (less than one, either sign).
 #[derive(Clone, Copy)]
-pub(super) struct Moment {
+pub(super) struct FrameTime {
     pub(super) frame: usize,
     pub(super) later: f64,
 }
 
-/// Where something is at a moment, between or just beyond the frames that tell; `None` where its frame does not.
-fn at_moment<From>(
-    moment: Moment,
+/// Pose at a time, interpolated between frames or extrapolated just beyond them; `None` where its frame has none.
+fn pose_at_time<From>(
+    time: FrameTime,
     pose_at: impl Fn(usize) -> Option<Pose<Site, From>>,
 ) -> Option<Pose<Site, From>> {
-    let Moment { frame, later } = moment;
+    let FrameTime { frame, later } = time;
     let here = pose_at(frame)?;
     let (next, previous) = (pose_at(frame + 1), frame.checked_sub(1).and_then(&pose_at));
     Some(match (next, previous) {
-        // Straight on, also a little way back.
+        // Linear extrapolation, also backwards.
         (Some(next), _) => here.interpolate(&next, later),
         (None, Some(previous)) => here.interpolate(&previous, -later),
         (None, None) => here,
     })
 }
 
-/// Which triangles reach into each band, in their order.
+/// Indices of the triangles that overlap each band, in their order.
 fn by_band(drawn: &[Drawn], height: usize) -> Vec<Vec<u32>> {
     let mut bands = vec![Vec::new(); height.div_ceil(BAND_ROWS)];
     for (i, triangle) in drawn.iter().enumerate() {
@@ -308,7 +312,7 @@ pub(crate) fn projected(
     Some(b)
 }
 
-/// Quarter pixels a vehicle covers when nothing else is there.
+/// Quarter pixels that a vehicle covers without occlusion.
 fn own_samples(drawn: &[Drawn]) -> u64 {
     let extent = |of: &dyn Fn(&Drawn) -> (i32, i32)| {
         drawn.iter().map(of).fold((i32::MAX, 0), |all, one| (all.0.min(one.0), all.1.max(one.1)))
@@ -323,7 +327,7 @@ fn own_samples(drawn: &[Drawn]) -> u64 {
     band.drawn.iter().filter(|d| **d != NOTHING).count() as u64
 }
 
-/// False when a ball is surely outside the view.
+/// False when a sphere is certainly outside the view.
 fn in_sight(camera: &PinholeCamera, centre: &Point3<f64>, radius_m: f64) -> bool {
     if centre.z < -radius_m || centre.z > FAR_M {
         return false;

@@ -1,15 +1,17 @@
-//! From quarter pixels to pixels: every surface in a pixel is shaded once and weighed by its share.
+//! From quarter pixels to pixels: every surface in a pixel is shaded once and weighted by its share.
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose};
 use nalgebra::{Point2, Point3, Vector3};
 
-use super::mesh::Material;
+use super::colour::Colour;
 use super::raster::{Band, Drawn, value};
-use super::shade::{Colour, Fragment, Scene, shade};
+use super::scene::{Fragment, Scene};
+use super::shade::shade;
 use super::sky;
+use crate::mesh::Material;
 use crate::site::Site;
 
-/// What a drawn triangle shows.
+/// Surface of a drawn triangle.
 pub(super) struct Surface {
     pub material: Material,
     /// In the site, towards the camera.
@@ -25,18 +27,18 @@ pub(super) struct Resolved {
     pub instance: Vec<u16>,
     pub road: Vec<u8>,
     /// Per vehicle: samples and extent in pixels.
-    pub seen: Vec<(usize, Seen)>,
+    pub seen: Vec<(usize, VisiblePart)>,
 }
 
-/// What is seen of a vehicle: quarter pixels and their extent.
+/// Visible part of a vehicle: quarter pixels and their extent.
 #[derive(Clone, Copy)]
-pub(super) struct Seen {
+pub(super) struct VisiblePart {
     pub samples: u64,
     pub low: [f64; 2],
     pub high: [f64; 2],
 }
 
-impl Seen {
+impl VisiblePart {
     pub(super) const NONE: Self = Self { samples: 0, low: [f64::MAX; 2], high: [f64::MIN; 2] };
     pub(super) fn add(&mut self, x: f64, y: f64) {
         self.samples += 1;
@@ -94,7 +96,7 @@ pub(super) fn resolve(
         seen: Vec::new(),
     };
     let rays = Rays::of(camera, pose);
-    // Colour and share of carriageway of what is drawn at a place.
+    // Colour and share of carriageway at a pixel position.
     let look = |px: f64, py: f64, id: u32| -> (Colour, f32) {
         let ray = rays.at(px, py);
         match drawn.get(id as usize) {
@@ -119,10 +121,10 @@ pub(super) fn resolve(
             if ids == [ids[0]; 4]
                 && drawn.get(ids[0] as usize).is_none_or(|d| surfaces[d.surface as usize].owner == 0)
             {
-                // Most pixels show one surface of the still world.
+                // Most pixels show one static surface.
                 let (colour, road) = look(x as f64, y as f64, ids[0]);
                 out.light.push(colour);
-                // In the middle of the pixel, where the nearest sample lies to one side.
+                // Extrapolated to the middle of the pixel from its nearest sample.
                 let middle = |d: &Drawn| value(&d.inverse_depth, x as f64, y as f64) as f32;
                 out.depth_m.push(1.0 / drawn.get(ids[0] as usize).map_or(0.0, middle).max(0.0));
                 out.instance.push(0);
@@ -159,7 +161,7 @@ pub(super) fn resolve(
                 let place = match out.seen.iter().position(|s| s.0 == vehicle) {
                     Some(place) => place,
                     None => {
-                        out.seen.push((vehicle, Seen::NONE));
+                        out.seen.push((vehicle, VisiblePart::NONE));
                         out.seen.len() - 1
                     }
                 };
@@ -167,7 +169,7 @@ pub(super) fn resolve(
                     .1
                     .add(x as f64 + (k % 2) as f64 * 0.5 - 0.25, y as f64 + (k / 2) as f64 * 0.5 - 0.25);
             }
-            // A pixel belongs to whoever has most of it; of equals to the first.
+            // A pixel belongs to the instance with the largest share; of equals to the first.
             let most = (0..4).rev().max_by_key(|k| owners.iter().filter(|o| **o == owners[*k]).count());
             out.light.push(light);
             out.depth_m.push(1.0 / nearest);
@@ -178,7 +180,7 @@ pub(super) fn resolve(
     out
 }
 
-/// True for two triangles that go on into each other: one shading serves both.
+/// True for two continuous triangles, which are shaded once.
 fn same_surface(surfaces: &[Surface], drawn: &[Drawn], a: u32, b: u32) -> bool {
     if a == b {
         return true;

@@ -1,13 +1,13 @@
-//! From light to grey levels.
+//! From irradiance to grey levels.
 
 use image::RgbImage;
 use rayon::prelude::*;
 
-use super::options::RenderOptions;
+use super::colour::Colour;
 use super::rain;
-use super::shade::Colour;
-use super::weather::Weather;
 use crate::hash;
+use crate::options::RenderOptions;
+use crate::weather::Weather;
 
 /// Exposure, noise and rounding of one frame; the same for any thread count.
 pub(super) fn expose(light: &[Colour], options: &RenderOptions, seed: u64, frame: usize) -> RgbImage {
@@ -31,9 +31,9 @@ pub(super) fn expose(light: &[Colour], options: &RenderOptions, seed: u64, frame
         };
         for (x, (to, colour)) in to.chunks_exact_mut(3).zip(from).enumerate() {
             let place = (y as u64 * u64::from(width) + x as u64) * 2;
-            // Most of a pixel's noise is shared by its colours, as after demosaicking.
+            // Most of a pixel's noise is common to its colours, as after demosaicking.
             let shared = if noise > 0.0 { noise * hash::normal(key ^ place) } else { 0.0 };
-            // The cast cuts off at 0 and 255; adding a half before rounds.
+            // The cast clamps to 0 and 255; adding a half rounds.
             for (to, c) in to.iter_mut().zip(colour) {
                 *to = (gain * c + shared + 0.5) as u8;
             }

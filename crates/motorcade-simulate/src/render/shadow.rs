@@ -1,11 +1,11 @@
-//! Shadows of vehicles on what stands still.
+//! Shadows of vehicles on the static scenery.
 
 use nalgebra::{Point3, Vector3};
 
-/// Side of a cell of the map of shadows \[m\].
+/// Side of a grid cell \[m\].
 const CELL_M: f64 = 8.0;
 
-/// Where a vehicle stands, for the shadow below it.
+/// Footprint of a vehicle that casts a shadow.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ShadowCaster {
     pub centre: [f64; 2],
@@ -15,10 +15,10 @@ pub(super) struct ShadowCaster {
     pub height_m: f64,
 }
 
-/// All of a frame, by place: of a street full of vehicles few shade a given point.
+/// Shadows of a frame on a grid: few vehicles of a street shade a given point.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Shadows {
-    /// Lowest corner of the map.
+    /// Lower corner of the grid.
     corner: [f64; 2],
     /// Cells along x and y.
     size: [usize; 2],
@@ -64,7 +64,7 @@ impl Shadows {
 }
 
 impl ShadowCaster {
-    /// Nothing farther from its centre is shaded, along either axis \[m\].
+    /// Largest distance of shaded points from its centre, along either axis \[m\].
     fn reach_m(&self) -> f64 {
         self.half_length_m + self.height_m + 1.0
     }

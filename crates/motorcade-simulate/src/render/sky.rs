@@ -3,14 +3,15 @@
 use nalgebra::Vector3;
 
 use super::air::Air;
-use super::shade::{Colour, Textures, mixed, scaled};
+use super::colour::{Colour, mixed, scaled};
+use super::textures::Textures;
 use super::tile::Probe;
 
 /// Colour in a direction (unit vector, site); `pixel_rad` is the angle of a pixel.
 pub(super) fn colour(textures: &Textures, air: &Air, direction: &Vector3<f64>, pixel_rad: f64) -> Colour {
     let (x, y, z) = (direction.x as f32, direction.y as f32, direction.z as f32);
     let angle = pixel_rad as f32;
-    // Hills all around, a few degrees high, closed over the full turn; higher up there is nothing of them.
+    // Hills all around, a few degrees high, closed over the full turn; none higher up.
     let low = z < 0.028 + angle;
     let round = if low { y.atan2(x) / std::f32::consts::TAU } else { 0.0 };
     let print = |scale: f32| Probe::square(angle * scale);
@@ -25,7 +26,7 @@ pub(super) fn colour(textures: &Textures, air: &Air, direction: &Vector3<f64>, p
         let up = z.max(0.02);
         let blue = mixed([0.36, 0.53, 0.78], [0.60, 0.64, 0.68].map(|c| c * air.brightness), air.overcast);
         sky = mixed(air.haze, blue, (1.6 * up).min(1.0));
-        // Clouds on a plane a kilometre up.
+        // Clouds on a plane at a height of one kilometre.
         let reach = 1.0 / up;
         let along = angle * reach * reach;
         let cloud = textures.clouds.sample(x * reach, y * reach, &Probe::square(along), 4.3);

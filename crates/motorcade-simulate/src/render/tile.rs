@@ -29,7 +29,7 @@ pub(crate) struct Footprint {
     pub dy: [f32; 2],
 }
 
-/// What matters of a footprint for sampling: worked out once, whatever is sampled.
+/// Sampling parameters of a footprint, computed once for all textures.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Probe {
     /// The longer edge \[m\].
@@ -77,7 +77,7 @@ impl Probe {
 }
 
 impl Tile {
-    /// `weight(cells)` says how strong the octave with so many cells a period is; `shape` bends the sum.
+    /// `weight(cells)` is the amplitude of the octave with so many cells a period; `shape` maps the sum.
     pub(crate) fn noise(
         seed: u64,
         weight: impl Fn(usize) -> f32 + Sync,
@@ -140,7 +140,7 @@ impl Tile {
         let (u, v) = (phase(u), phase(v));
         let sum = if count < 2 {
             let a = self.walk(low, (u, v), (0, 0), 1) as f32;
-            // Nothing of the upper level where texels are wider than the footprint.
+            // No share of the coarser level where texels are wider than the footprint.
             if fraction > 0.0 {
                 a + (self.walk(high, (u, v), (0, 0), 1) as f32 - a) * fraction.min(1.0)
             } else {
@@ -254,11 +254,11 @@ mod tests {
         let mean =
             (0..SIZE * SIZE).map(|i| texel(&tile, i % SIZE, i / SIZE)).sum::<f32>() / (SIZE * SIZE) as f32;
         let wide = Footprint { dx: [600.0, 0.0], dy: [0.0, 600.0] }.probe();
-        // A byte is as fine as 1/127.
+        // The resolution of a byte is 1/127.
         assert!((tile.sample(3.7, 1.1, &wide, 512.0) - mean).abs() < 5e-3);
         let narrow = Footprint { dx: [0.1, 0.0], dy: [0.0, 0.1] }.probe();
         assert!((tile.sample(7.5, 4.5, &narrow, 512.0) - texel(&tile, 7, 4)).abs() < 1e-5);
-        // One period on is the same place.
+        // Periodic.
         assert!((tile.sample(7.5 - 512.0, 4.5 + 512.0, &narrow, 512.0) - texel(&tile, 7, 4)).abs() < 1e-5);
     }
 

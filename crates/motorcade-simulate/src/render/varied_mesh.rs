@@ -1,9 +1,9 @@
-//! Meshes of vehicles where looks are varied: rounder bodies, mirrors, roof rails, spoilers, signs.
+//! Meshes of vehicles with varied appearance: rounder bodies, mirrors, roof rails, spoilers, signs.
 
 use super::look::VehicleLook;
-use super::mesh::{Mesh, Part};
 use super::vehicle_mesh::{self, Builder, Station};
 use crate::form::Glasshouse;
+use crate::mesh::{Mesh, Part};
 use crate::vehicle::SimulatedVehicle;
 
 /// Steps between two stations of a body.
@@ -32,7 +32,7 @@ fn smooth(stations: &[Station]) -> Vec<Station> {
             let t = step as f64 / STEPS as f64;
             out.push(std::array::from_fn(|k| {
                 let tangent = |p: Station, q: Station, s: f64| {
-                    // Stations are not evenly spaced: slopes are taken along x.
+                    // Stations are not evenly spaced: slopes are by x.
                     if k == 0 || (q[0] - p[0]).abs() < 1e-9 { 0.0 } else { (q[k] - p[k]) / (q[0] - p[0]) * s }
                 };
                 if k == 0 {
@@ -64,7 +64,7 @@ fn cabin(builder: &mut Builder, g: &Glasshouse, roof_half: f64) {
     let belt = [rear.0, rear.1 - 0.02, front.0, front.1 - 0.02, 0.442];
     let roof = crown(0.0, g.roof_corner, roof_half);
     let half_way: [f64; 5] = std::array::from_fn(|k| towards(belt[k], roof[k], 0.5));
-    // Pillars bulge a little: the glasshouse is no prism.
+    // Pillars bulge slightly: the glasshouse is no prism.
     let bulged = [half_way[0] - 0.004, half_way[1], half_way[2] + 0.006, half_way[3], half_way[4] + 0.008];
     let rings = [
         belt,

@@ -1,21 +1,23 @@
-//! Skin of vehicles where looks are varied: paint with a clear coat, panes that mirror, lamps, grilles, plates, rims.
+//! Surface of vehicles with varied appearance: paint with a clear coat, reflecting panes, lamps, grilles, plates, rims.
 
 use nalgebra::Vector3;
 
+use super::colour::{Colour, mixed, scaled};
+use super::coverage::{cover, cover_periodic};
 use super::look::{Lamps, Plate, VehicleLook};
-use super::mesh::Part;
-use super::shade::{Colour, Fragment, Scene, cover, cover_periodic, mixed, scaled};
+use super::scene::{Fragment, Scene};
 use crate::form::{Form, Glasshouse};
 use crate::hash;
+use crate::mesh::Part;
 use crate::vehicle::SimulatedVehicle;
 
-/// What the skin does with light.
+/// Optical properties of a surface point.
 pub(super) struct Skin {
     /// Diffuse colour.
     pub colour: Colour,
-    /// Reflectance seen head-on; 0 for surfaces that do not mirror.
+    /// Reflectance at normal incidence; 0 for matt surfaces.
     pub mirror: f32,
-    /// Light of its own.
+    /// Emitted light.
     pub glow: Colour,
     /// Smoothed normal (vehicle frame, not unit), as an offset to the facet's.
     pub bulge: Vector3<f64>,
@@ -23,7 +25,7 @@ pub(super) struct Skin {
 
 const DARK: Colour = [0.02, 0.02, 0.022];
 
-/// A place on the unit vehicle and the pixel's extent there.
+/// A point on the unit vehicle and the pixel's extent there.
 struct Place {
     p: [f32; 3],
     width: [f32; 3],
@@ -134,7 +136,7 @@ fn cabin(vehicle: &SimulatedVehicle, g: &Glasshouse, look: &VehicleLook, place: 
     skin
 }
 
-/// What hangs on a tailgate above the belt: lamps on its pillars, a third brake light, a wiper.
+/// Parts of a tailgate above the belt line: lamps on its pillars, a third brake light, a wiper.
 fn tailgate(skin: &mut Skin, look: &VehicleLook, place: &Place, (belt, roof, half): (f32, f32, f32)) {
     let lamps = &look.rear;
     if lamps.climb > 0.0 {
@@ -296,7 +298,7 @@ fn plate(skin: &mut Skin, plate: &Plate, shift: f32, place: &Place, end: f32) {
     if area <= 0.0 {
         return;
     }
-    // Glyphs: dark bars of unlike widths, gone where a pixel is as wide as they are.
+    // Glyphs: dark bars of different widths, faded out where a pixel is as wide as they are.
     let cell = (place.p[1] / 0.022).floor();
     let near = (1.0 - place.width[1] / 0.03).clamp(0.0, 1.0);
     let dark = hash::unit(shift.to_bits().into(), cell as i64, 1) < 0.55;

@@ -4,8 +4,8 @@ use motorcade_perception::VehicleClass;
 use motorcade_vehicles::Dimensions;
 use nalgebra::Point3;
 
-use super::mesh::{Material, Mesh, Part, Vertex};
 use crate::form::{Form, Glasshouse};
+use crate::mesh::{Material, Mesh, Part, Vertex};
 use crate::vehicle::SimulatedVehicle;
 
 /// A cross-section of a body: x, lowest and highest z, half width (½ at the widest), all as fractions.
@@ -23,7 +23,7 @@ const CARGO: [Station; 2] = [[-0.5, 0.22, 1.0, 0.50], [0.25, 0.22, 1.0, 0.50]];
 /// A bus.
 const BUS: [Station; 4] =
     [[-0.5, 0.12, 0.96, 0.48], [-0.48, 0.10, 1.0, 0.50], [0.46, 0.10, 1.0, 0.50], [0.5, 0.12, 0.90, 0.47]];
-/// A motorcycle with its rider, coarsely.
+/// A coarse motorcycle with rider.
 const MOTORCYCLE: [Station; 5] = [
     [-0.45, 0.20, 0.50, 0.12],
     [-0.15, 0.15, 0.95, 0.38],
@@ -51,7 +51,7 @@ fn build(class: VehicleClass, size: &Dimensions, form: &Form) -> Mesh {
             builder.loft(&CARGO, Part::Cargo, 1.0);
             builder.wheels(0.40);
         }
-        // Cars and vans have a glasshouse; without one a plain box has to do.
+        // Cars and vans have a glasshouse; others are plain boxes.
         VehicleClass::Bus | VehicleClass::Car | VehicleClass::Van => {
             builder.loft(&BUS, Part::Body, 0.95);
             builder.wheels(0.35);
@@ -105,7 +105,7 @@ impl Builder {
         self.mesh.quad(quad, Material::Skin(part));
     }
 
-    /// Skin over cross-sections; `shoulder` is how wide the top is against the widest place.
+    /// Skin over cross-sections; `shoulder` is the width of the top relative to the largest width.
     pub(super) fn loft(&mut self, stations: &[Station], part: Part, shoulder: f64) {
         let ring = |[x, low, high, half]: Station| -> [[f64; 3]; 10] {
             let z = |f: f64| low + (high - low) * f;

@@ -1,13 +1,14 @@
-//! What a vehicle's skin looks like where: paint, glass, lights, plate, wheel arches.
+//! Colours of a vehicle's surface: paint, glass, lights, plate, wheel arches.
 
 use motorcade_perception::VehicleClass;
 
-use super::mesh::Part;
-use super::shade::{Colour, Fragment, Scene, mixed, scaled};
+use super::colour::{Colour, mixed, scaled};
+use super::scene::{Fragment, Scene};
 use crate::form::{Form, Glasshouse};
+use crate::mesh::Part;
 use crate::vehicle::SimulatedVehicle;
 
-/// Colour and how much of the sky it mirrors.
+/// Colour and reflectance.
 pub(super) struct Paint {
     pub colour: Colour,
     pub gloss: f32,
@@ -38,7 +39,7 @@ pub(super) fn colour(scene: &Scene<'_>, f: &Fragment, part: Part) -> Paint {
     }
 }
 
-/// A place on the unit vehicle and the pixel's extent there.
+/// A point on the unit vehicle and the pixel's extent there.
 struct Place {
     p: [f32; 3],
     width: [f32; 3],
@@ -47,12 +48,12 @@ struct Place {
 impl Place {
     /// Share of the pixel where coordinate `axis` lies in [low, high].
     fn within(&self, axis: usize, low: f32, high: f32) -> f32 {
-        super::shade::cover(self.p[axis], low, high, self.width[axis])
+        super::coverage::cover(self.p[axis], low, high, self.width[axis])
     }
     /// The same for its absolute value.
     fn beside(&self, axis: usize, low: f32, high: f32) -> f32 {
         let low = if low > 0.0 { low } else { -high };
-        super::shade::cover(self.p[axis].abs(), low, high, self.width[axis])
+        super::coverage::cover(self.p[axis].abs(), low, high, self.width[axis])
     }
 }
 
@@ -138,7 +139,7 @@ fn body(vehicle: &SimulatedVehicle, form: &Form, place: &Place, grain: f32) -> P
         let plate = place.within(0, 0.46, 1.0) * place.within(1, -0.145, 0.145) * place.within(2, 0.23, 0.29);
         colour = mixed(colour, [0.90, 0.90, 0.86], plate);
     }
-    // Windows of what has no separate cabin.
+    // Windows of vehicles without a separate cabin.
     let glass = match class {
         VehicleClass::Truck => {
             let screen =
@@ -146,7 +147,7 @@ fn body(vehicle: &SimulatedVehicle, form: &Form, place: &Place, grain: f32) -> P
             screen.max(flank * place.within(0, 0.36, 0.44) * place.within(2, 0.55, 0.78))
         }
         VehicleClass::Bus => {
-            let panes = 1.0 - super::shade::cover_periodic(x, 0.0, 0.012, 0.13, place.width[0]);
+            let panes = 1.0 - super::coverage::cover_periodic(x, 0.0, 0.012, 0.13, place.width[0]);
             let side = flank * place.within(0, -0.46, 0.44) * place.within(2, 0.42, 0.80) * panes;
             let ends = place.beside(0, 0.465, 1.0) * place.beside(1, 0.0, 0.42) * place.within(2, 0.40, 0.86);
             side.max(ends)

@@ -2,29 +2,29 @@
 
 use motorcade_geometry::PinholeCamera;
 
+use super::colour::Colour;
 use super::picture::Picture;
 use super::raster::{Band, NOTHING};
-use super::renderer::{Moment, Renderer};
-use super::resolve::Seen;
-use super::shade::Colour;
+use super::renderer::{FrameTime, Renderer};
+use super::resolve::VisiblePart;
 
-/// Light before the sensor, row by row, with depth, instances and views; the picture's own pixels are empty.
+/// Irradiance before the sensor model, row by row, with depth, instances and views; the picture's own pixels are empty.
 pub(crate) struct Window {
     pub light: Vec<Colour>,
     pub picture: Picture,
 }
 
 impl Renderer<'_> {
-    /// Renders what another camera at the place of frame `frame`'s sees; `None` when the drive has no such frame.
+    /// Renders the view of another camera at the pose of frame `frame`; `None` when the drive has no such frame.
     pub(crate) fn window(&self, frame: usize, camera: &PinholeCamera) -> Option<Window> {
         let pose = *self.drive().site_from_camera.get(frame)?;
-        let now = Moment { frame, later: 0.0 };
+        let now = FrameTime { frame, later: 0.0 };
         let (light, picture) = self.expose_once(&self.scene(now), now, camera, &pose);
         Some(Window { light, picture })
     }
 
-    /// Extent \[px\] of what is seen of a vehicle in the columns and rows of `inside` (x1, y1, x2, y2), without shading
-    /// anything; `None` when nothing is.
+    /// Extent \[px\] of the visible part of a vehicle in the columns and rows of `inside` (x1, y1, x2, y2), without shading
+    /// anything; `None` when none is visible.
     pub(crate) fn visible_extent(
         &self,
         frame: usize,
@@ -33,10 +33,10 @@ impl Renderer<'_> {
         inside: [f64; 4],
     ) -> Option<[f64; 4]> {
         let pose = *self.drive().site_from_camera.get(frame)?;
-        let (surfaces, drawn, _) = self.draw(camera, Moment { frame, later: 0.0 }, &pose);
+        let (surfaces, drawn, _) = self.draw(camera, FrameTime { frame, later: 0.0 }, &pose);
         let mut band = Band::new(0..camera.width as usize, 0, camera.height as usize);
         drawn.iter().enumerate().for_each(|(i, triangle)| band.draw(i as u32, triangle));
-        let mut seen = Seen::NONE;
+        let mut seen = VisiblePart::NONE;
         for (i, drawn_here) in band.drawn.iter().enumerate().filter(|d| *d.1 != NOTHING) {
             let owner = drawn.get(*drawn_here as usize).map_or(0, |d| surfaces[d.surface as usize].owner);
             let (x, y) = ((i % band.columns) as f64 * 0.5 - 0.25, (i / band.columns) as f64 * 0.5 - 0.25);

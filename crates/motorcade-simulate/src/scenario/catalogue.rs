@@ -3,7 +3,7 @@
 use motorcade_perception::VehicleClass::{self, Bus, Car, Truck, Van};
 
 use crate::motion::{Bend, Grade, RoadPlan, SpeedPlan};
-use crate::output::DetectorOptions;
+use crate::options::DetectorOptions;
 use crate::plan::{Driver, Plan, Rig, Route, Side};
 
 /// One scenario.
@@ -23,37 +23,37 @@ macro_rules! entries {
 entries! {
     "demo", demo, "12 s on a gently bending street: a leading, an oncoming and a crossing car, two parked ones";
     "straight", straight, "a straight street at 11 m/s, one car ahead, no other traffic";
-    "bends", bends, "an S of two bends, one car ahead and two oncoming";
+    "bends", bends, "an S-bend, one car ahead and two oncoming";
     "slope", slope, "up a hill of 6 % and down again behind a van";
     "stop-and-go", stop_and_go, "a queue: behind a car that stops and starts twice";
     "standing-start", standing_start, "standing at a light behind two cars for four seconds, then starting";
     "roundabout", roundabout, "straight over a roundabout: right, a tight left arc, right";
     "oncoming", oncoming, "a stream of oncoming cars, a van and a truck on a straight road";
     "crossing", crossing, "cars crossing from both sides while the camera slows down for them";
-    "overtaking", overtaking, "a car overtakes the camera and draws in ahead";
+    "overtaking", overtaking, "a car overtakes the camera and cuts in ahead";
     "turning", turning, "a car ahead turns off right, another turns in from the right";
-    "parked", parked, "a narrow street with parked cars on both sides, nobody moving";
-    "rough", rough, "a bad road: pitch and roll oscillate by half a degree behind a car";
-    "truck", truck, "behind a truck and a bus that hide much of the view";
+    "parked", parked, "a narrow street with parked cars on both sides, no traffic";
+    "rough", rough, "a rough road: pitch and roll oscillate by half a degree behind a car";
+    "truck", truck, "behind a truck and a bus that occlude much of the view";
     "dense", dense, "parked cars, leading, oncoming and crossing traffic at once";
-    "empty", empty, "a winding street with no vehicle at all";
+    "empty", empty, "a winding street without vehicles";
     "crowd", crowd, "past two rows of parked cars and two oncoming queues: more than 60 vehicles in a frame";
     "pitched", pitched, "the camera looks 5 degrees down, behind a car";
     "rolled", rolled, "the camera is rolled by 2 degrees, behind a car";
     "low-camera", low_camera, "the camera is 1.2 m above the road, in a low car";
     "high-camera", high_camera, "the camera is 2.5 m above the road, in a truck";
-    "false-boxes", false_boxes, "the detector takes things beside the road for cars";
-    "glimpses", glimpses, "the detector finds a vehicle in one frame of twelve, and something that is none in most frames";
+    "false-boxes", false_boxes, "false detections on structures beside the road";
+    "glimpses", glimpses, "vehicles detected in one frame of twelve, a false detection in most frames";
     "lorries", lorries, "trucks and buses ahead, oncoming and crossing";
     "jumping-boxes", jumping_boxes, "one box in six jumps by up to a quarter of its size";
 }
 
-/// How the detector errs in a scenario.
+/// Errors of the detector in a scenario.
 pub(super) fn detector(name: &str) -> DetectorOptions {
     let usual = DetectorOptions::default();
     match name {
         "false-boxes" => DetectorOptions { wall_boxes: 1.5, false_boxes: 0.2, ..usual },
-        // Nearly every track ends with the frame it began in.
+        // Nearly every track ends in its first frame.
         "glimpses" => DetectorOptions { miss_chance: 0.92, false_boxes: 0.8, ..usual },
         "jumping-boxes" => DetectorOptions { jump_chance: 0.16, ..usual },
         _ => usual,
@@ -85,7 +85,7 @@ fn bend(length_m: f64, curvature_per_m: f64) -> Bend {
     Bend { length_m, curvature_per_m }
 }
 
-/// A straight level street with nobody on it.
+/// A straight level street without traffic.
 fn street(speed: SpeedPlan) -> Plan {
     Plan {
         road: RoadPlan { half_width_m: 5.6, bends: vec![], grades: vec![], crossings_m: vec![] },
@@ -149,7 +149,7 @@ fn stop_and_go() -> Plan {
         (15.0, 0.0),
         (18.0, 8.0),
     ];
-    // The car ahead does everything a second earlier.
+    // The car ahead has the same speeds one second earlier.
     let ahead: Vec<(f64, f64)> = own.iter().map(|(t, v)| (t - 1.0, *v)).collect();
     let mut plan = street(SpeedPlan::through(&own));
     plan.drivers = vec![leading(Car, 13.0, SpeedPlan::through(&ahead)), coming(Car, 60.0, 7.0)];
@@ -282,7 +282,7 @@ fn crowd() -> Plan {
     let mut plan = street(SpeedPlan::constant(7.0));
     plan.road.half_width_m = 9.2;
     plan.parked_chance = 1.0;
-    // A queue in the outer lane goes the same way, another comes the other way, both nose to tail.
+    // One queue in the outer lane in the same direction and one oncoming, both bumper to bumper.
     for i in 0..22 {
         let far_lane = vec![(0.0, -5.2)];
         let start_m = 14.0 + 8.5 * f64::from(i);
@@ -293,7 +293,7 @@ fn crowd() -> Plan {
     plan
 }
 
-/// A gentle S behind one car, for everything that has to do with the camera.
+/// A gentle S-bend behind one car, for scenarios that vary the camera.
 fn following() -> Plan {
     let mut plan = street(SpeedPlan::constant(10.0));
     plan.road.bends = vec![bend(40.0, 0.0), bend(40.0, 0.008), bend(40.0, -0.008)];

@@ -2,7 +2,7 @@
 
 mod catalogue;
 
-use crate::output::DetectorOptions;
+use crate::options::DetectorOptions;
 use crate::plan::Plan;
 
 /// A drive with a name.
@@ -10,11 +10,11 @@ use crate::plan::Plan;
 pub struct Scenario {
     /// Short name.
     pub name: String,
-    /// What happens, in one line.
+    /// Description in one line.
     pub description: String,
-    /// How.
+    /// Its plan.
     pub plan: Plan,
-    /// How the detector errs.
+    /// Errors of the detector.
     pub detector: DetectorOptions,
 }
 

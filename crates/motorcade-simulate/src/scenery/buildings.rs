@@ -4,16 +4,16 @@ use nalgebra::{Point2, Point3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::mesh::{Building, Chunk, Material, Mesh, Vertex};
 use crate::motion::{Road, axes};
-use crate::render::{Building, Chunk, Material, Mesh, Vertex};
 
 /// A rectangle beside the road.
 pub(super) struct Plot {
-    /// Its middle along the road \[m\].
+    /// Middle along the road \[m\].
     pub s: f64,
     /// +1 left, −1 right.
     pub side: f64,
-    /// Front wall from the centre line \[m\].
+    /// Distance of the front wall from the centre line \[m\].
     pub front_m: f64,
     pub width_m: f64,
     pub depth_m: f64,
@@ -31,7 +31,7 @@ impl Plot {
         let back = front + out * self.depth_m;
         [front + along, front - along, back - along, back + along]
     }
-    /// Corners and what lies between, to test against obstacles.
+    /// Corners and points between them, to test against obstacles.
     pub(super) fn outline(&self, road: &Road) -> Vec<Point2<f64>> {
         let c = self.corners(road);
         let between = |i: usize| nalgebra::center(&c[i], &c[(i + 1) % 4]);
@@ -51,7 +51,7 @@ const WALLS: [[f32; 3]; 8] = [
 ];
 const ROOFS: [[f32; 3]; 4] = [[0.46, 0.24, 0.18], [0.30, 0.28, 0.28], [0.38, 0.22, 0.18], [0.24, 0.25, 0.28]];
 
-/// Builds a house with a pitched or flat roof and adds its looks.
+/// Builds a house with a pitched or flat roof and adds its appearance.
 pub(super) fn house(road: &Road, plot: &Plot, seed: u64, looks: &mut Vec<Building>) -> Option<Chunk> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let wall = rng.random_range(0..WALLS.len());
@@ -80,7 +80,7 @@ pub(super) fn house(road: &Road, plot: &Plot, seed: u64, looks: &mut Vec<Buildin
     for i in 0..4 {
         let (a, b) = (corners[i], corners[(i + 1) % 4]);
         let end = along + (b - a).norm();
-        // Below the ground as well: the road may climb along the house.
+        // Walls start below the ground: the road may climb along the house.
         let quad = [
             vertex(at(&a, -2.5), along, -2.5),
             vertex(at(&b, -2.5), end, -2.5),
@@ -114,7 +114,7 @@ fn roof(mesh: &mut Mesh, eaves: &[Point3<f64>; 4], pitched: bool, index: u32) {
     mesh.quad(front, Material::Roof(index));
     mesh.quad(back, Material::Roof(index));
     for (p, q, ridge) in [(d, a, left), (b, c, right)] {
-        // Gables carry the wall on, above the last row of windows.
+        // Gables continue the wall above the last row of windows.
         let gable =
             [vertex(p, 0.0, 400.0), vertex(q, depth, 400.0), vertex(ridge, 0.5 * depth, 400.0 + up.z)];
         mesh.triangle(gable, Material::Roof(index));

@@ -1,26 +1,27 @@
 //! The ground as strips along the road.
 
+use crate::mesh::{Chunk, Material, Mesh, Vertex};
 use crate::motion::Road;
-use crate::render::{Chunk, KERB_M, Material, Mesh, PAVEMENT_M, Vertex};
+use crate::scenery::{KERB_M, PAVEMENT_M};
 
-/// The ground reaches this far to both sides \[m\].
+/// Half width of the ground \[m\].
 const REACH_M: f64 = 60.0;
-/// Stretch of road in one chunk \[m\].
+/// Length of road in one chunk \[m\].
 const CHUNK_M: f64 = 16.0;
 
-/// Height of the pavement above the carriageway: none where roads cross.
+/// Height of the pavement above the carriageway \[m\]: 0 at crossings.
 pub(crate) fn kerb_height_m(road: &Road, s: f64) -> f64 {
     let t = ((road.to_crossing_m(s) - 4.2) / 2.0).clamp(0.0, 1.0);
     KERB_M * t
 }
 
-/// How far the ground reaches to a side at `s`: not beyond the centre of a bend.
+/// Extent of the ground to a side at `s` \[m\]: not beyond the centre of a bend.
 fn reach(road: &Road, s: f64, side: f64) -> f64 {
     let towards_centre = road.at(s).curvature_per_m * side;
     if towards_centre > 1e-6 { (0.9 / towards_centre).min(REACH_M) } else { REACH_M }
 }
 
-/// The ground from end to end.
+/// The ground over the whole road.
 pub(super) fn chunks(road: &Road) -> Vec<Chunk> {
     let (from, to) = road.extent_m();
     let mut chunks = Vec::new();

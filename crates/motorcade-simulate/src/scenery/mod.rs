@@ -1,4 +1,4 @@
-//! The still world beside the road.
+//! Static scenery beside the road.
 
 mod buildings;
 mod ground;
@@ -11,11 +11,16 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use crate::drive::Drive;
-use crate::render::{Building, Chunk};
+use crate::mesh::{Building, Chunk};
 
-/// Meshes of everything that stands, and the looks of the buildings.
+/// Height of a kerb \[m\].
+pub(crate) const KERB_M: f64 = 0.13;
+/// Width of the pavement \[m\].
+pub(crate) const PAVEMENT_M: f64 = 2.6;
+
+/// Meshes of the static scenery, and the appearance of the buildings.
 pub(crate) fn build(drive: &Drive) -> (Vec<Chunk>, Vec<Building>) {
-    // Scenery draws from its own stream: other traffic does not move the houses.
+    // Scenery has its own random stream: it does not depend on the traffic.
     let mut rng = ChaCha8Rng::seed_from_u64(drive.seed ^ 0x5ce9e);
     let mut chunks = ground::chunks(&drive.road);
     let mut looks = Vec::new();

@@ -7,10 +7,10 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
 use super::ground::kerb_height_m;
+use crate::mesh::{Chunk, Material, Mesh, Vertex};
 use crate::motion::Road;
-use crate::render::{Chunk, Material, Mesh, Vertex};
 
-/// The place at (s, d) on the pavement.
+/// Site point at (s, d) on the pavement.
 fn foot(road: &Road, (s, d): (f64, f64)) -> Point3<f64> {
     road.point(s, d) + Vector3::z() * kerb_height_m(road, s)
 }
@@ -32,7 +32,7 @@ fn post(mesh: &mut Mesh, foot: Point3<f64>, height_m: f64, radii_m: (f64, f64), 
     }
 }
 
-/// A single post that stands anywhere.
+/// A post at any site point.
 pub(crate) fn pole(foot: Point3<f64>, height_m: f64, radius_m: f64, colour: [f32; 3]) -> Option<Chunk> {
     let mut mesh = Mesh::default();
     post(&mut mesh, foot, height_m, (radius_m, 0.85 * radius_m), colour);

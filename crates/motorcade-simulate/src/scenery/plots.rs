@@ -1,4 +1,4 @@
-//! What stands where: houses, hedges, trees and lamps along both sides.
+//! Placement of houses, hedges, trees and lamps along both sides of the road.
 
 use nalgebra::Point2;
 use rand::Rng;
@@ -6,16 +6,17 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{buildings, plants};
 use crate::drive::Drive;
+use crate::mesh::{Building, Chunk};
 use crate::motion::Road;
-use crate::render::{Building, Chunk, PAVEMENT_M};
+use crate::scenery::PAVEMENT_M;
 
-/// Places nothing may stand: near vehicles, the camera, and the road itself.
-struct Taken<'a> {
+/// Areas kept free: near vehicles, the camera, and the road itself.
+struct Obstacles<'a> {
     road: &'a Road,
     points: Vec<(Point2<f64>, f64)>,
 }
 
-impl Taken<'_> {
+impl Obstacles<'_> {
     fn free(&self, point: &Point2<f64>, radius_m: f64) -> bool {
         let (_, d) = self.road.locate(point);
         d.abs() > self.road.half_width_m + radius_m
@@ -28,7 +29,7 @@ pub(super) fn place(drive: &Drive, rng: &mut ChaCha8Rng, chunks: &mut Vec<Chunk>
     let road = &drive.road;
     let mut points: Vec<(Point2<f64>, f64)> = Vec::new();
     let mut add = |p: Point2<f64>, r: f64| {
-        // Slow and standing vehicles give many equal points.
+        // Slow and standing vehicles repeat points.
         if points.last().is_none_or(|(last, _)| (last - p).norm() > 1.0) {
             points.push((p, r));
         }
@@ -41,18 +42,18 @@ pub(super) fn place(drive: &Drive, rng: &mut ChaCha8Rng, chunks: &mut Vec<Chunk>
     for pose in &drive.site_from_camera {
         add(Point2::new(pose.translation().x, pose.translation().y), 3.0);
     }
-    let taken = Taken { road, points };
+    let obstacles = Obstacles { road, points };
     let (from, to) = road.extent_m();
     for side in [-1.0, 1.0] {
-        row(drive, &taken, side, (from, to), rng, chunks, looks);
-        kerbside(&taken, side, (from, to), rng, chunks);
+        row(drive, &obstacles, side, (from, to), rng, chunks, looks);
+        kerbside(&obstacles, side, (from, to), rng, chunks);
     }
 }
 
 /// Houses and gardens behind the pavement.
 fn row(
     drive: &Drive,
-    taken: &Taken<'_>,
+    obstacles: &Obstacles<'_>,
     side: f64,
     (from, to): (f64, f64),
     rng: &mut ChaCha8Rng,
@@ -73,11 +74,11 @@ fn row(
         let plot =
             buildings::Plot { s: middle, side, front_m: back + setback, width_m: width, depth_m: depth };
         let corners = plot.outline(road);
-        let room = clear && corners.iter().all(|p| taken.free(p, 1.2));
+        let room = clear && corners.iter().all(|p| obstacles.free(p, 1.2));
         if wants_house && room {
             chunks.extend(buildings::house(road, &plot, seed, looks));
         } else if clear {
-            garden(taken, side, s, width, back, rng, chunks);
+            garden(obstacles, side, s, width, back, rng, chunks);
         }
         s += width + if rng.random_bool(0.4) { rng.random_range(1.0..5.0) } else { 0.05 };
     }
@@ -85,7 +86,7 @@ fn row(
 
 /// A hedge or wall at the pavement and trees behind.
 fn garden(
-    taken: &Taken<'_>,
+    obstacles: &Obstacles<'_>,
     side: f64,
     s: f64,
     width: f64,
@@ -93,17 +94,17 @@ fn garden(
     rng: &mut ChaCha8Rng,
     chunks: &mut Vec<Chunk>,
 ) {
-    let road = taken.road;
+    let road = obstacles.road;
     let hedge = rng.random_bool(0.7);
     let height = rng.random_range(0.9..1.8);
     let ends = [s + 0.2, s + width - 0.2].map(|s| road.point(s, side * (back + 0.5)).xy());
-    if hedge && ends.iter().all(|p| taken.free(p, 0.8)) {
+    if hedge && ends.iter().all(|p| obstacles.free(p, 0.8)) {
         chunks.extend(plants::hedge(road, (s + 0.2, s + width - 0.2), side * (back + 0.5), height, rng));
     }
     for _ in 0..2 {
         let at = (s + rng.random_range(0.0..width), side * (back + rng.random_range(3.0..14.0)));
         let tall = rng.random_range(4.5..9.0);
-        if taken.free(&road.point(at.0, at.1).xy(), 1.5) {
+        if obstacles.free(&road.point(at.0, at.1).xy(), 1.5) {
             chunks.extend(plants::tree(road, at, tall, rng));
         }
     }
@@ -111,18 +112,18 @@ fn garden(
 
 /// Street trees and lamps on the pavement.
 fn kerbside(
-    taken: &Taken<'_>,
+    obstacles: &Obstacles<'_>,
     side: f64,
     (from, to): (f64, f64),
     rng: &mut ChaCha8Rng,
     chunks: &mut Vec<Chunk>,
 ) {
-    let road = taken.road;
+    let road = obstacles.road;
     let d = side * (road.half_width_m + 0.75);
     let mut s = from + rng.random_range(0.0..8.0);
     while s < to {
         let point = road.point(s, d).xy();
-        if road.to_crossing_m(s) > 9.0 && taken.free(&point, 0.3) {
+        if road.to_crossing_m(s) > 9.0 && obstacles.free(&point, 0.3) {
             match rng.random_range(0..10) {
                 0..4 => chunks.extend(plants::tree(road, (s, d), rng.random_range(4.0..6.5), rng)),
                 4..7 => chunks.extend(plants::lamp(road, (s, d))),

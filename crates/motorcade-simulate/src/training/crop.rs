@@ -14,24 +14,24 @@ use crate::render::{Renderer, projected};
 
 /// Keypoints of a crop.
 pub(super) const KEYPOINTS: usize = 36;
-/// Pixels of the survey that finds what is seen.
+/// Side of the low-resolution rendering that finds the visible part \[px\].
 const SURVEY_PX: u32 = 72;
 /// Least height and width of a box in the picture \[px\], and share of the vehicle's extent inside the picture.
 const LEAST_PX: (f64, f64) = (16.0, 10.0);
 const LEAST_INSIDE: f64 = 0.12;
-/// Least share of the vehicle that is seen.
+/// Least visible share of the vehicle.
 const LEAST_SEEN: f64 = 0.2;
 
-/// How a keypoint shows in a crop; stored as its number.
+/// Visibility of a keypoint in a crop; stored as its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
-pub(super) enum Sight {
-    /// Seen.
+pub(super) enum Visibility {
+    /// Visible.
     Visible = 0,
     /// On a side of the vehicle that faces away.
-    BehindItself = 1,
-    /// Behind something else.
-    BehindOther = 2,
+    SelfOccluded = 1,
+    /// Occluded by another object.
+    Occluded = 2,
     /// Outside the picture.
     Outside = 3,
     /// The vehicle has no keypoints.
@@ -78,19 +78,19 @@ pub(super) struct Crop {
     pub numbers: [f32; COLUMNS.len()],
 }
 
-/// What crops are like.
+/// Size of crops.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CropShape {
-    /// Pixels a side.
+    /// Side \[px\].
     pub side: u32,
-    /// Size of the crop against the box.
+    /// Size of the crop relative to the box.
     pub margin: f64,
 }
 
-/// A rectangle of the picture, seen at another resolution.
+/// A rectangle of the picture at another resolution.
 struct Part {
     corner: [f64; 2],
-    /// Pixels of the part a pixel of the picture.
+    /// Pixels of the part per pixel of the picture.
     scale: [f64; 2],
     camera: PinholeCamera,
 }
@@ -141,7 +141,7 @@ fn large_enough(edges: [f64; 4]) -> bool {
     edges[3] - edges[1] >= LEAST_PX.1.max(LEAST_PX.0) && edges[2] - edges[0] >= LEAST_PX.1
 }
 
-/// Renders what view `index` looks at; `None` when too little of it is seen.
+/// Renders the target of view `index`; `None` when too little of it is visible.
 pub(super) fn render(
     renderer: &Renderer<'_>,
     street: &Street,
@@ -176,7 +176,7 @@ pub(super) fn render(
 
     let vehicle = street.drive.vehicles.get(*target)?;
     let mut keypoints = [[0.0_f32; 2]; KEYPOINTS];
-    let mut sights = [Sight::Unknown as u8; KEYPOINTS];
+    let mut sights = [Visibility::Unknown as u8; KEYPOINTS];
     if let Some(places) = vehicle.keypoints(Layout::Car36) {
         let eye = Point3::from(pose.inverse().translation());
         let known = named_keypoints(Layout::Car36);
@@ -190,13 +190,13 @@ pub(super) fn render(
             let to_eye = eye - place;
             let facing = |f: &Vector3<f64>| f.dot(&to_eye) / to_eye.norm().max(1e-9);
             let sight = if outside {
-                Sight::Outside
+                Visibility::Outside
             } else if !keypoint.faces.iter().any(|f| facing(f) > VISIBLE_COSINE) {
-                Sight::BehindItself
+                Visibility::SelfOccluded
             } else if hidden(&window.picture, shape.side, &in_crop, in_camera.z, *target) {
-                Sight::BehindOther
+                Visibility::Occluded
             } else {
-                Sight::Visible
+                Visibility::Visible
             };
             sights[i] = sight as u8;
         }
@@ -243,7 +243,7 @@ pub(super) fn render(
     Some(Crop { pixels, keypoints, sights, numbers })
 }
 
-/// Heading against the ray through a column of the picture: 0 drives straight away along the ray, positive turns to the
+/// Heading relative to the ray through a column of the picture: 0 drives straight away along the ray, positive turns to the
 /// left, in (−π, π].
 fn heading_to_ray(camera: &PinholeCamera, pose: &Pose<Camera, Vehicle>, column: f64) -> f64 {
     let forward = pose.transform_vector(&Vector3::x());
@@ -253,7 +253,7 @@ fn heading_to_ray(camera: &PinholeCamera, pose: &Pose<Camera, Vehicle>, column: 
     turn.sin().atan2(turn.cos())
 }
 
-/// True when something other than the vehicle stands before a place.
+/// True when something other than the vehicle occludes a point.
 fn hidden(
     picture: &crate::render::Picture,
     side: u32,
@@ -263,7 +263,7 @@ fn hidden(
 ) -> bool {
     let (x, y) = (at.x.round(), at.y.round());
     let last = f64::from(side) - 1.0;
-    // Beyond the crop nothing is known; a box around the visible part leaves out only what is hidden.
+    // Outside the crop occlusion is unknown; a box around the visible part excludes only occluded points.
     if x < 0.0 || y < 0.0 || x > last || y > last {
         return true;
     }

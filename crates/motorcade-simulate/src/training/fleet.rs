@@ -1,4 +1,4 @@
-//! Vehicles of training streets: any body of the shape family with lengths of its own, upright vans, and others.
+//! Vehicles of training streets: any body of the shape family with varied lengths, upright vans, and others.
 
 use motorcade_perception::VehicleClass;
 use motorcade_shape::{Blueprint, BodyType, CarModel, FAMILY};
@@ -8,11 +8,11 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::vehicle::draw_size;
 
-/// Body types as labels know them: those of the shape family, upright vans, and what has no keypoints.
+/// Body types of the labels: those of the shape family, upright vans, and vehicles without keypoints.
 pub(super) const BODY_LABELS: [&str; 9] =
     ["city", "hatchback", "saloon", "estate", "suv", "van", "coupe", "panel_van", "other"];
 
-/// What drives or stands on a training street.
+/// A vehicle of a training street.
 #[derive(Clone, Debug)]
 pub(super) struct Model {
     pub class: VehicleClass,
@@ -25,11 +25,11 @@ pub(super) struct Model {
 
 impl Model {
     pub(super) fn draw(rng: &mut ChaCha8Rng) -> Self {
-        let lot: f64 = rng.random();
-        if lot < 0.09 {
+        let uniform: f64 = rng.random();
+        if uniform < 0.09 {
             return Self::of(VehicleClass::Van, BodyType::Van, 7, panel_van(rng));
         }
-        if lot < 0.13 {
+        if uniform < 0.13 {
             let class = [VehicleClass::Truck, VehicleClass::Truck, VehicleClass::Bus][rng.random_range(0..3)];
             let size = draw_size(class, rng);
             return Self { class, size, body_type: None, blueprint: None, label: 8 };
@@ -48,7 +48,7 @@ impl Model {
     }
 }
 
-/// A body type by a flattened share of traffic: rare bodies are learnt from more pictures than their share.
+/// Random body type, its share of traffic flattened: rare bodies get more training images than their share.
 fn family_body(rng: &mut ChaCha8Rng) -> BodyType {
     let weight = |b: &BodyType| b.share().sqrt();
     let mut rest = rng.random::<f64>() * BodyType::ALL.iter().map(weight).sum::<f64>();
@@ -59,7 +59,7 @@ fn family_body(rng: &mut ChaCha8Rng) -> BodyType {
     found.unwrap_or(BodyType::Hatchback)
 }
 
-/// The drawing with all lengths a little different: other models of its kind.
+/// The drawing with all lengths varied slightly.
 fn varied(plan: Blueprint, rng: &mut ChaCha8Rng) -> Blueprint {
     let (x, y, z) =
         (rng.random_range(0.96..1.04), rng.random_range(0.97..1.03), rng.random_range(0.95..1.06));
@@ -111,7 +111,7 @@ fn panel_van(rng: &mut ChaCha8Rng) -> Blueprint {
     }
 }
 
-/// How far the windscreen of a van runs back from its base \[m\]: the higher the van, the further.
+/// Horizontal extent of a van's windscreen behind its base \[m\]: larger for higher vans.
 fn screen_run_m(height_m: f64) -> f64 {
     0.2 + 0.3 * height_m
 }

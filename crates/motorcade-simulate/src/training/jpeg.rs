@@ -1,4 +1,4 @@
-//! The loss of JPEG: blocks of 8×8 of luma and half-size chroma, quantised in the cosine domain.
+//! Compression loss of JPEG: blocks of 8×8 of luma and half-size chroma, quantised in the cosine domain.
 
 use std::f32::consts::PI;
 

@@ -9,8 +9,8 @@
 //! | `sights.npy` | u8 | N × 36 | 0 seen, 1 on a side that faces away, 2 hidden by something else, 3 outside the picture, 4 no keypoints |
 //! | `numbers.npy` | f32 | N × 25 | see `columns` in `crops.json` |
 //!
-//! Edges of boxes and of the picture are in the crop's pixels; what lies beyond the picture's edges is rendered, too, and is
-//! to be filled by whoever reads it. Headings are against the ray through the middle of the box.
+//! Edges of boxes and of the picture are in the crop's pixels; the area beyond the picture's edges is rendered, too, and is
+//! to be filled by the reader. Headings are relative to the ray through the middle of the box.
 
 mod crop;
 mod fleet;
@@ -38,21 +38,21 @@ use crate::error::{Error, Result};
 use crate::hash;
 use crate::render::{Renderer, Textures};
 
-/// Streets that are made at a time.
+/// Streets rendered at a time.
 const BATCH: u64 = 16;
 /// Sets of textures that the streets share.
 const TEXTURES: u64 = 6;
 
-/// How many crops, and how large.
+/// Number and size of the crops.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VehicleCropOptions {
     /// Number of crops.
     pub count: usize,
-    /// Seed of all that is random.
+    /// Seed of all random numbers.
     pub seed: u64,
-    /// Pixels a side.
+    /// Side \[px\].
     pub side_px: u32,
-    /// Size of the crop against the box.
+    /// Size of the crop relative to the box.
     pub margin: f64,
 }
 
@@ -77,11 +77,11 @@ impl VehicleCropOptions {
     }
 }
 
-/// Renders labelled crops into a folder; `advance` is told how many there are so far. The same options give the same
+/// Renders labelled crops into a folder; `advance` is called with their number so far. The same options give the same
 /// bytes for any number of threads.
 ///
 /// # Errors
-/// Options that cannot be, or a folder that cannot be written.
+/// Invalid options, or a folder that cannot be written.
 pub fn write_vehicle_crops(options: &VehicleCropOptions, out: &Path, advance: &dyn Fn(usize)) -> Result<()> {
     options.validate()?;
     fs::create_dir_all(out).map_err(Error::io(out))?;

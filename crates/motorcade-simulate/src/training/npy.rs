@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 
-/// An array file whose first axis grows.
+/// An array file, written along its first axis.
 pub(super) struct NpyWriter {
     path: PathBuf,
     file: BufWriter<File>,
 }
 
 impl NpyWriter {
-    /// Begins an array of `rows` × `shape`; `kind` is NumPy's name of the element type, such as `|u1` or `<f4`.
+    /// Starts an array of `rows` × `shape`; `kind` is NumPy's name of the element type, such as `|u1` or `<f4`.
     pub(super) fn create(path: &Path, kind: &str, rows: usize, shape: &[usize]) -> Result<Self> {
         let sizes: Vec<String> = std::iter::once(&rows).chain(shape).map(ToString::to_string).collect();
         let header =

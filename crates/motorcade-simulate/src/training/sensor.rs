@@ -1,4 +1,4 @@
-//! From light to the grey levels of some camera: exposure, tone curve, resolution, blur, noise, compression.
+//! From irradiance to the grey levels of a random camera: exposure, tone curve, resolution, blur, noise, compression.
 
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -8,8 +8,8 @@ use crate::hash;
 
 type Pixel = [f32; 3];
 
-/// Turns a square of light with `side` pixels a side into bytes. `true_size` is how many pixels the camera has there: a
-/// smaller number than `side` costs resolution.
+/// Turns a square of light with `side` pixels a side into bytes. `true_size` is the number of pixels of the camera there: less
+/// than `side` means lower resolution.
 pub(super) fn expose(light: &[Pixel], side: usize, true_size: (f64, f64), rng: &mut ChaCha8Rng) -> Vec<u8> {
     let size = [true_size.0, true_size.1].map(|s| (s.round() as usize).clamp(8, side));
     let mut image = resampled(light, (side, side), (size[0], size[1]));
@@ -39,12 +39,12 @@ pub(super) fn expose(light: &[Pixel], side: usize, true_size: (f64, f64), rng: &
     full.iter().flatten().map(|v| (v + 0.5).clamp(0.0, 255.0) as u8).collect()
 }
 
-/// Exposure by the mean, white balance, contrast, gamma; what is too bright or too dark is cut off.
+/// Exposure by the mean, white balance, contrast, gamma; clipped to the range of the sensor.
 fn tone(image: &mut [Pixel], rng: &mut ChaCha8Rng) {
     let luma = |p: &Pixel| 0.3 * p[0] + 0.59 * p[1] + 0.11 * p[2];
     let mean = image.iter().map(luma).sum::<f32>() / image.len().max(1) as f32;
     let wanted: f32 = rng.random_range(0.24..0.62);
-    // A camera exposes for the whole picture, of which the crop is a part.
+    // Cameras expose for the whole image, of which the crop is a part.
     let gain = (wanted / mean.max(0.02)).powf(0.7);
     let balance = [rng.random_range(0.92..1.08_f32), 1.0, rng.random_range(0.92..1.08)];
     let contrast: f32 = rng.random_range(0.75..1.5);
@@ -63,7 +63,7 @@ fn tone(image: &mut [Pixel], rng: &mut ChaCha8Rng) {
     }
 }
 
-/// Area means where it shrinks, linear between centres where it grows.
+/// Resampling: area means when it shrinks, linear between centres when it grows.
 fn resampled(image: &[Pixel], (w, h): (usize, usize), (to_w, to_h): (usize, usize)) -> Vec<Pixel> {
     if (w, h) == (to_w, to_h) {
         return image.to_vec();
@@ -111,7 +111,7 @@ fn taps(from: usize, to: usize) -> Vec<Vec<(usize, f32)>> {
         .collect()
 }
 
-/// Gaussian blur of three taps; along rows only for the blur of motion.
+/// Gaussian blur of three taps; along rows only for motion blur.
 fn blur(image: &mut [Pixel], (w, h): (usize, usize), sigma: f32, rows_only: bool) {
     let side = (-0.5 / (sigma * sigma)).exp();
     let (edge, centre) = (side / (1.0 + 2.0 * side), 1.0 / (1.0 + 2.0 * side));

@@ -1,4 +1,4 @@
-//! A short street full of vehicles, with cameras that each look at one of them.
+//! A short street full of vehicles, with cameras that each have one of them as target.
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose};
 use motorcade_perception::VehicleClass;
@@ -7,28 +7,30 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::fleet::Model;
-use super::viewpoint::{self, Aim};
+use super::viewpoint::{self, Viewpoint};
 use crate::drive::Drive;
 use crate::hash;
+use crate::mesh::Chunk;
 use crate::motion::{Bend, Grade, Road, RoadPlan};
-use crate::output::DetectorOptions;
-use crate::render::{Chunk, Look, RenderOptions, SensorOptions, Weather};
+use crate::options::DetectorOptions;
+use crate::options::{Look, RenderOptions, SensorOptions};
 use crate::scenery;
 use crate::simulate::standing;
 use crate::site::Site;
 use crate::vehicle::SimulatedVehicle;
+use crate::weather::Weather;
 
 /// Views of one street.
 const VIEWS: usize = 24;
-/// Vehicles that stand in one view only, in turn: before or behind what it looks at.
+/// Vehicles present in one view only, in turn: in front of its target or behind it.
 const EXTRAS: usize = 6;
-/// The street has vehicles between these \[m\].
+/// Range of `s` with vehicles \[m\].
 const EXTENT_M: (f64, f64) = (-30.0, 110.0);
 
 /// A view of a street; its index is that of the frame of the drive.
 #[derive(Clone, Debug)]
 pub(super) struct View {
-    /// Index of the vehicle that is looked at.
+    /// Index of the target vehicle.
     pub target: usize,
     /// The whole picture.
     pub camera: PinholeCamera,
@@ -39,7 +41,7 @@ pub(super) struct Street {
     pub views: Vec<View>,
     /// Label of each vehicle's body.
     pub labels: Vec<usize>,
-    /// Posts before vehicles.
+    /// Posts in front of vehicles.
     pub posts: Vec<Chunk>,
 }
 
@@ -50,13 +52,14 @@ impl Street {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let road = road(&mut rng);
         let (mut vehicles, mut labels) = parked_and_driving(&road, &mut rng);
-        let aims: Vec<(usize, Aim)> = (0..VIEWS)
+        let viewpoints: Vec<(usize, Viewpoint)> = (0..VIEWS)
             .filter_map(|_| {
                 let target = rng.random_range(0..vehicles.len().max(1));
-                Some((target, viewpoint::aim(&road, &vehicles, target, &mut rng)?))
+                Some((target, viewpoint::viewpoint_of(&road, &vehicles, target, &mut rng)?))
             })
             .collect();
-        let poses: Vec<Pose<Site, Camera>> = aims.iter().map(|(_, aim)| aim.site_from_camera).collect();
+        let poses: Vec<Pose<Site, Camera>> =
+            viewpoints.iter().map(|(_, viewpoint)| viewpoint.site_from_camera).collect();
         for vehicle in &mut vehicles {
             vehicle.poses.resize(poses.len(), vehicle.poses.first().copied().flatten());
         }
@@ -67,14 +70,17 @@ impl Street {
             vehicles.push(SimulatedVehicle { poses: vec![None; poses.len()], ..vehicle });
             labels.push(label);
         }
-        for (view, (target, aim)) in aims.iter().enumerate() {
+        for (view, (target, viewpoint)) in viewpoints.iter().enumerate() {
             let extra = vehicles.len() - EXTRAS + view % EXTRAS;
-            place_extra(&road, &mut vehicles, (view, extra, *target), aim, &mut rng);
+            place_extra(&road, &mut vehicles, (view, extra, *target), viewpoint, &mut rng);
             if rng.random_bool(0.22) {
-                posts.extend(post(&vehicles, view, *target, aim, &mut rng));
+                posts.extend(post(&vehicles, view, *target, viewpoint, &mut rng));
             }
         }
-        let views = aims.into_iter().map(|(target, aim)| View { target, camera: aim.camera }).collect();
+        let views = viewpoints
+            .into_iter()
+            .map(|(target, viewpoint)| View { target, camera: viewpoint.camera })
+            .collect();
         let weather = match rng.random_range(0..10) {
             0..6 => Weather::Clear,
             6..9 => Weather::Overcast,
@@ -126,7 +132,7 @@ fn parked_and_driving(road: &Road, rng: &mut ChaCha8Rng) -> (Vec<SimulatedVehicl
     let half = road.half_width_m;
     let density: f64 = rng.random_range(0.15..0.8);
     for row in 0..6 {
-        // Centre line to the row, direction of its vehicles, spacing; rows 4 and 5 stand on the verge.
+        // Offset of the row from the centre line, direction of its vehicles, spacing; rows 4 and 5 are on the verge.
         let side = if row % 2 == 0 { -1.0 } else { 1.0 };
         let (d, chance) = match row {
             0 | 1 => (side * (0.45 * half).clamp(1.6, 2.2), 0.5 * density),
@@ -155,19 +161,20 @@ fn parked_and_driving(road: &Road, rng: &mut ChaCha8Rng) -> (Vec<SimulatedVehicl
     (vehicles, labels)
 }
 
-/// Room for a vehicle that was not placed \[m\].
+/// Free space for a vehicle to be placed \[m\].
 const EXTENT_STEP_M: f64 = 5.0;
 
-/// Puts a vehicle before or behind the target, so that it hides a part of it or clutters the background.
+/// Puts a vehicle in front of the target or behind it, to occlude a part of it or to clutter the background.
 fn place_extra(
     road: &Road,
     vehicles: &mut [SimulatedVehicle],
     (view, extra, target): (usize, usize, usize),
-    aim: &Aim,
+    viewpoint: &Viewpoint,
     rng: &mut ChaCha8Rng,
 ) {
     let Some((centre, size)) = ground_place(vehicles, view, target) else { return };
-    let eye = Point2::new(aim.site_from_camera.translation().x, aim.site_from_camera.translation().y);
+    let eye =
+        Point2::new(viewpoint.site_from_camera.translation().x, viewpoint.site_from_camera.translation().y);
     let along = centre - eye;
     let distance = along.norm();
     let before = rng.random_bool(0.6);
@@ -205,7 +212,7 @@ fn place_extra(
     }
 }
 
-/// Where a vehicle stands in a view, level, and its length.
+/// Level position of a vehicle in a view, and its length.
 fn ground_place(vehicles: &[SimulatedVehicle], view: usize, index: usize) -> Option<(Point2<f64>, f64)> {
     let vehicle = vehicles.get(index)?;
     let at = (*vehicle.poses.get(view)?)?.translation();
@@ -217,11 +224,11 @@ fn post(
     vehicles: &[SimulatedVehicle],
     view: usize,
     target: usize,
-    aim: &Aim,
+    viewpoint: &Viewpoint,
     rng: &mut ChaCha8Rng,
 ) -> Option<Chunk> {
     let (centre, length) = ground_place(vehicles, view, target)?;
-    let eye = aim.site_from_camera.translation();
+    let eye = viewpoint.site_from_camera.translation();
     let along = centre - Point2::new(eye.x, eye.y);
     let distance = along.norm();
     let reach = 2.0..distance - 0.5 * length - 0.3;

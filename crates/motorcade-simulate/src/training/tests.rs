@@ -1,7 +1,7 @@
-//! Crops are repeatable and their labels exact.
+//! Crops are reproducible and their labels exact.
 
 use super::*;
-use crate::training::crop::Sight;
+use crate::training::crop::Visibility;
 use motorcade_shape::Layout;
 
 const OPTIONS: VehicleCropOptions = VehicleCropOptions { count: 12, seed: 3, side_px: 48, margin: 1.5 };
@@ -43,7 +43,7 @@ fn keypoints_are_the_projections_of_the_drawing() {
         let vehicle = &street.drive.vehicles[view.target];
         let pose = street.drive.camera_from_vehicle(view.target, frame).unwrap();
         let Some(places) = vehicle.keypoints(Layout::Car36) else {
-            assert!(crop.sights.iter().all(|s| *s == Sight::Unknown as u8));
+            assert!(crop.sights.iter().all(|s| *s == Visibility::Unknown as u8));
             continue;
         };
         for (place, [x, y]) in places.iter().zip(crop.keypoints) {
@@ -72,7 +72,8 @@ fn keypoints_that_are_seen_lie_in_the_box_of_what_is_seen() {
         let [x1, y1, x2, y2] = ["box_x1_px", "box_y1_px", "box_x2_px", "box_y2_px"].map(|n| column(crop, n));
         // A drawing's keypoints lie on an ideal body, a few centimetres off the mesh.
         let slack = 0.06 * (x2 - x1);
-        for ([x, y], _) in crop.keypoints.iter().zip(crop.sights).filter(|k| k.1 == Sight::Visible as u8) {
+        for ([x, y], _) in crop.keypoints.iter().zip(crop.sights).filter(|k| k.1 == Visibility::Visible as u8)
+        {
             let (x, y) = (f64::from(*x), f64::from(*y));
             let inside = x > x1 - slack && x < x2 + slack && y > y1 - slack && y < y2 + slack;
             assert!(inside, "({x}, {y}) of [{x1}, {y1}, {x2}, {y2}] in view {}", column(crop, "view"));

@@ -1,4 +1,4 @@
-//! Where a training camera stands and how it looks at a vehicle.
+//! Poses of training cameras relative to a vehicle.
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose};
 use nalgebra::{Matrix3, Point2, Vector3};
@@ -12,27 +12,27 @@ use crate::vehicle::SimulatedVehicle;
 /// Heights of the vehicle in the picture \[px\].
 const HEIGHT_PX: (f64, f64) = (20.0, 400.0);
 
-/// A camera and its place.
+/// A camera and its pose.
 #[derive(Clone, Debug)]
-pub(super) struct Aim {
+pub(super) struct Viewpoint {
     pub camera: PinholeCamera,
     pub site_from_camera: Pose<Site, Camera>,
 }
 
-/// A camera that looks at a vehicle; `None` when it would stand in another one.
-pub(super) fn aim(
+/// A camera with a vehicle in view; `None` when it would be inside another one.
+pub(super) fn viewpoint_of(
     road: &Road,
     vehicles: &[SimulatedVehicle],
     target: usize,
     rng: &mut ChaCha8Rng,
-) -> Option<Aim> {
+) -> Option<Viewpoint> {
     let vehicle = vehicles.get(target)?;
     let at = (*vehicle.poses.first()?)?.translation();
     let centre = Point2::new(at.x, at.y);
     let camera = lens(rng);
     let high = if rng.random_bool(0.7) { 260.0 } else { HEIGHT_PX.1 };
     let box_px = HEIGHT_PX.0 * (high / HEIGHT_PX.0).powf(rng.random());
-    // The nearer end of the vehicle decides: half a length less.
+    // Distance to the nearer end of the vehicle: half a length less.
     let distance_m = (camera.fy * vehicle.size.height_m / box_px).max(1.2) + 0.35 * vehicle.size.length_m;
     let eye = stand(road, &centre, distance_m, rng);
     let free = |v: &SimulatedVehicle| {
@@ -47,7 +47,7 @@ pub(super) fn aim(
     let towards = centre - eye;
     let width_px = camera.fx * vehicle.size.length_m.min(3.0) / distance_m;
     let half = 0.5 * f64::from(camera.width);
-    // Columns from the middle; some vehicles are cut off by a side of the picture.
+    // Columns from the middle; some vehicles are truncated by a side of the picture.
     let column = if rng.random_bool(0.24) {
         let side = if rng.random_bool(0.5) { 1.0 } else { -1.0 };
         side * (half + rng.random_range(-0.7..0.45) * width_px)
@@ -61,7 +61,7 @@ pub(super) fn aim(
         rng.random_range(-0.035..0.035),
         0.012 * (rng.random::<f64>() + rng.random::<f64>() + rng.random::<f64>() - 1.5) * 2.0,
     );
-    Some(Aim { camera, site_from_camera })
+    Some(Viewpoint { camera, site_from_camera })
 }
 
 /// Pictures of many shapes and fields of view.
@@ -73,7 +73,7 @@ fn lens(rng: &mut ChaCha8Rng) -> PinholeCamera {
     PinholeCamera { fx: focal, fy: focal, cx, cy, width: width as u32, height: height as u32 }
 }
 
-/// A place at a distance: on the road looking along it, or anywhere.
+/// A position at a distance: on the road looking along it, or anywhere.
 fn stand(road: &Road, centre: &Point2<f64>, distance_m: f64, rng: &mut ChaCha8Rng) -> Point2<f64> {
     if rng.random_bool(0.65) {
         let (s, d) = road.locate(centre);
@@ -87,7 +87,7 @@ fn stand(road: &Road, centre: &Point2<f64>, distance_m: f64, rng: &mut ChaCha8Rn
     centre + out * distance_m
 }
 
-/// `site_from_camera` of a camera at a place and height that looks along `yaw_rad`, pitched down and rolled.
+/// `site_from_camera` at a position and height, with yaw `yaw_rad`, pitch downwards and roll.
 fn tilted((eye, z): (Point2<f64>, f64), yaw_rad: f64, pitch_rad: f64, roll_rad: f64) -> Pose<Site, Camera> {
     let (s, c) = yaw_rad.sin_cos();
     let forward = Vector3::new(c * pitch_rad.cos(), s * pitch_rad.cos(), -pitch_rad.sin());

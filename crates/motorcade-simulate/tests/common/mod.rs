@@ -1,4 +1,4 @@
-//! Pictures as grey levels, and how one is carried into another by what is known of depth and pose.
+//! Grey images of rendered views, warped into each other by their depth and poses.
 
 #![allow(dead_code, reason = "no test uses all of it")]
 
@@ -6,7 +6,7 @@ use motorcade_geometry::{Camera, PinholeCamera, Pose};
 use motorcade_simulate::{Drive, Picture, RenderOptions, Renderer, Scenario, Site, simulate};
 use nalgebra::{Matrix3, Point2, Point3, Vector2, Vector3};
 
-/// A drive seen by a sensor without faults.
+/// A drive with an ideal sensor.
 pub fn drive(name: &str, frames: usize, width: u32) -> Drive {
     let mut options = RenderOptions::default().with_width(width);
     options.sensor.noise = 0.0;
@@ -101,7 +101,7 @@ impl View {
         Some(sum)
     }
 
-    /// Where what a pixel shows is in another view, and how deep.
+    /// Position of a pixel's surface point in another view, and its depth.
     pub fn carried(&self, x: usize, y: usize, other: &Self) -> Option<(Point2<f64>, f64)> {
         let ray = self.camera.ray(&Point2::new(x as f64, y as f64));
         let point = Point3::from(ray * self.depth_m(x, y));
@@ -115,7 +115,7 @@ pub struct Match<'a> {
     other: &'a View,
     level: f64,
     place: Point2<f64>,
-    /// What the pixel's edges are there, less a pixel's own width: over this area the other view is as sharp.
+    /// The pixel's footprint there, less a pixel's own width: averaged over it the other view is equally sharp.
     right: Vector2<f64>,
     down: Vector2<f64>,
 }
@@ -151,8 +151,8 @@ pub fn matches<'a>(a: &View, b: &'a View, chosen: impl Fn(usize, usize) -> bool)
     out
 }
 
-/// Where pixels really are against where they ought to be \[px\]: the shift that makes the grey levels of all matches
-/// agree best.
+/// Displacement of pixels from their predicted positions \[px\]: the shift that minimises the grey-level differences of all
+/// matches.
 pub fn shift(matches: &[Match<'_>]) -> Vector2<f64> {
     // Gauss-Newton over the shift and a common difference of brightness.
     let mut found = Vector3::<f64>::zeros();

@@ -1,11 +1,11 @@
-//! Which drives are run and how good the results have to be.
+//! The drives of the suite and the bounds of their errors.
 
 use motorcade_simulate::Weather::{self, Clear, Overcast, Rain};
 
 /// Half of KITTI's: a quarter of the time. Vehicles count from 40 px on, so within 13 m.
 const WIDTH_PX: u32 = 621;
 
-/// Most that is allowed.
+/// Bounds of the errors.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {
     /// SE(3)-aligned \[m\].

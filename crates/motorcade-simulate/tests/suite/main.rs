@@ -79,6 +79,6 @@ fn every_scenario_stays_within_its_bounds() {
 fn a_missed_bound_is_told() {
     let case = &SHORT[0];
     let bad = Outcome { ego_ate_m: 99.0, scale_pct: -50.0, ..Outcome::default() };
-    let told = missed(case, &bad);
-    assert!(told.len() >= 2 && told[0].contains("ego ATE 99.000 m"), "{told:?}");
+    let reported = missed(case, &bad);
+    assert!(reported.len() >= 2 && reported[0].contains("ego ATE 99.000 m"), "{reported:?}");
 }

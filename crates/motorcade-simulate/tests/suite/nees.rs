@@ -1,10 +1,10 @@
-//! Whether covariances are honest: the normalised estimation error squared of the camera's poses.
+//! Consistency of covariances: the normalised estimation error squared of the camera's poses.
 
+use motorcade_geometry::robust::median_midpoint;
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_odometry::EgoFrame;
-use nalgebra::Vector6;
 
-/// 95 % of a chi-square with 6 degrees of freedom lies below.
+/// 95 % quantile of χ²₆.
 const CHI2_95: f64 = 12.592;
 
 /// Over all frames but the first, which is the world itself.
@@ -16,22 +16,13 @@ pub struct Nees {
     pub median: f64,
 }
 
-/// Errors `log(estimate⁻¹ · truth)` in `[ω, ν]`, worlds = first cameras, weighed by the estimates' covariances. Frames
-/// whose covariance cannot be inverted count as outside.
+/// Consistency of the frames' covariances with their errors, worlds = first cameras. Frames whose covariance cannot be inverted
+/// count as outside.
 pub fn nees(frames: &[EgoFrame], truth: &[Pose<World, Camera>]) -> Option<Nees> {
-    let (first, first_truth) = (frames.first()?.world_from_camera, truth.first()?);
-    let moved = |origin: &Pose<World, Camera>, pose: &Pose<World, Camera>| origin.inverse() * *pose;
-    let mut values: Vec<f64> = frames
-        .iter()
-        .zip(truth)
-        .skip(1)
-        .map(|(frame, truth)| {
-            let estimate = moved(&first, &frame.world_from_camera);
-            let error: Vector6<f64> = (estimate.inverse() * moved(first_truth, truth)).log();
-            frame.covariance.cholesky().map_or(f64::INFINITY, |c| error.dot(&c.solve(&error)))
-        })
-        .collect();
-    values.sort_by(f64::total_cmp);
+    let (poses, covariances): (Vec<_>, Vec<_>) =
+        frames.iter().map(|f| (f.world_from_camera, f.covariance)).unzip();
+    let values = motorcade_evaluate::nees(&poses, truth, &covariances).ok()?;
+    let mut values: Vec<f64> = values.iter().skip(1).map(|v| v.unwrap_or(f64::INFINITY)).collect();
     let within = values.iter().filter(|v| **v < CHI2_95).count() as f64 / values.len().max(1) as f64;
-    Some(Nees { within, median: *values.get(values.len() / 2)? })
+    Some(Nees { within, median: median_midpoint(&mut values)? })
 }

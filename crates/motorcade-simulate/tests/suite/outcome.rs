@@ -1,4 +1,4 @@
-//! One scenario rendered, run and judged.
+//! One scenario rendered, run and evaluated.
 
 use motorcade::{Config, Motorcade, NoProgress, output, push_sequence};
 use motorcade_dataset::{Sequence, SequenceOptions};
@@ -12,16 +12,16 @@ use super::nees::{Nees, nees};
 
 const SEED: u64 = 1;
 
-/// What came out.
+/// Errors of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
     pub length_m: f64,
     /// SE(3)-aligned.
     pub ego_ate_m: f64,
-    /// Estimated over true length of the way, less one; 0 where the camera hardly moves.
+    /// Estimated over true length of the path, less one; 0 where the camera hardly moves.
     pub scale_pct: f64,
     pub vehicles: usize,
-    /// Mean over the vehicles, after the SE(3) alignment of the camera's way.
+    /// Mean over the vehicles, after the SE(3) alignment of the camera's path.
     pub vehicle_ate_m: Option<f64>,
     pub coverage: Option<f64>,
     pub nees: Nees,
@@ -67,12 +67,12 @@ impl Outcome {
     }
 }
 
-/// `MOTORCADE_SUITE_WIDTH` and `MOTORCADE_SUITE_SEED` ask for others than those the bounds are for.
+/// `MOTORCADE_SUITE_WIDTH` and `MOTORCADE_SUITE_SEED` select others than those of the bounds.
 fn asked<T: std::str::FromStr>(what: &str, usual: T) -> T {
     std::env::var(format!("MOTORCADE_SUITE_{what}")).ok().and_then(|v| v.parse().ok()).unwrap_or(usual)
 }
 
-/// `MOTORCADE_SUITE_SET="stage.key=value ..."` asks for other settings than those the bounds are for.
+/// `MOTORCADE_SUITE_SET="stage.key=value ..."` selects other settings than those of the bounds.
 fn settings() -> Config {
     let asked = std::env::var("MOTORCADE_SUITE_SET").unwrap_or_default();
     asked.split_whitespace().fold(Config::default(), |config, set| config.set(set).unwrap())

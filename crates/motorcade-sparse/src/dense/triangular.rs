@@ -121,8 +121,7 @@ fn backward_strip<const N: usize, V: Four>(
     Some(())
 }
 
-/// Forward substitution over a front, rows as in the panel: solves `L11 y = x` in place at the pivots and subtracts
-/// `L21 y` from the rows below.
+/// See [`solve_forward`].
 #[inline(always)]
 fn forward<V: Four>(panel: &[f64], shape: Shape, front: &mut [f64]) {
     let (ld, mut j) = (shape.ld(), 0);
@@ -136,7 +135,7 @@ fn forward<V: Four>(panel: &[f64], shape: Shape, front: &mut [f64]) {
     }
 }
 
-/// Backward substitution over a front, rows as in the panel: solves `L11ᵀ y = x − L21ᵀ below` in place at the pivots.
+/// See [`solve_backward`].
 #[inline(always)]
 fn backward<V: Four>(panel: &[f64], shape: Shape, front: &mut [f64]) {
     let (ld, mut j) = (shape.ld(), shape.pivots);
@@ -150,41 +149,29 @@ fn backward<V: Four>(panel: &[f64], shape: Shape, front: &mut [f64]) {
     }
 }
 
-struct Forward<'a> {
+/// Substitution over a front with L, or with its transpose.
+struct Substitution<'a, const TRANSPOSED: bool> {
     panel: &'a [f64],
     shape: Shape,
     front: &'a mut [f64],
 }
 
-impl Kernel for Forward<'_> {
+impl<const TRANSPOSED: bool> Kernel for Substitution<'_, TRANSPOSED> {
     type Output = ();
     #[inline(always)]
     fn run<V: Four>(self) {
-        forward::<V>(self.panel, self.shape, self.front);
-    }
-}
-
-struct Backward<'a> {
-    panel: &'a [f64],
-    shape: Shape,
-    front: &'a mut [f64],
-}
-
-impl Kernel for Backward<'_> {
-    type Output = ();
-    #[inline(always)]
-    fn run<V: Four>(self) {
-        backward::<V>(self.panel, self.shape, self.front);
+        let Self { panel, shape, front } = self;
+        if TRANSPOSED { backward::<V>(panel, shape, front) } else { forward::<V>(panel, shape, front) }
     }
 }
 
 /// Forward substitution over a front, rows as in the panel: solves `L11 y = x` in place at the pivots and subtracts
 /// `L21 y` from the rows below.
 pub(crate) fn solve_forward(panel: &[f64], shape: Shape, front: &mut [f64]) {
-    dispatch(Forward { panel, shape, front });
+    dispatch(Substitution::<false> { panel, shape, front });
 }
 
 /// Backward substitution over a front, rows as in the panel: solves `L11ᵀ y = x − L21ᵀ below` in place at the pivots.
 pub(crate) fn solve_backward(panel: &[f64], shape: Shape, front: &mut [f64]) {
-    dispatch(Backward { panel, shape, front });
+    dispatch(Substitution::<true> { panel, shape, front });
 }

@@ -3,9 +3,12 @@
 use super::*;
 use crate::outline::image_box;
 use crate::size_prior::size_prior;
-use motorcade_geometry::Pose;
+use motorcade_geometry::numeric::jacobian_error;
+use motorcade_geometry::{Pose, mahalanobis_squared};
 use motorcade_perception::{BoundingBox, BoxConvention, Detection, VehicleClass};
 use motorcade_testing::CAMERA;
+use nalgebra::{DMatrix, DVector};
+use std::convert::Infallible;
 
 pub(super) fn ground() -> GroundFrame {
     let up = Vector3::new(0.01, -1.0, 0.01).normalize();
@@ -35,6 +38,10 @@ fn car(bbox: BoundingBox) -> Detection {
         convention: BoxConvention::VisibleExtent,
         external_id: None,
     }
+}
+
+fn coordinates(view: &SingleView) -> DVector<f64> {
+    DVector::from_column_slice(view.position_in_camera.coords.as_slice())
 }
 
 #[test]
@@ -74,12 +81,12 @@ fn derivative_by_size_matches_differences() {
         locate(&observed, 0.5, &prior).unwrap()
     };
     let slope = held(&size).position_by_size(&(Matrix3::identity() * 1e10)).unwrap();
-    for k in 0..3 {
-        let h = 1e-3 * Vector3::ith(k, 1.0);
-        let numeric = (held(&(size + h)).position_in_camera - held(&(size - h)).position_in_camera) / 2e-3;
-        let analytic = slope.column(k);
-        assert!((numeric - analytic).norm() < 0.01 * (1.0 + numeric.norm()), "{k}: {numeric} {analytic}");
-    }
+    // In steps of a millimetre: the fit has converged to micrometres.
+    let analytic = DMatrix::from_iterator(3, 3, (slope * 1e3).iter().copied());
+    let error = jacobian_error(&analytic, |step| {
+        Ok::<_, Infallible>(coordinates(&held(&(size + step.fixed_rows::<3>(0) * 1e3))))
+    });
+    assert!(error.unwrap() < 0.01);
     // A higher car with the same box is further away.
     assert!(slope[(2, 2)] > 3.0, "{slope}");
 }
@@ -97,11 +104,13 @@ fn derivative_by_heading_matches_differences() {
         let fit = BoxFit { camera: &CAMERA, ground: &ground, options: &options };
         fit.locate_sized(&observed, heading, &prior.mean, &information).unwrap()
     };
-    let numeric = (at(0.101).position_in_camera - at(0.099).position_in_camera) / 2e-3;
-    let analytic = at(0.1).position_by_heading(&information).unwrap();
-    assert!((numeric - analytic).norm() < 0.05 * (1.0 + numeric.norm()), "{numeric} {analytic}");
+    let slope = at(0.1).position_by_heading(&information).unwrap();
+    // In steps of a milliradian, as above.
+    let analytic = DMatrix::from_iterator(3, 1, (slope * 1e3).iter().copied());
+    let error = jacobian_error(&analytic, |step| Ok::<_, Infallible>(coordinates(&at(0.1 + 1e3 * step[0]))));
+    assert!(error.unwrap() < 0.05);
     // Turned further it shows more of its side: a box of the same width is then further away.
-    assert!(analytic.z > 5.0, "{analytic}");
+    assert!(slope.z > 5.0, "{slope}");
 }
 
 /// With the bottom occluded, the roof, as high as the camera, hardly constrains the distance.
@@ -150,7 +159,7 @@ fn a_truncated_car_is_not_a_small_car() {
         assert_eq!(observed.edges, [false, true, true, true]);
         let found = locate(&observed, 0.0, &prior).unwrap();
         let off = found.position_in_camera - truth;
-        let sigmas = off.dot(&(found.covariance.try_inverse().unwrap() * off)).sqrt();
+        let sigmas = mahalanobis_squared(&off, &found.covariance).unwrap().sqrt();
         assert!(off.norm() < 1.5 && sigmas < 2.0, "{left}: {off}, {sigmas} standard deviations");
     }
 }

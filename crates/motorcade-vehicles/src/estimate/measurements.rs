@@ -8,7 +8,7 @@ use crate::box_fit::SingleView;
 use crate::external::ExternalView;
 use crate::ground::GroundFrame;
 use crate::outline::upright_pose;
-use crate::trajectory::{Scaling, Sighting, Source, VehicleMeasurement};
+use crate::trajectory::{PoseObservation, Scaling, Source, VehicleMeasurement};
 
 /// Measurement of a frame, all sources fused, of a vehicle with this forward direction (camera frame).
 pub(super) fn fused(
@@ -28,32 +28,36 @@ pub(super) fn fused(
 
 /// Measurements of each source of each frame given the track's size, with their frames, boxes first. Boxes take the headings
 /// (relative to each frame's camera), external views have their own.
-pub(super) fn sightings(input: &TrackInput<'_>, views: &Views, headings: &[f64]) -> Vec<(usize, Sighting)> {
+pub(super) fn observations(
+    input: &TrackInput<'_>,
+    views: &Views,
+    headings: &[f64],
+) -> Vec<(usize, PoseObservation)> {
     let information = views.size.information_at_scale(&input.options.advanced.size);
     let fit = |information: &Matrix3<f64>| input.fit_boxes(headings, &views.size.size, information);
     let boxes = information.as_ref().map_or_else(Vec::new, fit);
     let of_box = |(frame, view): &(usize, SingleView)| {
         let ground = input.grounds.get(*frame)?;
         let forward = ground.direction_of(*headings.get(frame - input.start)?);
-        Some((*frame, box_sighting(input, views, view, information.as_ref()?, ground, &forward)?))
+        Some((*frame, box_observation(input, views, view, information.as_ref()?, ground, &forward)?))
     };
     let of_external = |view: &ExternalView| {
         let ground = input.grounds.get(view.frame)?;
-        Some((view.frame, external_sighting(input, views, view, ground)))
+        Some((view.frame, external_observation(input, views, view, ground)))
     };
     boxes.iter().filter_map(of_box).chain(input.external.views.iter().filter_map(of_external)).collect()
 }
 
-fn box_sighting(
+fn box_observation(
     input: &TrackInput<'_>,
     views: &Views,
     view: &SingleView,
     size_information: &Matrix3<f64>,
     ground: &GroundFrame,
     forward: &Vector3<f64>,
-) -> Option<Sighting> {
+) -> Option<PoseObservation> {
     let headings = &input.options.advanced.heading;
-    let by_scale = view.position_by_size(size_information)? * views.size.size.to_vector();
+    let scale_derivative = view.position_by_size(size_information)? * views.size.size.to_vector();
     let pose = upright_pose(&view.position_in_camera, forward, &ground.up);
     let r = pose.rotation_matrix();
     let position = r.transpose() * view.covariance * r;
@@ -63,23 +67,23 @@ fn box_sighting(
     by_heading
         .fixed_view_mut::<3, 1>(3, 2)
         .copy_from(&(r.transpose() * view.position_by_heading(size_information)?));
-    Some(Sighting {
+    Some(PoseObservation {
         source: Source::Box,
         camera_from_vehicle: pose,
         covariance: by_heading * covariance * by_heading.transpose(),
         scaling: Scaling::Size,
-        by_scale: tangent(&(r.transpose() * by_scale)),
+        scale_derivative: tangent(&(r.transpose() * scale_derivative)),
     })
 }
 
-fn external_sighting(
+fn external_observation(
     input: &TrackInput<'_>,
     views: &Views,
     view: &ExternalView,
     ground: &GroundFrame,
-) -> Sighting {
+) -> PoseObservation {
     let size = views.size.size.to_vector();
-    let (position, scaling, by_scale, covariance) = match view.size_dependence {
+    let (position, scaling, scale_derivative, covariance) = match view.size_dependence {
         Some(by) => {
             let proportions = by.slope * views.size.proportions() * by.slope.transpose();
             let shift = by.slope * (size - by.size.to_vector());
@@ -96,7 +100,7 @@ fn external_sighting(
     let pose = upright_pose(&position, &view.forward_in_camera, &ground.up);
     let r = pose.rotation_matrix();
     let tilt_sigma_rad = input.options.advanced.heading.tilt_sigma_rad;
-    Sighting {
+    PoseObservation {
         source: view.source,
         camera_from_vehicle: pose,
         covariance: pose_covariance(
@@ -105,7 +109,7 @@ fn external_sighting(
             tilt_sigma_rad,
         ),
         scaling,
-        by_scale: tangent(&(r.transpose() * by_scale)),
+        scale_derivative: tangent(&(r.transpose() * scale_derivative)),
     }
 }
 

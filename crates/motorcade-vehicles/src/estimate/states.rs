@@ -6,7 +6,7 @@ use motorcade_shape::Dimensions;
 use nalgebra::{Matrix3, Matrix6, Point3};
 
 use super::input::TrackInput;
-use super::measurements::{fused, sightings};
+use super::measurements::{fused, observations};
 use super::views::Views;
 use crate::ground::GroundFrame;
 use crate::motion::KinematicState;
@@ -14,10 +14,7 @@ use crate::options::HeadingOptions;
 use crate::outline::{image_box, upright_pose};
 use crate::time::interval_s;
 use crate::track::TrackBox;
-use crate::trajectory::{Sighting, Source, VehicleState};
-
-/// Shortest time over which yaw rates are measured: single-view headings are noisy at high frame rates \[s\].
-const YAW_RATE_TIME_S: f64 = 0.1;
+use crate::trajectory::{PoseObservation, Source, VehicleState};
 
 /// States of all frames; headings are relative to each frame's camera.
 pub(super) fn assemble(
@@ -29,14 +26,15 @@ pub(super) fn assemble(
     let TrackInput { camera, grounds, track, external, start, .. } = *input;
     let boxes = by_frame(&track.boxes, |b| b.frame, start, states.len());
     let external = by_frame(&external.views, |v| v.frame, start, states.len());
-    let mut measured: Vec<Vec<Sighting>> = vec![Vec::new(); states.len()];
-    for (frame, sighting) in sightings(input, views, headings) {
-        if let Some(slot) = measured.get_mut(frame - start) {
-            slot.push(sighting);
+    let mut observed: Vec<Vec<PoseObservation>> = vec![Vec::new(); states.len()];
+    for (frame, observation) in observations(input, views, headings) {
+        if let Some(slot) = observed.get_mut(frame - start) {
+            slot.push(observation);
         }
     }
     let mut out: Vec<VehicleState> = Vec::with_capacity(states.len());
-    for (k, ((state, heading), sightings)) in states.iter().zip(headings).zip(measured).enumerate() {
+    let options = &input.options.advanced.heading;
+    for (k, ((state, heading), observations)) in states.iter().zip(headings).zip(observed).enumerate() {
         let ground = &grounds[start + k];
         let camera_from_world = ground.world_from_camera.inverse();
         let position = camera_from_world.transform_point(&Point3::from(state.position));
@@ -47,15 +45,14 @@ pub(super) fn assemble(
         let speed_mps = state.velocity.dot(&direction);
         let velocity_covariance: Matrix3<f64> = state.covariance.fixed_view::<3, 3>(3, 3).into_owned();
         let speed_sigma_mps = direction.dot(&(velocity_covariance * direction)).max(0.0).sqrt();
-        let (yaw_rate_radps, dt) = match out.get(earlier(grounds, start, k)) {
+        let (yaw_rate_radps, dt) = match out.get(earlier(grounds, start, k, options.yaw_rate_time_s)) {
             Some(before) => {
                 let turn = before.world_from_vehicle.rotation().inverse() * world_from_vehicle.rotation();
                 let dt = (ground.time_s - grounds[before.frame].time_s).max(1e-3);
                 (turn.scaled_axis().z / dt, dt)
             }
-            None => (0.0, YAW_RATE_TIME_S),
+            None => (0.0, options.yaw_rate_time_s),
         };
-        let options = &input.options.advanced.heading;
         out.push(VehicleState {
             frame: start + k,
             world_from_vehicle,
@@ -73,17 +70,17 @@ pub(super) fn assemble(
                 (Some(_), None) => Source::Box,
                 (None, None) => Source::Predicted,
             },
-            measured: fused(input, views, start + k, &forward),
-            sightings,
+            measurement: fused(input, views, start + k, &forward),
+            observations,
         });
     }
     out
 }
 
 /// Index (from `start`) of the latest state before `k` that is old enough for a yaw rate, else of the first; `k` for the first state.
-fn earlier(grounds: &[GroundFrame], start: usize, k: usize) -> usize {
+fn earlier(grounds: &[GroundFrame], start: usize, k: usize, least_age_s: f64) -> usize {
     let age_s = |i: &usize| interval_s(grounds[start + i].time_s, grounds[start + k].time_s);
-    (0..k).rev().find(|i| age_s(i) >= YAW_RATE_TIME_S).unwrap_or(0)
+    (0..k).rev().find(|i| age_s(i) >= least_age_s).unwrap_or(0)
 }
 
 /// The first item of each of `count` frames from `start` on.

@@ -3,8 +3,8 @@
 use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
 use motorcade_perception::{BoundingBox, VehicleClass, VehicleKeypoints};
 use motorcade_shape::{
-    CLEAR_COST, Dimensions, FitOptions, HeadingEvidence, Layout, Observation, RoadPlane, ShapeFit,
-    ShapeFitter, ShapePrior, SizePrior, TrackFit, TrackShape,
+    CLEAR_COST, Dimensions, HeadingEvidence, Layout, Observation, RoadPlane, ShapeFit, ShapeFitter,
+    ShapePrior, SizePrior, TrackFit, TrackShape,
 };
 use nalgebra::{Matrix3, Point3, Vector3};
 
@@ -48,7 +48,7 @@ impl<'a> KeypointViews<'a> {
         let fitters = LAYOUTS.map(|layout| {
             let matching = shape_prior.filter(|p| p.keypoints().len() == layout.count()).cloned();
             let prior = matching.unwrap_or_else(|| ShapePrior::of_family(layout));
-            ShapeFitter::new(prior, FitOptions::default())
+            ShapeFitter::new(prior, options.fit)
         });
         Self { keypoints, camera, grounds, options, fitters }
     }

@@ -1,5 +1,7 @@
 //! Options of views that come from keypoints or from vehicle poses of a file.
 
+use motorcade_shape::FitOptions;
+
 /// Views of a vehicle from its keypoints.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -25,6 +27,8 @@ pub struct KeypointViewOptions {
     pub least_heading_sigma_rad: f64,
     /// Standard deviation of the road's slope between camera and vehicle, besides the pitch of the frame \[rad\].
     pub road_slope_sigma_rad: f64,
+    /// Fit of the shape prior.
+    pub fit: FitOptions,
 }
 
 impl Default for KeypointViewOptions {
@@ -39,6 +43,7 @@ impl Default for KeypointViewOptions {
             least_size_sigma_m: 0.02,
             least_heading_sigma_rad: 0.05,
             road_slope_sigma_rad: 0.0035,
+            fit: FitOptions::default(),
         }
     }
 }

@@ -32,6 +32,9 @@ pub struct HeadingOptions {
     pub state_tilt_sigma_rad: f64,
     /// Growth of the heading's standard deviation with the time between states \[rad/s\].
     pub state_drift_radps: f64,
+    /// Shortest time over which yaw rates are measured \[s\]: single-view headings are noisy at high frame rates. Longer times smooth
+    /// the yaw rate.
+    pub yaw_rate_time_s: f64,
 }
 
 impl Default for HeadingOptions {
@@ -51,6 +54,7 @@ impl Default for HeadingOptions {
             state_most_sigma_rad: 1.0,
             state_tilt_sigma_rad: 2.0_f64.to_radians(),
             state_drift_radps: 0.01,
+            yaw_rate_time_s: 0.1,
         }
     }
 }

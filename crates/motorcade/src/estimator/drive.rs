@@ -72,7 +72,8 @@ fn estimate_unit(
     let mut found = None;
     // Twice: with the unit known boxes are linked better.
     for _ in 0..2 {
-        let Some(unit) = unit::of(vehicles, &trajectory.world_from_camera) else { break };
+        let options = &settings.config.scale.unit;
+        let Some(unit) = unit::of(vehicles, &trajectory.world_from_camera, options) else { break };
         let motion = trajectory.in_metres(unit.metres, 0..record.frames.len(), &record.timestamps_ns());
         *ego = EgoTrajectory::metric(
             &motion,

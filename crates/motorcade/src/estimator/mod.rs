@@ -4,11 +4,9 @@
 //! through the same steps: metric trajectory, [`vehicles`], [`unit`] of an external trajectory, multi-object graph.
 
 pub(crate) mod drive;
-mod options;
 pub(crate) mod sliding;
 pub(crate) mod unit;
 pub(crate) mod vehicles;
 
 pub use drive::estimate_drive;
-pub use options::OnlineOptions;
 pub use sliding::SlidingEstimator;

@@ -67,7 +67,7 @@ impl SlidingEstimator {
             anchor: Pose::identity(),
             entry: Uncertainty::default(),
             remembered: None,
-            units: UnitEstimator::default(),
+            units: UnitEstimator::new(settings.config.scale.unit),
             unit: None,
             ego: Vec::new(),
             vehicles: BTreeMap::new(),

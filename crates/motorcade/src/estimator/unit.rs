@@ -1,5 +1,5 @@
-//! The unit of an external trajectory where no road was seen. Positions of vehicles relative to the camera are metric, so a static
-//! vehicle gives the distance between two cameras that see it.
+//! The unit of an external trajectory where no road was measured. Positions of vehicles relative to the camera are metric, so a
+//! static vehicle gives the distance between two cameras that see it.
 //!
 //! Static vehicles agree on the unit; each moving one implies another unit. Ambiguity: oncoming traffic that is all as fast as
 //! the camera agrees on twice the unit.
@@ -10,18 +10,7 @@ use motorcade_geometry::{Camera, Pose, World};
 use motorcade_vehicles::VehicleTrajectory;
 use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector3, Vector4};
 
-/// Vehicles that must agree, at least.
-const LEAST_VEHICLES: usize = 3;
-/// Views of a vehicle that count, at least.
-const LEAST_VIEWS: usize = 8;
-/// Common relative error of the distances of one vehicle (size, pitch of the road).
-const COMMON: f64 = 0.07;
-/// Common relative error of all vehicles: a level road is assumed (four KITTI drives from labelled boxes: 1 to 7 % too near).
-const COMMON_TO_ALL: f64 = 0.1;
-/// Errors of neighbouring frames are correlated: variances are multiplied by this.
-const CORRELATED_FRAMES: f64 = 4.0;
-/// Estimates with a larger relative standard deviation are left out.
-const VAGUE: f64 = 0.2;
+use crate::estimator_options::UnitOptions;
 
 /// Metres a unit of a trajectory.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,12 +35,18 @@ impl std::fmt::Display for Unit {
 }
 
 /// Estimates of the unit by vehicle; each vehicle is taken for static.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct UnitEstimator {
+    options: UnitOptions,
     by_vehicle: BTreeMap<usize, UnitEstimate>,
 }
 
 impl UnitEstimator {
+    /// Without vehicles.
+    pub(crate) fn new(options: UnitOptions) -> Self {
+        Self { options, by_vehicle: BTreeMap::new() }
+    }
+
     /// Takes the vehicles of a window whose frames have these camera poses, in units of the trajectory. Of several estimates
     /// by one vehicle the most certain is kept.
     pub(crate) fn update(
@@ -60,7 +55,7 @@ impl UnitEstimator {
         world_from_camera: &[Pose<World, Camera>],
     ) {
         for vehicle in vehicles {
-            let Some(new) = of_vehicle(vehicle, world_from_camera) else { continue };
+            let Some(new) = of_vehicle(vehicle, world_from_camera, &self.options) else { continue };
             let kept = self.by_vehicle.entry(vehicle.id).or_insert(new);
             if new.sigma < kept.sigma {
                 *kept = new;
@@ -74,14 +69,22 @@ impl UnitEstimator {
         let agreeing = |one: &UnitEstimate| all.iter().filter(|o| o.agrees(one)).copied().collect::<Vec<_>>();
         let best = all.iter().map(agreeing).max_by(|a, b| information(a).total_cmp(&information(b)))?;
         let mean = best.iter().map(|t| t.ln_metres / t.sigma.powi(2)).sum::<f64>() / information(&best);
-        let sigma = (1.0 / information(&best)).sqrt().hypot(COMMON_TO_ALL);
-        (best.len() >= LEAST_VEHICLES).then(|| Unit { metres: mean.exp(), sigma, vehicles: best.len() })
+        let sigma = (1.0 / information(&best)).sqrt().hypot(self.options.common_sigma);
+        (best.len() >= self.options.least_vehicles).then(|| Unit {
+            metres: mean.exp(),
+            sigma,
+            vehicles: best.len(),
+        })
     }
 }
 
 /// The unit that most vehicles of a drive agree on; `None` where too few do.
-pub(crate) fn of(vehicles: &[VehicleTrajectory], world_from_camera: &[Pose<World, Camera>]) -> Option<Unit> {
-    let mut units = UnitEstimator::default();
+pub(crate) fn of(
+    vehicles: &[VehicleTrajectory],
+    world_from_camera: &[Pose<World, Camera>],
+    options: &UnitOptions,
+) -> Option<Unit> {
+    let mut units = UnitEstimator::new(*options);
     units.update(vehicles, world_from_camera);
     units.unit()
 }
@@ -107,17 +110,19 @@ impl UnitEstimate {
 fn of_vehicle(
     vehicle: &VehicleTrajectory,
     world_from_camera: &[Pose<World, Camera>],
+    options: &UnitOptions,
 ) -> Option<UnitEstimate> {
     let (mut h, mut g, mut views) = (Matrix4::zeros(), Vector4::zeros(), 0);
     let origin = world_from_camera.get(vehicle.states.first()?.frame)?.translation();
     for state in &vehicle.states {
-        let (Some(seen), Some(camera)) = (state.measured, world_from_camera.get(state.frame)) else {
+        let (Some(measurement), Some(camera)) = (state.measurement, world_from_camera.get(state.frame))
+        else {
             continue;
         };
-        let place = camera.transform_vector(&seen.camera_from_vehicle.translation());
-        let turn = camera.rotation_matrix() * seen.camera_from_vehicle.rotation_matrix();
-        let covariance = turn * seen.covariance.fixed_view::<3, 3>(3, 3) * turn.transpose();
-        let weight = (covariance * CORRELATED_FRAMES).try_inverse()?;
+        let place = camera.transform_vector(&measurement.camera_from_vehicle.translation());
+        let turn = camera.rotation_matrix() * measurement.camera_from_vehicle.rotation_matrix();
+        let covariance = turn * measurement.covariance.fixed_view::<3, 3>(3, 3) * turn.transpose();
+        let weight = (covariance * options.variance_factor).try_inverse()?;
         let way: Vector3<f64> = camera.translation() - origin;
         let mut j = Matrix3x4::zeros();
         j.set_column(0, &way);
@@ -128,8 +133,8 @@ fn of_vehicle(
     }
     let inverse = h.try_inverse()?;
     let metres = (inverse * g)[0];
-    let sigma = (inverse[(0, 0)].max(0.0).sqrt() / metres).hypot(COMMON);
-    let certain = views >= LEAST_VIEWS && metres > 0.0 && sigma < VAGUE;
+    let sigma = (inverse[(0, 0)].max(0.0).sqrt() / metres).hypot(options.vehicle_sigma);
+    let certain = views >= options.least_views && metres > 0.0 && sigma < options.most_sigma;
     certain.then(|| UnitEstimate { ln_metres: metres.ln(), sigma })
 }
 
@@ -164,11 +169,11 @@ mod tests {
                 speed_sigma_mps: 1.0,
                 yaw_rate_radps: 0.0,
                 source: Source::Box,
-                measured: Some(VehicleMeasurement {
+                measurement: Some(VehicleMeasurement {
                     camera_from_vehicle: pose,
                     covariance: Matrix6::identity() * 0.01,
                 }),
-                sightings: Vec::new(),
+                observations: Vec::new(),
             }
         };
         VehicleTrajectory {
@@ -189,10 +194,10 @@ mod tests {
             [vehicle(0.0, 15.0, 1.0, 0.0), vehicle(-3.0, 60.0, -1.3, 0.0), vehicle(-3.0, 60.0, -0.8, 0.0)];
         let numbered = |(id, v): (usize, &VehicleTrajectory)| VehicleTrajectory { id, ..v.clone() };
         let all: Vec<_> = parked.iter().chain(&traffic).enumerate().map(numbered).collect();
-        let found = of(&all, &way()).unwrap();
+        let found = of(&all, &way(), &UnitOptions::default()).unwrap();
         assert_eq!(found.vehicles, 3);
         assert!((found.metres / UNIT_M).ln().abs() < 0.03 && found.sigma < 0.12, "{found:?}");
         // Two that agree may both be oncoming traffic.
-        assert_eq!(of(&all[1..], &way()), None);
+        assert_eq!(of(&all[1..], &way(), &UnitOptions::default()), None);
     }
 }

@@ -3,16 +3,12 @@
 #![allow(dead_code, reason = "each test uses its part")]
 
 use motorcade::{Config, FrameInfo, FrontEndRecord, Settings, Stopwatch};
-use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
+use motorcade_geometry::{Camera, Pose, World};
 use motorcade_odometry::{OdometryTrajectory, RoadMeasurement, RoadState};
 use motorcade_perception::{BoundingBox, BoxConvention, Detection, VehicleClass};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
-/// KITTI's, nearly.
-pub const CAMERA: PinholeCamera =
-    PinholeCamera { fx: 720.0, fy: 720.0, cx: 600.0, cy: 180.0, width: 1242, height: 375 };
-/// Height of the camera \[m\].
-pub const HEIGHT_M: f64 = 1.65;
+pub use motorcade_testing::{CAMERA, CAMERA_HEIGHT_M as HEIGHT_M};
 
 /// Settings for this camera.
 pub fn settings(config: Config) -> Settings {

@@ -13,7 +13,7 @@ use std::io::{BufWriter, Write};
 /// Position and quaternion (x, y, z, w) of a vertex.
 pub type Vertex = (usize, [f64; 7]);
 
-/// What one run gave.
+/// Result of one run.
 pub struct Solved {
     /// CPU seconds of the optimisation.
     pub cpu_s: f64,

@@ -14,20 +14,10 @@ use super::preprocess::{input, scale};
 use crate::detection::{BoundingBox, BoxConvention, Detection, VehicleClass};
 use crate::detectors::VehicleDetector;
 use crate::error::Result;
+use crate::manifest::BoxFamily;
 
 /// Least width and height of a box \[px\].
 const LEAST_SIDE_PX: f64 = 2.0;
-
-/// Decoding of the outputs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum BoxFamily {
-    /// One row a cell, not decoded (Ge et al., *YOLOX*, arXiv 2107.08430).
-    Yolox,
-    /// One row a box, decoded (Liu et al., *SSD*, ECCV 2016, with its detection-output layer).
-    Ssd,
-    /// Heat maps of box centres with sizes and offsets (Zhou et al., *Objects as Points*, arXiv 1904.07850).
-    CentrePoint,
-}
 
 /// A network that finds vehicles.
 #[derive(Debug)]

@@ -18,7 +18,7 @@ mod priors;
 mod tests;
 mod visibility;
 
-use motorcade_geometry::robust::Kernel;
+use motorcade_geometry::robust::RobustKernel;
 use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
 use nalgebra::{Matrix3, Point2, SVector, Vector2, Vector3};
 
@@ -166,11 +166,11 @@ impl<'a> Problem<'a> {
     /// Kernel of a term: cost ρ(s) and weight ρ'(s) of a squared whitened residual.
     pub fn robust(&self, term: Term, s: f64) -> (f64, f64) {
         match term {
-            Term::Keypoint(_) => (self.options.kernel.cost(s), self.options.kernel.weight(s)),
+            Term::Keypoint(_) => (self.options.kernel().cost(s), self.options.kernel().weight(s)),
             // Geman–McClure: the cost of one point saturates.
             Term::Visibility(most) => (most * s / (1.0 + s), most / (1.0 + s).powi(2)),
             Term::BoxEdge => {
-                let kernel = Kernel::Cauchy(self.options.advanced.box_edge_scale);
+                let kernel = RobustKernel::Cauchy(self.options.advanced.box_edge_scale);
                 (kernel.cost(s), kernel.weight(s))
             }
             Term::Road | Term::Size | Term::Shape => (s, 1.0),

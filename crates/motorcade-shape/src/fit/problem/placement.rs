@@ -37,7 +37,7 @@ impl Problem<'_> {
                 let variance =
                     rows.map(|(_, _, f, v)| v * (depth / f).powi(2) + self.options.keypoint_sigma_m.powi(2));
                 let s: f64 = (0..2).map(|k| (rows[k].0.dot(&t) - rows[k].1).powi(2) / variance[k]).sum();
-                let robust = if round == 0 { 1.0 } else { self.options.kernel.weight(s) };
+                let robust = if round == 0 { 1.0 } else { self.options.kernel().weight(s) };
                 for k in 0..2 {
                     let weight = robust / variance[k];
                     h += rows[k].0 * rows[k].0.transpose() * weight;

@@ -1,12 +1,21 @@
-//! How pictures are made.
+//! Options of rendering, and of the simulated detector.
 
 use motorcade_geometry::PinholeCamera;
 
-use super::look::Look;
-use super::weather::Weather;
 use crate::error::{Error, Result};
+use crate::weather::Weather;
 
-/// What the sensor adds to a picture.
+/// Style of vehicles and light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Look {
+    /// One style of lamps, glass and light for all.
+    #[default]
+    Plain,
+    /// Style of every vehicle and the light of the scene drawn from the seed; for training data.
+    Varied,
+}
+
+/// Noise, exposure and motion blur of the sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorOptions {
     /// Standard deviation of the noise of a pixel \[grey levels of 255\].
@@ -15,8 +24,8 @@ pub struct SensorOptions {
     pub exposure_drift: f64,
     /// Shutter time \[s\]; seen only with more than one blur sample.
     pub shutter_s: f64,
-    /// Pictures averaged over the shutter time, whose middle is the time of the frame; 1 for no motion blur. Time grows
-    /// with it, for even numbers by one picture more.
+    /// Pictures averaged over the shutter time, whose middle is the time of the frame; 1 for no motion blur. The cost is proportional
+    /// to it, for even numbers to one picture more.
     pub blur_samples: usize,
 }
 
@@ -33,7 +42,7 @@ pub struct RenderOptions {
     pub camera: PinholeCamera,
     /// Frames per second.
     pub fps: f64,
-    /// The sky.
+    /// The weather.
     pub weather: Weather,
     /// The sensor.
     pub sensor: SensorOptions,
@@ -73,10 +82,10 @@ impl RenderOptions {
         self
     }
 
-    /// Refuses what cannot be.
+    /// Checks the values.
     ///
     /// # Errors
-    /// Says which option and why.
+    /// An invalid option, by name and reason.
     pub fn validate(&self) -> Result<()> {
         self.camera.validate().map_err(|e| Error::Plan(e.to_string()))?;
         let fine = self.fps.is_finite() && self.fps > 0.0 && self.fps <= 1000.0;
@@ -93,11 +102,45 @@ impl RenderOptions {
             ("shutter time [s]", shutter_s, 1.0 / self.fps),
         ];
         for (what, value, most) in sensor {
-            // Not a number lies in no range.
+            // NaN lies in no range.
             if !(0.0..=most).contains(&value) {
                 return Err(Error::Plan(format!("{what} must lie in [0, {most}], got {value}")));
             }
         }
         Ok(())
+    }
+}
+
+/// Errors of the simulated detector.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DetectorOptions {
+    /// Standard deviation of a box edge \[px\].
+    pub edge_sigma_px: f64,
+    /// Probability of missing a clearly visible vehicle; occluded or small ones are missed more often.
+    pub miss_chance: f64,
+    /// Expected number of false boxes at random positions in a frame.
+    pub false_boxes: f64,
+    /// Expected number of false boxes on walls beside the road in a frame: the same structure is detected as a car for a second
+    /// or more, so that the box moves as a static object does.
+    pub wall_boxes: f64,
+    /// Probability that a box jumps: its edges move by up to `jump_share` of its size for one frame.
+    pub jump_chance: f64,
+    /// Largest displacement of a jump, as a share of the box's size.
+    pub jump_share: f64,
+    /// Least height of detected vehicles \[px\].
+    pub least_height_px: f64,
+}
+
+impl Default for DetectorOptions {
+    fn default() -> Self {
+        Self {
+            edge_sigma_px: 1.2,
+            miss_chance: 0.02,
+            false_boxes: 0.03,
+            wall_boxes: 0.0,
+            jump_chance: 0.0,
+            jump_share: 0.25,
+            least_height_px: 14.0,
+        }
     }
 }

@@ -1,8 +1,8 @@
-//! Triangles with what their surface is.
+//! Triangles with materials.
 
 use nalgebra::{Point3, Vector3};
 
-/// What a surface is made of; the three attributes of its vertices mean different things for each.
+/// Material of a surface; each has its own meaning of the three vertex attributes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Material {
     /// Carriageway, pavement and verge: (s, d, height above the carriageway).
@@ -27,11 +27,11 @@ pub(crate) enum Part {
     Cargo,
     Tyre,
     Hub,
-    /// Mirrors and rails; only where looks are varied.
+    /// Mirrors and rails; only with varied appearance.
     Trim,
 }
 
-/// A building's looks.
+/// Appearance of a building.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Building {
     pub wall: [f32; 3],
@@ -45,7 +45,7 @@ pub(crate) struct Building {
     pub seed: u64,
 }
 
-/// A corner.
+/// A vertex.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Vertex {
     pub position: Point3<f64>,
@@ -60,7 +60,7 @@ pub(crate) struct Triangle {
     pub material: Material,
 }
 
-/// Any triangles.
+/// A mesh of triangles.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Mesh {
     pub triangles: Vec<Triangle>,
@@ -71,7 +71,7 @@ impl Mesh {
         let [a, b, c] = corners.map(|v| v.position);
         let normal = (b - a).cross(&(c - a));
         let size = normal.norm();
-        // A sliver has no direction and no area.
+        // Degenerate triangles have no direction and no area.
         if size > 1e-9 {
             self.triangles.push(Triangle { corners, normal: normal / size, material });
         }
@@ -84,7 +84,7 @@ impl Mesh {
     }
 }
 
-/// Part of the still world, small enough to be left out as a whole when it is out of sight.
+/// Part of the static scenery, small enough to be culled as a whole.
 #[derive(Clone, Debug)]
 pub(crate) struct Chunk {
     pub centre: Point3<f64>,
@@ -93,7 +93,7 @@ pub(crate) struct Chunk {
 }
 
 impl Chunk {
-    /// Wraps a mesh with the ball around it; `None` for an empty one.
+    /// A mesh with its bounding sphere; `None` for an empty one.
     pub(crate) fn around(mesh: Mesh) -> Option<Self> {
         let corners = || mesh.triangles.iter().flat_map(|t| t.corners.iter().map(|v| v.position));
         let count = corners().count();

@@ -1,4 +1,4 @@
-//! Which vehicles a frame shows and what they hide, by their outlines alone.
+//! Visible vehicles of a frame and their occlusions, by their outlines alone.
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
 use motorcade_perception::BoundingBox;
@@ -9,27 +9,27 @@ use crate::render::{VehicleView, projected, vehicle_mesh};
 
 /// A vehicle in a frame.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sighted {
+pub(crate) struct VisibleVehicle {
     /// Index in the drive.
     pub vehicle: usize,
     pub pose: Pose<Camera, Vehicle>,
     /// Box of the whole vehicle, not clipped \[px\].
     pub whole: BoundingBox,
-    /// Along the optical axis \[m\].
+    /// Depth along the optical axis \[m\].
     pub depth_m: f64,
 }
 
-/// The vehicles of a frame that are in the image and wholly before the camera, in the drive's order.
+/// The vehicles of a frame that are in the image and wholly in front of the camera, in the drive's order.
 #[derive(Clone, Debug)]
-pub(crate) struct Outlook {
+pub(crate) struct FrameOutlines {
     pub camera: PinholeCamera,
-    pub sighted: Vec<Sighted>,
+    pub vehicles: Vec<VisibleVehicle>,
 }
 
-/// Boxes are larger than what they hold: only their inner part is taken to hide things, as a share of the half size.
+/// Part of a box that occludes, as a share of its half size: vehicles do not fill their boxes.
 const SOLID: f64 = 0.85;
 
-impl Outlook {
+impl FrameOutlines {
     pub(crate) fn of(drive: &Drive, frame: usize) -> Self {
         let camera = drive.camera();
         let one = |vehicle: usize| {
@@ -41,19 +41,19 @@ impl Outlook {
             let whole =
                 BoundingBox::new(projected(&camera, &vehicle_mesh(drive.vehicles.get(vehicle)?), &pose)?);
             let inside = whole.clipped(camera.width, camera.height);
-            (inside.width() > 1.0 && inside.height() > 1.0).then_some(Sighted {
+            (inside.width() > 1.0 && inside.height() > 1.0).then_some(VisibleVehicle {
                 vehicle,
                 pose,
                 whole,
                 depth_m,
             })
         };
-        Self { camera, sighted: (0..drive.vehicles.len()).filter_map(one).collect() }
+        Self { camera, vehicles: (0..drive.vehicles.len()).filter_map(one).collect() }
     }
 
-    /// True when another vehicle than `owner` (index in the drive) stands before a point.
-    pub(crate) fn hides(&self, pixel: &Point2<f64>, depth_m: f64, owner: Option<usize>) -> bool {
-        self.sighted.iter().any(|s| {
+    /// True when another vehicle than `owner` (index in the drive) occludes a point.
+    pub(crate) fn occludes(&self, pixel: &Point2<f64>, depth_m: f64, owner: Option<usize>) -> bool {
+        self.vehicles.iter().any(|s| {
             let [x1, y1, x2, y2] = s.whole.to_array();
             let inside = |p: f64, a: f64, b: f64| (p - 0.5 * (a + b)).abs() < 0.5 * SOLID * (b - a);
             Some(s.vehicle) != owner
@@ -63,18 +63,18 @@ impl Outlook {
         })
     }
 
-    /// As a picture would tell it: boxes of what is hidden in part are those of the whole vehicle.
+    /// Views as of a rendered image; boxes of partly occluded vehicles are those of the whole vehicle.
     pub(crate) fn views(&self, vehicles: usize) -> Vec<VehicleView> {
         const GRID: usize = 12;
         let mut views = vec![VehicleView::default(); vehicles];
-        for s in &self.sighted {
+        for s in &self.vehicles {
             let inside = s.whole.clipped(self.camera.width, self.camera.height);
             let [x1, y1, x2, y2] = inside.to_array();
             let place = |i: usize, a: f64, b: f64| a + (b - a) * (i as f64 + 0.5) / GRID as f64;
             let free = (0..GRID * GRID)
                 .filter(|k| {
                     let p = Point2::new(place(k % GRID, x1, x2), place(k / GRID, y1, y2));
-                    !self.hides(&p, s.depth_m, Some(s.vehicle))
+                    !self.occludes(&p, s.depth_m, Some(s.vehicle))
                 })
                 .count();
             // Quarter pixels, as the renderer counts.

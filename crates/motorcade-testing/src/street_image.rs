@@ -1,10 +1,9 @@
-//! A street between two walls, rendered on the spot.
-
-#![allow(dead_code, reason = "the tests of two crates use parts of this")]
+//! Images of a street between two walls.
 
 use image::{GrayImage, Luma};
 use motorcade_geometry::PinholeCamera;
 
+/// A small camera, so that debug builds of the front end keep up.
 pub const CAMERA: PinholeCamera =
     PinholeCamera { fx: 390.0, fy: 390.0, cx: 240.0, cy: 105.0, width: 480, height: 240 };
 /// Height of the camera above the road \[m\].
@@ -14,19 +13,19 @@ const TO_WALL_M: f64 = 6.0;
 /// Range of sight \[m\].
 const SIGHT_M: f64 = 60.0;
 
-/// Where the camera is over the street.
+/// Pose of the camera above the street.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Place {
-    /// Right of the middle \[m\].
+pub struct StreetPose {
+    /// Offset to the right of the middle \[m\].
     pub across_m: f64,
-    /// Along the street \[m\].
+    /// Distance along the street \[m\].
     pub along_m: f64,
-    /// Turned to the right of the street \[rad\].
+    /// Heading, positive to the right of the street \[rad\].
     pub heading_rad: f64,
 }
 
-impl Place {
-    /// In the middle, looking along.
+impl StreetPose {
+    /// In the middle, looking along the street.
     pub fn along(along_m: f64) -> Self {
         Self { along_m, ..Self::default() }
     }
@@ -53,30 +52,30 @@ fn texture(u: f64, v: f64) -> f64 {
 }
 
 /// The ray through a pixel in the street (right, down, along), and the depth of its first surface \[m\].
-fn ray(camera: &PinholeCamera, place: &Place, u: f64, v: f64) -> ([f64; 3], f64) {
-    let (sin, cos) = place.heading_rad.sin_cos();
+fn ray(camera: &PinholeCamera, pose: &StreetPose, u: f64, v: f64) -> ([f64; 3], f64) {
+    let (sin, cos) = pose.heading_rad.sin_cos();
     let (x, y) = ((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy);
     let (right, ahead) = (cos * x + sin, cos - sin * x);
-    let to_wall = (TO_WALL_M - place.across_m * right.signum()) / right.abs().max(1e-9);
+    let to_wall = (TO_WALL_M - pose.across_m * right.signum()) / right.abs().max(1e-9);
     let to_road = if y > 1e-9 { HEIGHT_M / y } else { f64::INFINITY };
     ([right, y, ahead], to_wall.min(to_road).min(SIGHT_M))
 }
 
 /// Depth of the surface at a pixel \[m\].
-pub fn depth(camera: &PinholeCamera, place: &Place, u: f64, v: f64) -> f64 {
-    ray(camera, place, u, v).1
+pub fn depth(camera: &PinholeCamera, pose: &StreetPose, u: f64, v: f64) -> f64 {
+    ray(camera, pose, u, v).1
 }
 
-/// The street as a camera sees it.
-pub fn street(camera: &PinholeCamera, place: &Place) -> GrayImage {
+/// Grey image of the street (0 to 255).
+pub fn street_image(camera: &PinholeCamera, pose: &StreetPose) -> GrayImage {
     GrayImage::from_fn(camera.width, camera.height, |u, v| {
-        let ([right, down, ahead], depth) = ray(camera, place, f64::from(u), f64::from(v));
-        let along = place.along_m + depth * ahead;
+        let ([right, down, ahead], depth) = ray(camera, pose, f64::from(u), f64::from(v));
+        let along = pose.along_m + depth * ahead;
         let value = if depth >= SIGHT_M {
             // The end of the street is too far to come nearer.
             noise((right / ahead) * 40.0, down * 40.0)
         } else if depth * down >= HEIGHT_M * (1.0 - 1e-12) {
-            texture(place.across_m + depth * right, along)
+            texture(pose.across_m + depth * right, along)
         } else {
             texture(depth * down + 40.0 * right.signum(), along)
         };

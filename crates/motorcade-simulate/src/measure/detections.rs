@@ -1,4 +1,4 @@
-//! What a good detector would have found in a picture.
+//! Simulated vehicle detections.
 
 use motorcade_dataset::Label;
 use motorcade_perception::{BoundingBox, VehicleClass};
@@ -9,43 +9,9 @@ use crate::drive::Drive;
 use crate::hash;
 use crate::render::VehicleView;
 
-/// How the detector errs.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DetectorOptions {
-    /// Standard deviation of a box edge \[px\].
-    pub edge_sigma_px: f64,
-    /// Chance to miss a vehicle that is plainly visible; those hidden or small are missed more often.
-    pub miss_chance: f64,
-    /// Expected number of boxes on nothing in a frame.
-    pub false_boxes: f64,
-    /// Expected number of boxes on walls beside the road in a frame: the same place is taken for a car for a second or
-    /// more, so that the box moves as a standing thing does.
-    pub wall_boxes: f64,
-    /// Chance that a box jumps: its edges move by up to `jump_share` of its size for one frame.
-    pub jump_chance: f64,
-    /// How far boxes jump, as a share of their size.
-    pub jump_share: f64,
-    /// Vehicles lower than this are not found \[px\].
-    pub least_height_px: f64,
-}
-
-impl Default for DetectorOptions {
-    fn default() -> Self {
-        Self {
-            edge_sigma_px: 1.2,
-            miss_chance: 0.02,
-            false_boxes: 0.03,
-            wall_boxes: 0.0,
-            jump_chance: 0.0,
-            jump_share: 0.25,
-            least_height_px: 14.0,
-        }
-    }
-}
-
-/// Detections of a frame as result lines; track −1, as a detector knows no identities.
+/// Detections of a frame as KITTI result lines, with track −1: detectors give no identities.
 pub(crate) fn of_frame(drive: &Drive, frame: usize, views: &[VehicleView]) -> Vec<Label> {
-    // A stream of its own for every frame: frames can be made in any order.
+    // One random stream per frame, so that frames can be simulated in any order.
     let mut rng = ChaCha8Rng::seed_from_u64(hash::mix(drive.seed ^ 0xde7ec7) ^ frame as u64);
     let (camera, options) = (drive.camera(), &drive.detector);
     let mut found = Vec::new();
@@ -61,10 +27,10 @@ pub(crate) fn of_frame(drive: &Drive, frame: usize, views: &[VehicleView]) -> Ve
             bbox = BoundingBox::new(jumped).clipped(camera.width, camera.height);
         }
         let share = view.visible_share();
-        // Certain in the open and near; less so behind others and far away.
+        // High for near, unoccluded vehicles, lower for occluded and far ones.
         let clearness = (share / 0.6).min(1.0) * (bbox.height() / 30.0).min(1.0);
-        let (lot, wobble): (f64, f64) = (rng.random(), rng.random_range(-0.04..0.04));
-        let missed = lot < options.miss_chance + 0.5 * (1.0 - clearness).powi(2);
+        let (uniform, wobble): (f64, f64) = (rng.random(), rng.random_range(-0.04..0.04));
+        let missed = uniform < options.miss_chance + 0.5 * (1.0 - clearness).powi(2);
         let small = bbox.height() < options.least_height_px || bbox.width() < 4.0 || share < 0.2;
         if !missed && !small {
             found.push(line(frame, vehicle.class, bbox, (0.55 + 0.4 * clearness + wobble).clamp(0.05, 0.99)));
@@ -84,7 +50,7 @@ pub(crate) fn of_frame(drive: &Drive, frame: usize, views: &[VehicleView]) -> Ve
     found
 }
 
-/// Boxes on things beside the road that look like cars: windows, bins, hedges.
+/// False boxes on car-like structures beside the road: windows, bins, hedges.
 fn on_walls(drive: &Drive, frame: usize) -> Vec<Label> {
     const PITCH_M: f64 = 9.0;
     let camera = drive.camera();
@@ -95,15 +61,15 @@ fn on_walls(drive: &Drive, frame: usize) -> Vec<Label> {
     let mut found = Vec::new();
     for cell in (here / PITCH_M) as i64 + 1..(here / PITCH_M) as i64 + 6 {
         for side in [-1_i64, 1] {
-            let lot = |k: i64| f64::from(hash::unit(drive.seed ^ 0x3a11, 2 * cell + side.max(0), k));
-            // Ten places are in sight.
-            if lot(0) > 0.1 * share {
+            let uniform = |k: i64| f64::from(hash::unit(drive.seed ^ 0x3a11, 2 * cell + side.max(0), k));
+            // About ten candidate positions are in sight.
+            if uniform(0) > 0.1 * share {
                 continue;
             }
-            let d = side as f64 * (drive.road.half_width_m + 3.2 + 2.0 * lot(1));
-            let foot = drive.road.point(cell as f64 * PITCH_M + 6.0 * lot(2), d)
-                + nalgebra::Vector3::z() * (0.2 + 1.2 * lot(3));
-            let (width_m, height_m) = (1.8 + 2.2 * lot(4), 1.3 + 0.7 * lot(5));
+            let d = side as f64 * (drive.road.half_width_m + 3.2 + 2.0 * uniform(1));
+            let foot = drive.road.point(cell as f64 * PITCH_M + 6.0 * uniform(2), d)
+                + nalgebra::Vector3::z() * (0.2 + 1.2 * uniform(3));
+            let (width_m, height_m) = (1.8 + 2.2 * uniform(4), 1.3 + 0.7 * uniform(5));
             let seen = camera_from_site.transform_point(&foot);
             let Some(p) = camera.project(&seen).filter(|_| seen.z > 4.0) else { continue };
             let (w, h) = (camera.fx * width_m / seen.z, camera.fy * height_m / seen.z);
@@ -114,7 +80,7 @@ fn on_walls(drive: &Drive, frame: usize) -> Vec<Label> {
                 [p.x - 0.5 * w + wobble(0), p.y - h + wobble(1), p.x + 0.5 * w + wobble(2), p.y + wobble(3)];
             let bbox = BoundingBox::new(edges).clipped(camera.width, camera.height);
             if bbox.width() > 6.0 && bbox.height() > 14.0 {
-                found.push(line(frame, VehicleClass::Car, bbox, 0.35 + 0.3 * lot(6)));
+                found.push(line(frame, VehicleClass::Car, bbox, 0.35 + 0.3 * uniform(6)));
             }
         }
     }

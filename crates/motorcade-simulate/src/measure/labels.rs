@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use crate::drive::Drive;
 use crate::render::VehicleView;
 
-/// A vehicle with fewer visible quarter pixels than this is not labelled: nobody could see it.
+/// Least number of visible quarter pixels of a labelled vehicle.
 const FEWEST_SAMPLES: u64 = 60;
 
 /// Labels of the vehicles that can be seen in a frame. Boxes are drawn around the corners of the 3D box, clipped to the image, as
@@ -30,7 +30,7 @@ pub(crate) fn of_frame(drive: &Drive, frame: usize, views: &[VehicleView]) -> Ve
                     let inside = whole.clipped(camera.width, camera.height);
                     (inside, 1.0 - inside.area() / whole.area().max(1e-9))
                 }
-                // Partly behind the camera: only what is seen is known, and it is surely cut.
+                // Partly behind the camera: the box is that of the visible part, and truncated.
                 None => (BoundingBox::new(seen).clipped(camera.width, camera.height), 0.9),
             };
         let [x, y, z] = pose.translation().into();
@@ -39,7 +39,7 @@ pub(crate) fn of_frame(drive: &Drive, frame: usize, views: &[VehicleView]) -> Ve
             frame: frame as u64,
             track: i64::from(vehicle.id),
             class: vehicle.class.name().to_owned(),
-            // Hundredths as in KITTI's files; a sliver below is not a truncation.
+            // Hundredths as in KITTI's files; less is no truncation.
             truncated: (100.0 * truncated.clamp(0.0, 1.0)).round() / 100.0,
             occluded: occlusion(view.visible_share()),
             alpha_rad: wrapped(ry_rad - x.atan2(z)),

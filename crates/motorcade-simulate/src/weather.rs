@@ -1,6 +1,6 @@
 //! Kinds of weather.
 
-/// What the sky is like.
+/// Weather of a drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Weather {
     /// Sun and some clouds, with shadows.
@@ -8,7 +8,7 @@ pub enum Weather {
     Clear,
     /// A bright grey sky without shadows.
     Overcast,
-    /// A dark grey sky, haze, a wet road that mirrors it, streaks in the air and drops on the glass.
+    /// A dark grey sky, haze, a reflecting wet road, rain streaks and drops on the lens.
     Rain,
 }
 

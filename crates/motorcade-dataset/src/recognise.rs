@@ -1,0 +1,38 @@
+//! Recognition of the kind of input at a path.
+
+use std::path::Path;
+
+use crate::error::{Error, Result};
+use crate::format::Format;
+use crate::source::images;
+
+impl Format {
+    /// Recognises the kind of input at a path.
+    pub fn recognise(path: &Path) -> Result<Self> {
+        let metadata = std::fs::metadata(path).map_err(Error::io(path))?;
+        if metadata.is_file() {
+            if images::is_image(path) {
+                return Err(Error::input(path, "is a single image; give the folder that holds the frames"));
+            }
+            return Ok(Self::Video);
+        }
+        let has = |name: &str| path.join(name).is_dir();
+        if (0..4).any(|camera| path.join(format!("image_{camera:02}/data")).is_dir()) {
+            return Ok(Self::KittiRaw);
+        }
+        if has("image_02") || has("image_03") {
+            return Ok(Self::KittiTracking);
+        }
+        if (0..4).any(|camera| has(&format!("image_{camera}"))) {
+            return Ok(Self::KittiOdometry);
+        }
+        if !images::list(path)?.entries.is_empty() {
+            return Ok(Self::Images);
+        }
+        Err(Error::input(
+            path,
+            "holds no frames; expected PNG or JPEG files, KITTI tracking (image_02/0000/), KITTI odometry (image_0/), \
+             KITTI raw (image_02/data/) or a video file",
+        ))
+    }
+}

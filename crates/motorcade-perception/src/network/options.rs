@@ -1,0 +1,31 @@
+//! Options of inference.
+
+/// Inference engine. The results of two engines differ by rounding.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Engine {
+    /// `rten`, built in.
+    #[cfg_attr(not(feature = "ort"), default)]
+    Rten,
+    /// ONNX Runtime, a library of the system; the default where the feature `ort` builds it in.
+    #[cfg(feature = "ort")]
+    #[default]
+    OnnxRuntime,
+}
+
+/// Options of inference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ModelOptions {
+    /// Threads of one network; at least 1. The result is the same for any number.
+    pub threads: usize,
+    /// Vehicles less certain than this are not handed out, 0 to 1. Low, because tracking rejects chance detections.
+    pub min_score: f64,
+    /// Inference engine.
+    pub engine: Engine,
+}
+
+impl Default for ModelOptions {
+    fn default() -> Self {
+        Self { threads: 1, min_score: 0.1, engine: Engine::default() }
+    }
+}
