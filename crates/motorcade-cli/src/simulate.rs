@@ -4,26 +4,30 @@ use std::path::Path;
 
 use anyhow::bail;
 use motorcade::Progress;
+use motorcade::output::OutputDirectory;
 use motorcade_dataset::{Cam0, KittiCalibration, read_labels, read_trajectory};
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
 use motorcade_simulate::{
     Drive, KeypointOptions, MeasureOptions, ReenactOptions, RenderOptions, Scenario, SensorOptions,
-    VehicleCropOptions, WriteOptions, labels_in_camera, reenact, scenarios, simulate as plan,
-    write_vehicle_crops,
+    VehicleCropOptions, WriteOptions, Written, labels_in_camera, reenact, scenarios, simulate as plan,
+    write_vehicle_crops_until,
 };
 
 use crate::arguments::{SimulateArguments, Training};
+use crate::drive::command_line;
 use crate::exit;
 use crate::progress::Reporter;
 
 /// Length of a scenario when no number of frames is given \[s\].
 const SCENARIO_S: f64 = 12.0;
+/// Name of the record of simulated data, which lists its files.
+pub const DRIVE_RECORD: &str = "simulation.json";
 
 /// Lists scenarios, or renders a scenario or a real drive.
 pub fn simulate(arguments: &SimulateArguments) -> anyhow::Result<u8> {
     if arguments.list {
         for scenario in scenarios() {
-            exit::print(&format!("{:<20} {}", scenario.name, scenario.description));
+            exit::print(&format!("{:<20} {}", scenario.name, scenario.description))?;
         }
         return Ok(exit::FINE);
     }
@@ -36,12 +40,9 @@ pub fn simulate(arguments: &SimulateArguments) -> anyhow::Result<u8> {
     }
     // clap asks for it unless --list is given.
     let Some(out) = &arguments.out else { bail!("--out is needed") };
-    let occupied = std::fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_some());
-    if occupied && !arguments.force {
-        bail!("{} is not empty; choose another --out or add --force to write over it", out.display());
-    }
+    let directory = OutputDirectory::open(out, DRIVE_RECORD, arguments.force)?;
     if let Some(Training::Vehicle) = arguments.training {
-        return crops(arguments, out);
+        return crops(arguments, &directory, out);
     }
     let drive = match (&arguments.trajectory, &arguments.scenario) {
         (Some(trajectory), _) => real(trajectory, arguments)?,
@@ -66,31 +67,77 @@ pub fn simulate(arguments: &SimulateArguments) -> anyhow::Result<u8> {
             drop_chance: arguments.drop_outs,
             ..MeasureOptions::default()
         };
-        drive.write_geometry(out, &options, &measure)?
+        filled(&directory, out, |folder| drive.write_geometry(folder, &options, &measure))?
     } else {
-        let reporter = Reporter::new(arguments.progress);
-        reporter.begin("rendering", Some(drive.len()));
-        let written = drive.write_kitti(out, &options, &|done| reporter.advance(done))?;
-        reporter.finish();
-        written
+        rendered(&drive, &directory, out, &options, &Reporter::new(arguments.progress))?
     };
-    exit::print(&format!(
+    exit::say(&format!(
         "{} frames, {} labelled boxes\n{}",
         drive.len(),
         written.labels,
-        written.training.display()
+        out.join("training").display()
     ));
     Ok(exit::FINE)
 }
 
+/// Renders a drive into its directory.
+pub fn rendered(
+    drive: &Drive,
+    directory: &OutputDirectory,
+    out: &Path,
+    options: &WriteOptions,
+    reporter: &Reporter,
+) -> anyhow::Result<Written> {
+    reporter.begin("rendering", Some(drive.len()));
+    let written = filled(directory, out, |folder| {
+        let (advance, cancelled) = (|done| reporter.advance(done), || reporter.cancelled());
+        let written = drive.write_kitti_until(folder, options, &advance, &cancelled)?;
+        let moved = |path: &Path| out.join(path.strip_prefix(folder).unwrap_or(path));
+        Ok(Written {
+            training: moved(&written.training),
+            detections: moved(&written.detections),
+            road_masks: written.road_masks.as_deref().map(moved),
+            keypoints: written.keypoints.as_deref().map(moved),
+            ..written
+        })
+    });
+    reporter.finish();
+    written
+}
+
+/// Fills a directory of simulated data. Errors of writing name it, not the temporary folder.
+fn filled<T>(
+    directory: &OutputDirectory,
+    out: &Path,
+    write: impl FnOnce(&Path) -> motorcade_simulate::Result<T>,
+) -> anyhow::Result<T> {
+    use motorcade_simulate::Error as Simulation;
+    let fill = |folder: &Path| {
+        write(folder).map_err(|error| match error {
+            Simulation::Io { .. } | Simulation::Image { .. } => {
+                anyhow::Error::new(error).context(format!("cannot write {}", out.display()))
+            }
+            _ => error.into(),
+        })
+    };
+    let version = env!("CARGO_PKG_VERSION");
+    directory.write(
+        fill,
+        |files, _| serde_json::json!({"motorcade": version, "command": command_line(), "files": files}),
+    )
+}
+
 /// Training crops of single vehicles.
-fn crops(arguments: &SimulateArguments, out: &Path) -> anyhow::Result<u8> {
+fn crops(arguments: &SimulateArguments, directory: &OutputDirectory, out: &Path) -> anyhow::Result<u8> {
     let options = VehicleCropOptions { count: arguments.count, seed: arguments.seed, ..Default::default() };
     let reporter = Reporter::new(arguments.progress);
     reporter.begin("rendering", Some(options.count));
-    write_vehicle_crops(&options, out, &|done| reporter.advance(done))?;
+    let made = filled(directory, out, |folder| {
+        write_vehicle_crops_until(&options, folder, &|done| reporter.advance(done), &|| reporter.cancelled())
+    });
     reporter.finish();
-    exit::print(&format!("{} crops\n{}", options.count, out.display()));
+    made?;
+    exit::say(&format!("{} crops\n{}", options.count, out.display()));
     Ok(exit::FINE)
 }
 

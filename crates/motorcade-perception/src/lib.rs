@@ -62,6 +62,7 @@ mod network;
 mod perception;
 mod recording;
 mod road;
+mod trial;
 
 pub use detection::{BoundingBox, BoxConvention, Detection, NoVehicle, VehicleClass};
 pub use detectors::{KeypointDetector, RoadSegmenter, VehicleDetector};
@@ -77,3 +78,4 @@ pub use network::{
 pub use perception::{Observations, Perception, PerceptionOptions};
 pub use recording::Recording;
 pub use road::RoadMask;
+pub use trial::try_models;

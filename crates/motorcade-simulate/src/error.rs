@@ -10,6 +10,9 @@ pub enum Error {
     /// A plan or an option asks for something that cannot be.
     #[error("{0}")]
     Plan(String),
+    /// The caller asked to stop.
+    #[error("interrupted; nothing was written")]
+    Cancelled,
     /// The operating system refused.
     #[error("{path}: {source}", path = .path.display())]
     Io {

@@ -56,5 +56,5 @@ pub use render::{Look, Picture, RenderOptions, Renderer, SensorOptions, VehicleV
 pub use scenario::{Scenario, scenarios};
 pub use simulate::simulate;
 pub use site::Site;
-pub use training::{VehicleCropOptions, write_vehicle_crops};
+pub use training::{VehicleCropOptions, write_vehicle_crops, write_vehicle_crops_until};
 pub use vehicle::SimulatedVehicle;

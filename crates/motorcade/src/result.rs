@@ -6,6 +6,8 @@ use motorcade_odometry::{EgoFrame, EgoTrajectory, FrameStatus, RoadMeasurement};
 use motorcade_perception::Detection;
 use motorcade_vehicles::VehicleTrajectory;
 
+use crate::finite;
+use crate::plausibility;
 use crate::progress::Progress;
 use crate::record::{FrameInfo, FrontEndRecord};
 use crate::timing::Stopwatch;
@@ -36,6 +38,8 @@ pub struct RunResult {
     pub warnings: Vec<String>,
     /// True when it was stopped before the last frame.
     pub interrupted: bool,
+    /// Number of frames of the input, where the caller said so.
+    pub planned_frames: Option<usize>,
 }
 
 /// Estimates of a window, to be put together with what the front end knows.
@@ -68,8 +72,12 @@ impl RunResult {
             stopwatch: record.stopwatch,
             warnings: record.warnings,
             interrupted: record.interrupted,
+            planned_frames: record.planned_frames,
         };
-        for warning in warnings.into_iter().chain(summary_warnings(&result, metric)).collect::<Vec<_>>() {
+        let repaired = finite::keep_finite(&mut result);
+        let speeds = plausibility::of_speeds(&result);
+        let summary = summary_warnings(&result, metric);
+        for warning in warnings.into_iter().chain(repaired).chain(speeds).chain(summary) {
             progress.warn(&warning);
             result.warnings.push(warning);
         }
@@ -100,6 +108,11 @@ impl RunResult {
 fn summary_warnings(result: &RunResult, metric: bool) -> Vec<String> {
     let mut out = Vec::new();
     let n = result.ego.frames.len();
+    if let (true, Some(first), Some(last)) = (result.interrupted, result.frames.first(), result.frames.last())
+    {
+        let all = result.planned_frames.map_or_else(String::new, |all| format!(" of {all}"));
+        out.push(format!("interrupted: the results hold frames {} to {}{all}", first.number, last.number));
+    }
     let tracked = |f: &&EgoFrame| matches!(f.status, FrameStatus::Tracked | FrameStatus::Standstill);
     let untracked = n - result.ego.frames.iter().filter(tracked).count();
     if untracked > 0 {

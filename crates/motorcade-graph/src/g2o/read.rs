@@ -1,6 +1,7 @@
 //! Reading `.g2o` files.
 
 use std::collections::BTreeMap;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use motorcade_geometry::robust::RobustKernel;
@@ -69,9 +70,18 @@ impl Document {
 
 /// Reads a file.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Document, GraphError> {
-    let text =
-        std::fs::read_to_string(path).map_err(|source| GraphError::Io { path: path.into(), source })?;
-    parse(&text, path, options)
+    // A FIFO or a device may never end.
+    let text = std::fs::metadata(path).and_then(|found| match found.is_file() {
+        true => std::fs::read_to_string(path),
+        false => Err(io::Error::new(io::ErrorKind::InvalidInput, "is not a regular file")),
+    });
+    let text = text.map_err(|source| GraphError::Io { path: path.into(), source })?;
+    let document = parse(&text, path, options)?;
+    if document.vertices.is_empty() {
+        let message = "holds no vertices that are known; expected a g2o file".to_owned();
+        return Err(GraphError::Parse { path: path.into(), line: 1, message });
+    }
+    Ok(document)
 }
 
 #[derive(Debug)]

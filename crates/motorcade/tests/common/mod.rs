@@ -80,5 +80,6 @@ pub fn drive(frames: usize) -> FrontEndRecord {
         stopwatch: Stopwatch::default(),
         warnings: Vec::new(),
         interrupted: false,
+        planned_frames: None,
     }
 }
