@@ -68,7 +68,7 @@ pub enum Command {
     /// Lists networks with kind, licence and hash.
     #[command(after_help = "Examples:\n  motorcade models\n  motorcade models --models my-networks")]
     Models(ModelsArguments),
-    /// Loads each network of a folder and runs it on a black picture; `run` starts it for networks of a folder.
+    /// Loads the networks of a folder and runs those for a picture of this size; `run` starts it for networks of a folder.
     #[command(hide = true, name = "probe-models")]
     ProbeModels(ProbeArguments),
     /// Shell completions on stdout.

@@ -13,12 +13,12 @@ use crate::exit;
 
 /// Most memory of a network and one picture \[kB\]; the largest detectors for vehicles need a quarter of it.
 const MOST_KB: u64 = 4 << 20;
-/// Longest time for loading all networks and running each on one picture.
+/// Longest time for loading all networks and running them on one picture.
 const LONGEST: Duration = Duration::from_secs(120);
 /// Time between two looks at the process.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
 
-/// The hidden command: loads each network and runs it on a black picture, after a line with its name.
+/// The hidden command: loads the networks and runs those for this size on a black picture, each after a line with its file.
 pub fn probe(arguments: &ProbeArguments) -> anyhow::Result<u8> {
     let size = (arguments.width, arguments.height);
     // Without a reader there is nobody to tell.

@@ -155,10 +155,20 @@ fn files_that_are_no_graphs() {
 
 /// Sends SIGINT as soon as the program says `said` on stderr; its answer and the time it took to end.
 fn interrupted(folder: &Path, arguments: &str, said: &str) -> (Answer, Duration) {
+    interrupted_with(folder, arguments, said, &[])
+}
+
+fn interrupted_with(
+    folder: &Path,
+    arguments: &str,
+    said: &str,
+    environment: &[(&str, &str)],
+) -> (Answer, Duration) {
     use std::io::{BufRead, BufReader, Read};
     use std::process::Stdio;
     let mut command = std::process::Command::new(program(folder, "").get_program());
     command.args(arguments.split(' ')).current_dir(folder).env("MOTORCADE_MODELS", "none");
+    command.envs(environment.iter().copied());
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let mut stderr = BufReader::new(child.stderr.take().unwrap());
     let mut text = String::new();
@@ -213,6 +223,33 @@ fn an_interrupted_run_says_which_frames_it_has() {
         assert!(told.stderr.contains(&said) && page.contains(&said), "{said}: {}", told.stderr);
     }
     no_leftovers(folder.path());
+}
+
+/// A video program that hands out three frames and then nothing more.
+#[test]
+fn a_run_that_waits_for_frames_obeys_the_first_interrupt() {
+    use std::os::unix::fs::PermissionsExt;
+    for threads in [1, 2] {
+        let folder = drive(1);
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at("drive.mp4"), "no video").unwrap();
+        let ffprobe = "#!/bin/sh\necho avg_frame_rate=10/1\necho nb_read_packets=50\n";
+        let frame = "printf 'P6\\n480 240\\n255\\n'; head -c 345600 /dev/zero; ";
+        // The reader looks at the version first; `exec` leaves no child of the shell behind.
+        let version = "[ \"$1\" = -version ] && { echo ffmpeg version 7.0; exit; }";
+        let ffmpeg = format!("#!/bin/sh\n{version}\n{}exec sleep 30\n", frame.repeat(3));
+        for (name, script) in [("ffprobe", ffprobe), ("ffmpeg", ffmpeg.as_str())] {
+            fs::write(at(name), script).unwrap();
+            fs::set_permissions(at(name), fs::Permissions::from_mode(0o755)).unwrap();
+        }
+        let command = format!(
+            "run drive.mp4 --calibration camera.toml --height 1.5 --out out --progress json --threads {threads}"
+        );
+        let path = format!("{}:{}", folder.path().display(), std::env::var("PATH").unwrap());
+        let (told, time) = interrupted_with(folder.path(), &command, "\"done\":3", &[("PATH", &path)]);
+        told.expect(130, &["frames 0 to 2 of 50"]);
+        assert!(time < Duration::from_secs(20), "{threads} threads: {time:?}");
+    }
 }
 
 #[test]

@@ -1,18 +1,21 @@
-//! A trial of every network of a folder.
+//! A trial of the networks of a folder.
 
+use std::cell::RefCell;
 use std::path::Path;
+use std::sync::Arc;
 
 use image::RgbImage;
 use motorcade_dataset::Frame;
+use rten::ThreadPool;
 
 use crate::detection::{BoundingBox, BoxConvention, Detection, VehicleClass};
 use crate::error::Result;
-use crate::manifest::Manifest;
+use crate::manifest::{Manifest, ModelEntry};
 use crate::models::{ModelOptions, ModelSet};
 use crate::network::Network;
 
-/// Loads each network of a folder and runs it on a black picture of this size (width, height) \[px\]; `each` is called with
-/// its file before. A network can end the process by asking for more memory than there is: a program that is to survive that
+/// Loads the networks of a folder and runs those that suit the size best on a black picture of it (width, height) \[px\];
+/// `each` is called with the file before a network is loaded and before it runs. A network can end the process by asking for more memory than there is: a program that is to survive that
 /// makes the trial in a second one.
 ///
 /// # Errors
@@ -32,21 +35,28 @@ pub fn try_models(
         convention: BoxConvention::VisibleExtent,
         external_id: None,
     };
-    for entry in Manifest::of_folder(folder)?.models {
-        each(&folder.join(&entry.file));
-        let one = Manifest { models: vec![entry] };
-        let mut set = ModelSet::build(&one, image_size, options, |entry, threads| {
-            Network::load(folder, entry, options, threads)
-        })?;
-        if let Some(detector) = &mut set.vehicles {
-            detector.detect(&frame)?;
-        }
-        if let Some(segmenter) = &mut set.road {
-            segmenter.segment(&frame)?;
-        }
-        if let Some(detector) = &mut set.keypoints {
-            detector.keypoints(&frame, std::slice::from_ref(&whole))?;
-        }
+    let manifest = Manifest::of_folder(folder)?;
+    let each = RefCell::new(each);
+    let tell = |entry: &ModelEntry| (each.borrow_mut())(&folder.join(&entry.file));
+    let load = |entry: &ModelEntry, threads: &Arc<ThreadPool>| {
+        tell(entry);
+        Network::load(folder, entry, options, threads)
+    };
+    let mut set = ModelSet::build(&manifest, image_size, options, load)?;
+    let tell_chosen = |description: String| {
+        manifest.models.iter().filter(|entry| description.ends_with(&entry.name)).for_each(tell);
+    };
+    if let Some(detector) = &mut set.vehicles {
+        tell_chosen(detector.description());
+        detector.detect(&frame)?;
+    }
+    if let Some(segmenter) = &mut set.road {
+        tell_chosen(segmenter.description());
+        segmenter.segment(&frame)?;
+    }
+    if let Some(detector) = &mut set.keypoints {
+        tell_chosen(detector.description());
+        detector.keypoints(&frame, std::slice::from_ref(&whole))?;
     }
     Ok(())
 }
