@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use motorcade::output::io_error;
 use motorcade_dataset::atomic_file::PendingFile;
+use serde::Serializer;
 
 /// A file to be written. Made before long work, so that a place that cannot be written is reported at once.
 #[derive(Debug)]
@@ -28,4 +29,9 @@ impl OutFile {
     pub fn write(self, text: &str) -> Result<(), motorcade::Error> {
         self.file.write(text).map_err(|e| io_error(&self.path, &e))
     }
+}
+
+/// A path in JSON; bytes that are no UTF-8 are replaced.
+pub fn lossy<S: Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&path.to_string_lossy())
 }

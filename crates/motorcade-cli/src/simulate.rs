@@ -5,8 +5,9 @@ use std::path::Path;
 use anyhow::bail;
 use motorcade::Progress;
 use motorcade::output::OutputDirectory;
-use motorcade_dataset::{Cam0, KittiCalibration, read_labels, read_trajectory};
+use motorcade_dataset::{Cam0, KittiCalibration, Label, read_labels, read_trajectory};
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
+use motorcade_perception::VehicleClass;
 use motorcade_simulate::{
     Drive, KeypointOptions, MeasureOptions, ReenactOptions, RenderOptions, Scenario, SensorOptions,
     VehicleCropOptions, WriteOptions, Written, labels_in_camera, reenact, scenarios, simulate as plan,
@@ -20,6 +21,10 @@ use crate::progress::Reporter;
 
 /// Length of a scenario when no number of frames is given \[s\].
 const SCENARIO_S: f64 = 12.0;
+/// Longest way between two poses of a real drive \[m\]: 100 m/s at one frame a second.
+const LONGEST_STEP_M: f64 = 100.0;
+/// Farthest vehicle of a real drive \[m\].
+const FARTHEST_M: f64 = 1000.0;
 /// Name of the record of simulated data, which lists its files.
 pub const DRIVE_RECORD: &str = "simulation.json";
 
@@ -161,6 +166,34 @@ fn render(arguments: &SimulateArguments) -> RenderOptions {
         .with_width(arguments.width)
 }
 
+/// Refuses motion and vehicles that a road cannot be built for.
+fn plausible(
+    trajectory: &Path,
+    poses: &[Pose<World, Cam0>],
+    file: Option<&Path>,
+    labels: &[Label],
+) -> Result<(), motorcade::Error> {
+    let step_m = |w: &[Pose<World, Cam0>]| (w[1].translation() - w[0].translation()).norm();
+    if let Some((k, step)) = poses.windows(2).map(step_m).enumerate().find(|(_, step)| *step > LONGEST_STEP_M)
+    {
+        let problem = format!("pose {} is {step:e} m from the one before, at most {LONGEST_STEP_M} m", k + 1);
+        return Err(motorcade::Error::Input(format!("{}: {problem}", trajectory.display())));
+    }
+    let vehicles = labels.iter().filter(|label| label.class.parse::<VehicleClass>().is_ok());
+    for label in vehicles {
+        let size_is_fine = label.size_hwl_m.iter().all(|side| (0.2..=40.0).contains(side));
+        if !size_is_fine || label.location_m.iter().any(|v| v.abs() > FARTHEST_M) {
+            let file = file.map(|f| f.display().to_string()).unwrap_or_default();
+            let (size, place) = (label.size_hwl_m, label.location_m);
+            return Err(motorcade::Error::Input(format!(
+                "{file}: frame {}, track {}: size {size:?} m or location {place:?} m is none of a vehicle in sight",
+                label.frame, label.track
+            )));
+        }
+    }
+    Ok(())
+}
+
 /// A real drive re-enacted.
 fn real(trajectory: &Path, arguments: &SimulateArguments) -> anyhow::Result<Drive> {
     if !(0.2..=10.0).contains(&arguments.height) {
@@ -174,6 +207,7 @@ fn real(trajectory: &Path, arguments: &SimulateArguments) -> anyhow::Result<Driv
         poses.truncate(frames);
     }
     let labels = arguments.labels.as_deref().map(read_labels).transpose()?.unwrap_or_default();
+    plausible(trajectory, &poses, arguments.labels.as_deref(), &labels)?;
     let (mut render, mut camera_from_cam0) = (render(arguments), Pose::<Camera, Cam0>::identity());
     if let Some(path) = &arguments.calibration {
         let calibration = KittiCalibration::read(path)?.camera(path, arguments.camera)?;

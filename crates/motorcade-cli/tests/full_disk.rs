@@ -43,7 +43,8 @@ fn results_that_do_not_fit() {
         echo; echo left:; ls -A small; cat small/thesis.tex
         exit $code";
     let Some(told) = on_a_small_disk(folder.path(), script) else { return };
-    told.expect(5, &["small", "No space left on device"]);
+    told.expect(5, &["small/out/", "No space left on device"]);
+    assert!(!told.stderr.contains("partial"), "{}", told.stderr);
     let left = told.stdout.rsplit("left:\n").next().unwrap();
     assert_eq!(left, "thesis.tex\nmine\n", "{}", told.stdout);
 }

@@ -150,7 +150,26 @@ fn files_that_are_no_graphs() {
         answer(folder.path(), &format!("graph info {name}")).expect(3, &[name, "no vertices"]);
         answer(folder.path(), &format!("graph optimise {name} --out out.g2o")).expect(3, &[name]);
     }
+    let vertices = "VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1e300 0 0\n";
+    fs::write(at("far.g2o"), vertices).unwrap();
+    answer(folder.path(), "graph info far.g2o").expect(3, &["far.g2o:2", "1e300"]);
     assert!(!at("out.g2o").exists());
+}
+
+#[test]
+fn drives_that_no_road_can_be_built_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let pose = |z: &str| format!("1 0 0 0 0 1 0 0 0 0 1 {z}\n");
+    fs::write(at("poses.txt"), pose("0") + &pose("1")).unwrap();
+    fs::write(at("far.txt"), pose("0") + &pose("1e11")).unwrap();
+    let label =
+        |height: &str| format!("0 7 Car 0 0 -1.6 560 170 640 220 {height} 1.7 4.2 0.5 1.65 12.0 -1.57\n");
+    fs::write(at("labels.txt"), label("1e11")).unwrap();
+    soon(folder.path(), "simulate --trajectory far.txt --out out").expect(3, &["far.txt", "pose 1"]);
+    let told = soon(folder.path(), "simulate --trajectory poses.txt --labels labels.txt --out out");
+    told.expect(3, &["labels.txt", "frame 0, track 7"]);
+    nothing_written(folder.path());
 }
 
 /// Sends SIGINT as soon as the program says `said` on stderr; its answer and the time it took to end.

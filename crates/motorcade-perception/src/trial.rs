@@ -15,8 +15,8 @@ use crate::models::{ModelOptions, ModelSet};
 use crate::network::Network;
 
 /// Loads the networks of a folder and runs those that suit the size best on a black picture of it (width, height) \[px\];
-/// `each` is called with the file before a network is loaded and before it runs. A network can end the process by asking for more memory than there is: a program that is to survive that
-/// makes the trial in a second one.
+/// `each` is called with the file before a network is loaded and before it runs. A network can end the process by asking for
+/// more memory than there is: a program that is to survive that makes the trial in a second one.
 ///
 /// # Errors
 /// As [`ModelSet::load`], and a network that does not run.

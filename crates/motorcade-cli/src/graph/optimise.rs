@@ -7,6 +7,7 @@ use cpu_time::ProcessTime;
 use serde::Serialize;
 
 use crate::arguments::KernelChoice;
+use crate::files::lossy;
 use motorcade_graph::factors::PoseResidual;
 use motorcade_graph::g2o::{self, ReadOptions, ReadSummary};
 use motorcade_graph::solver::{
@@ -37,6 +38,7 @@ pub struct OptimiseRequest {
 #[derive(Clone, Debug, Serialize)]
 pub struct OptimiseReport {
     /// The input file.
+    #[serde(serialize_with = "lossy")]
     pub input: PathBuf,
     /// Findings while reading it.
     pub read: ReadSummary,

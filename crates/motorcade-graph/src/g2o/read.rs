@@ -68,6 +68,9 @@ impl Document {
     }
 }
 
+/// Largest number of a file: costs, which hold products of several, stay finite.
+const LARGEST: f64 = 1e30;
+
 /// Reads a file.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Document, GraphError> {
     // A FIFO or a device may never end.
@@ -120,8 +123,11 @@ impl Line<'_> {
         for (k, x) in out.iter_mut().enumerate() {
             let word = words.next().ok_or_else(|| self.error(format!("{N} numbers expected, found {k}")))?;
             *x = word.parse::<f64>().map_err(|_| self.error(format!("{word:?} is not a number")))?;
-            if !x.is_finite() {
-                return Err(self.error(format!("{word} where a finite number is needed")));
+            // Not a number is within no bound.
+            if x.is_nan() || x.abs() > LARGEST {
+                return Err(
+                    self.error(format!("{word} where a finite number of at most {LARGEST:e} is needed"))
+                );
             }
         }
         Ok(out)

@@ -88,6 +88,17 @@ impl OutputDirectory {
         Ok(made)
     }
 
+    /// The error of a file in a temporary folder, naming the place it was meant for.
+    pub(super) fn in_place(&self, error: Error, folder: &Path) -> Error {
+        match error {
+            Error::Output { path, reason, full } => {
+                let path = path.strip_prefix(folder).map(|name| self.path.join(name)).unwrap_or(path);
+                Error::Output { path, reason, full }
+            }
+            other => other,
+        }
+    }
+
     /// A locked temporary directory on the file system of the results, with `new` in it.
     fn stage(&self) -> io::Result<(TempDir, Option<File>)> {
         let folder = if self.path.is_dir() { self.path.clone() } else { parent(&self.path) };

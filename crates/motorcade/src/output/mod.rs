@@ -82,6 +82,7 @@ pub fn write_run(
         }
         Ok(())
     };
+    let fill = |folder: &Path| fill(folder).map_err(|error| directory.in_place(error, folder));
     directory.write(fill, |files, ()| record::record(result, context, files))
 }
 
