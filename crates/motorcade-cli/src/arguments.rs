@@ -179,7 +179,7 @@ pub struct RunArguments {
     /// The input.
     #[command(flatten)]
     pub input: InputArguments,
-    /// Directory of the results; made whole or not at all.
+    /// Directory of the results, new or empty; made whole or not at all.
     #[arg(long)]
     pub out: PathBuf,
     /// Height of the camera above the road in metres; KITTI input knows its own (1.65).
@@ -232,7 +232,7 @@ pub struct RunArguments {
     /// Form of the progress on stderr.
     #[arg(long, value_enum, default_value_t)]
     pub progress: ProgressKind,
-    /// Replace an earlier run in --out.
+    /// Replace an earlier run in --out; only files that its run.json lists are removed.
     #[arg(long)]
     pub force: bool,
 }
