@@ -11,9 +11,10 @@ use motorcade_geometry::{Camera, Pose, World};
 use crate::arguments::{AblateArguments, AblateCommand};
 use crate::drive::{Drive, LoadedDrive};
 use crate::evaluation::evaluate_result;
+use crate::exit;
+use crate::files::OutFile;
 use crate::progress::Reporter;
 use crate::run::overlaid;
-use crate::{exit, files};
 use suites::Variant;
 
 /// Errors of one variant.
@@ -151,9 +152,9 @@ impl<'a> Ablation<'a> {
         let out = &self.arguments.run.out;
         for (name, text) in [("ablation.md", &table), ("ablation.csv", &table::csv(rows))] {
             let path = out.join(name);
-            files::write(files::beside(&path)?, &path, text)?;
+            OutFile::create(&path)?.write(text)?;
         }
-        exit::print(table.trim_end());
+        exit::say(table.trim_end());
         Ok(if interrupted { exit::INTERRUPTED } else { exit::FINE })
     }
 }

@@ -68,6 +68,9 @@ pub enum Command {
     /// Lists networks with kind, licence and hash.
     #[command(after_help = "Examples:\n  motorcade models\n  motorcade models --models my-networks")]
     Models(ModelsArguments),
+    /// Loads the networks of a folder and runs those for a picture of this size; `run` starts it for networks of a folder.
+    #[command(hide = true, name = "probe-models")]
+    ProbeModels(ProbeArguments),
     /// Shell completions on stdout.
     #[command(
         after_help = "Example:\n  motorcade completions bash > ~/.local/share/bash-completion/completions/motorcade"
@@ -76,6 +79,17 @@ pub enum Command {
         /// The shell.
         shell: clap_complete::Shell,
     },
+}
+
+/// `motorcade probe-models`.
+#[derive(Debug, Args)]
+pub struct ProbeArguments {
+    /// Folder of ONNX networks.
+    pub folder: PathBuf,
+    /// Width of the picture in pixels.
+    pub width: u32,
+    /// Height of the picture in pixels.
+    pub height: u32,
 }
 
 /// `motorcade models`.
@@ -165,7 +179,7 @@ pub struct RunArguments {
     /// The input.
     #[command(flatten)]
     pub input: InputArguments,
-    /// Directory of the results; made whole or not at all.
+    /// Directory of the results, new or empty; made whole or not at all.
     #[arg(long)]
     pub out: PathBuf,
     /// Height of the camera above the road in metres; KITTI input knows its own (1.65).
@@ -218,7 +232,7 @@ pub struct RunArguments {
     /// Form of the progress on stderr.
     #[arg(long, value_enum, default_value_t)]
     pub progress: ProgressKind,
-    /// Replace an earlier run in --out.
+    /// Replace an earlier run in --out; only files that its run.json lists are removed.
     #[arg(long)]
     pub force: bool,
 }
@@ -274,13 +288,19 @@ fn parse_format(text: &str) -> Result<Format, String> {
     Format::ALL.into_iter().find(|f| f.name() == text).ok_or_else(|| format!("one of {}", known.join(", ")))
 }
 
-/// More threads than any machine has are a slip of the finger, and starting them takes minutes.
-/// A time from 0 up.
+/// A time from 0 to thirty years.
 fn parse_seconds(text: &str) -> Result<f64, String> {
-    let seconds = text.parse().ok().filter(|s: &f64| s.is_finite() && *s >= 0.0);
-    seconds.ok_or_else(|| "a number of seconds from 0 up".to_owned())
+    let seconds = text.parse().ok().filter(|s: &f64| (0.0..=1e9).contains(s));
+    seconds.ok_or_else(|| "a number of seconds from 0 to 1e9".to_owned())
 }
 
+/// A number of frames: ten thousand seconds at ten a second are the most that a simulated road is built for.
+fn parse_frames(text: &str) -> Result<usize, String> {
+    let most = 100_000;
+    text.parse().ok().filter(|n| *n <= most).ok_or_else(|| format!("a number from 0 to {most}"))
+}
+
+/// More threads than any machine has are a slip of the finger, and starting them takes minutes.
 fn parse_threads(text: &str) -> Result<usize, String> {
     let most = 1024;
     text.parse().ok().filter(|n| *n <= most).ok_or_else(|| format!("a number from 0 to {most}"))

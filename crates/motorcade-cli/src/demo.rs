@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use motorcade::{
-    Config, External, KeypointTable, Motorcade, Progress, RunContext, output, push_sequence, write_run,
-};
+use motorcade::output::{Extra, OutputDirectory, RUN_RECORD};
+use motorcade::{Config, External, KeypointTable, Motorcade, RunContext, push_sequence, write_run};
 use motorcade_dataset::{Sequence, SequenceOptions};
 use motorcade_perception::{Perception, PerceptionOptions};
 use motorcade_simulate::{KeypointOptions, RenderOptions, WriteOptions};
 
 use crate::arguments::DemoArguments;
+use crate::drive::command_line;
 use crate::evaluation::evaluate_result;
 use crate::exit;
 use crate::progress::Reporter;
@@ -23,13 +23,13 @@ const SCENARIO: &str = "demo";
 /// Runs the demo.
 pub fn demo(arguments: &DemoArguments) -> anyhow::Result<u8> {
     // An earlier demo in the same place is replaced; anything else is left alone.
-    output::prepare(&arguments.out, true)?;
+    let directory = OutputDirectory::open(&arguments.out, RUN_RECORD, true)?;
     let drive = beside(&arguments.out);
+    let drive_directory = OutputDirectory::open(&drive, simulate::DRIVE_RECORD, true)?;
     let reporter = Reporter::new(arguments.progress);
     let planned = simulate::built_in(SCENARIO, arguments.frames, arguments.seed, &RenderOptions::default())?;
-    reporter.begin("rendering", Some(planned.len()));
     let wanted = WriteOptions { keypoints: Some(KeypointOptions::default()), ..Default::default() };
-    let written = planned.write_kitti(&drive, &wanted, &|done| reporter.advance(done))?;
+    let written = simulate::rendered(&planned, &drive_directory, &drive, &wanted, &reporter)?;
     let options =
         SequenceOptions { sequence: Some(written.sequence.clone()), camera: Some(2), ..Default::default() };
     let sequence = Sequence::open(&written.training, &options)?;
@@ -45,7 +45,7 @@ pub fn demo(arguments: &DemoArguments) -> anyhow::Result<u8> {
         camera_from_cam0: sequence.camera_from_cam0(),
         input: sequence.summary(),
         perception: perception.describe(),
-        command: std::env::args().collect(),
+        command: command_line(),
         fingerprint: String::new(),
     };
     let threads = threads(arguments.threads);
@@ -60,14 +60,22 @@ pub fn demo(arguments: &DemoArguments) -> anyhow::Result<u8> {
     push_sequence(&mut slam, &sequence, threads, &reporter, &mut |_| ())?;
     let result = slam.finish_with(&reporter);
     reporter.finish();
-    let evaluation = evaluate_result(&result, &context, &written.training)?;
-    let extras = [
-        extra("report.html", motorcade_viewer::report(&result, &context, Some(&evaluation))),
-        extra("evaluation.json", serde_json::to_string_pretty(&evaluation)?),
-    ];
-    write_run(&arguments.out, &result, &context, &extras)?;
-    exit::print(evaluation.to_string().trim_end());
-    exit::print(&format!(
+    let evaluation = match evaluate_result(&result, &context, &written.training) {
+        Ok(evaluation) => Some(evaluation),
+        // The first frames alone may be too few for some errors.
+        Err(_) if result.interrupted => None,
+        Err(error) => return Err(error),
+    };
+    let mut extras =
+        vec![extra("report.html", motorcade_viewer::report(&result, &context, evaluation.as_ref()))];
+    if let Some(evaluation) = &evaluation {
+        extras.push(extra("evaluation.json", serde_json::to_string_pretty(evaluation)?));
+    }
+    write_run(&directory, &result, &context, &extras)?;
+    if let Some(evaluation) = &evaluation {
+        exit::say(evaluation.to_string().trim_end());
+    }
+    exit::say(&format!(
         "\ndrive   {}\nreport  {}",
         drive.display(),
         arguments.out.join("report.html").display()
@@ -75,12 +83,16 @@ pub fn demo(arguments: &DemoArguments) -> anyhow::Result<u8> {
     Ok(code(&result, &config))
 }
 
-fn extra(name: &str, content: String) -> output::Extra {
-    output::Extra { name: name.to_owned(), content: content.into_bytes() }
+fn extra(name: &str, content: String) -> Extra {
+    Extra { name: name.to_owned(), content: content.into_bytes() }
 }
 
 /// `runs/demo` → `runs/demo-drive`.
 fn beside(out: &Path) -> PathBuf {
-    let name = out.file_name().map_or_else(|| "demo".to_owned(), |n| n.to_string_lossy().into_owned());
-    out.with_file_name(format!("{name}-drive"))
+    // `.` has no name of its own.
+    let out =
+        if out.file_name().is_none() { out.canonicalize().unwrap_or_default() } else { out.to_path_buf() };
+    let mut name = out.file_name().unwrap_or("demo".as_ref()).to_owned();
+    name.push("-drive");
+    out.with_file_name(name)
 }

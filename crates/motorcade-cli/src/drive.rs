@@ -5,12 +5,14 @@ use std::sync::Arc;
 use motorcade::{Config, External, FrameCallback, Motorcade, Progress, RunContext, push_sequence};
 use motorcade_dataset::{KITTI_HEIGHT_M, Sequence, Summary};
 use motorcade_geometry::PinholeCamera;
-use motorcade_perception::{ModelOptions, Observations, Perception, PerceptionOptions, Recording};
+use motorcade_perception::{
+    ModelOptions, ModelSource, Observations, Perception, PerceptionOptions, Recording,
+};
 
 use crate::arguments::RunArguments;
 use crate::frameless::{self, Files};
 use crate::progress::Reporter;
-use crate::{external, models, threads::threads};
+use crate::{external, models, probe, threads::threads};
 
 /// Source of the drive.
 enum Source {
@@ -67,7 +69,11 @@ impl Drive {
             Source::Frames(sequence) => {
                 // Asked for before the first network is loaded: without it nothing can run.
                 sequence.camera()?;
-                let perception = Perception::open(&perception_options(arguments), sequence.size())?;
+                let options = perception_options(arguments);
+                if let ModelSource::Folder(folder) = &options.models {
+                    probe::check(folder, sequence.size())?;
+                }
+                let perception = Perception::open(&options, sequence.size())?;
                 (perception, sequence.numbers().collect(), sequence.timestamps_ns().collect())
             }
             Source::Files(files) => {
@@ -118,11 +124,18 @@ impl LoadedDrive {
             Source::Frames(sequence) => return push_sequence(slam, sequence, self.threads, reporter, each),
             Source::Files(files) => files,
         };
+        for warning in slam.warnings() {
+            reporter.warn(warning);
+        }
         reporter.begin("odometry", Some(files.frames.len()));
         for (frame, detections) in files.frames.iter().zip(&files.detections) {
             let observations = Observations { detections: detections.clone(), ..Observations::default() };
             slam.push_without_image(frame.clone(), observations)?;
             each(slam);
+            if reporter.cancelled() {
+                slam.interrupt(files.frames.len());
+                break;
+            }
         }
         Ok(())
     }
@@ -143,15 +156,13 @@ impl LoadedDrive {
             }
         };
         let input = self.drive.summary();
-        RunContext {
-            config,
-            camera_from_cam0,
-            input,
-            perception,
-            command: std::env::args().collect(),
-            fingerprint,
-        }
+        RunContext { config, camera_from_cam0, input, perception, command: command_line(), fingerprint }
     }
+}
+
+/// The command line; bytes that are no UTF-8 are replaced.
+pub fn command_line() -> Vec<String> {
+    std::env::args_os().map(|argument| argument.to_string_lossy().into_owned()).collect()
 }
 
 fn perception_options(arguments: &RunArguments) -> PerceptionOptions {

@@ -2,10 +2,12 @@
 
 use std::path::Path;
 
+use motorcade_dataset::regular_file;
 use motorcade_evaluate::evaluate_run;
 
 use crate::arguments::EvaluateArguments;
-use crate::{exit, files};
+use crate::exit;
+use crate::files::OutFile;
 
 /// Compares a run with ground truth: a table on stdout, JSON where asked.
 pub fn evaluate(arguments: &EvaluateArguments) -> anyhow::Result<u8> {
@@ -21,19 +23,18 @@ pub fn evaluate(arguments: &EvaluateArguments) -> anyhow::Result<u8> {
     let recorded = input["camera"].as_u64().and_then(|camera| u8::try_from(camera).ok());
     let camera = arguments.camera.or(recorded).unwrap_or(2);
     let first = arguments.first.or_else(|| first_in_table(run)).or_else(|| input["numbers"][0].as_u64());
-    let json =
-        arguments.json.as_deref().map(|path| files::beside(path).map(|file| (file, path))).transpose()?;
+    let json = OutFile::create_optional(arguments.json.as_deref())?;
     let report = evaluate_run(run, &arguments.kitti, &sequence, camera, first.unwrap_or(0))?;
-    if let Some((file, path)) = json {
-        files::write(file, path, &(serde_json::to_string_pretty(&report)? + "\n"))?;
+    if let Some(file) = json {
+        file.write(&(serde_json::to_string_pretty(&report)? + "\n"))?;
     }
-    exit::print(report.to_string().trim_end());
+    exit::print(report.to_string().trim_end())?;
     Ok(exit::FINE)
 }
 
 /// `run.json`; null where there is none: trajectories of other programs are evaluated too.
 fn record(run: &Path) -> serde_json::Value {
-    std::fs::read_to_string(run.join("run.json"))
+    regular_file::read_to_string(&run.join("run.json"))
         .ok()
         .and_then(|text| serde_json::from_str(&text).ok())
         .unwrap_or_default()
@@ -41,7 +42,7 @@ fn record(run: &Path) -> serde_json::Value {
 
 /// Number of the first frame in `frames.csv`.
 fn first_in_table(run: &Path) -> Option<u64> {
-    let text = std::fs::read_to_string(run.join("frames.csv")).ok()?;
+    let text = regular_file::read_to_string(&run.join("frames.csv")).ok()?;
     text.lines().nth(1)?.split(',').next()?.parse().ok()
 }
 

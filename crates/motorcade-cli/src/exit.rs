@@ -1,6 +1,8 @@
 //! Exit codes: 0 fine · 1 usage or configuration · 2 a bug · 3 input unreadable or corrupt · 4 tracking failed on too many
 //! frames (results written) · 5 resources · 130 interrupted (results written).
 
+use std::io::{self, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
 /// All went well.
@@ -40,16 +42,28 @@ fn message(error: &anyhow::Error) -> String {
     text
 }
 
-/// One line on stderr.
-#[expect(clippy::print_stderr, reason = "the binary's own messages")]
+/// One line on stderr; a stderr that is closed or full ends nothing.
 pub fn eprint(message: &str) {
-    eprintln!("{message}");
+    let _ = writeln!(io::stderr(), "{message}");
 }
 
-/// One line on stdout; a closed pipe is not an error of ours.
-pub fn print(message: &str) {
-    use std::io::Write;
-    let _ = writeln!(std::io::stdout(), "{message}");
+/// One line of data on stdout. A reader that has gone needs no more, and is no error.
+///
+/// # Errors
+/// Anything else that keeps the line from being written, such as a full disk.
+pub fn print(line: &str) -> Result<(), motorcade::Error> {
+    let mut out = io::stdout().lock();
+    match writeln!(out, "{line}").and_then(|()| out.flush()) {
+        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
+            Err(motorcade::output::io_error(Path::new("stdout"), &e))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// One line on stdout after the results are written: nothing is lost with it.
+pub fn say(message: &str) {
+    let _ = print(message);
 }
 
 fn code_of(error: &anyhow::Error) -> u8 {
@@ -74,11 +88,14 @@ fn code_of(error: &anyhow::Error) -> u8 {
         if cause.downcast_ref::<motorcade_shape::PriorError>().is_some() {
             return 3;
         }
+        if let Some(Simulation::Cancelled) = cause.downcast_ref() {
+            return INTERRUPTED;
+        }
         // Pictures are made in memory: encoding one fails only where it cannot be written.
         if let Some(Simulation::Io { .. } | Simulation::Image { .. }) = cause.downcast_ref() {
             return 5;
         }
-        if cause.downcast_ref::<std::io::Error>().is_some() {
+        if cause.downcast_ref::<io::Error>().is_some() {
             return 3;
         }
     }

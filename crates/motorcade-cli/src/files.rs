@@ -1,45 +1,37 @@
-//! Single files a command writes: whole or not at all.
+//! Single files a command writes.
 
-use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use tempfile::NamedTempFile;
+use motorcade::output::io_error;
+use motorcade_dataset::atomic_file::PendingFile;
+use serde::Serializer;
 
-/// An empty file beside `path`, to be filled and then [`put`] in its place. Asked for before long work, so that a place that
-/// cannot be written is reported at once.
-pub fn beside(path: &Path) -> Result<NamedTempFile, motorcade::Error> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    if path.is_dir() {
-        return Err(error(path, &io::Error::from(io::ErrorKind::IsADirectory)));
+/// A file to be written. Made before long work, so that a place that cannot be written is reported at once.
+#[derive(Debug)]
+pub struct OutFile {
+    path: PathBuf,
+    file: PendingFile,
+}
+
+impl OutFile {
+    /// Checks the place.
+    pub fn create(path: &Path) -> Result<Self, motorcade::Error> {
+        let file = PendingFile::create(path).map_err(|e| io_error(path, &e))?;
+        Ok(Self { path: path.to_path_buf(), file })
     }
-    tempfile::Builder::new().prefix(".motorcade-").tempfile_in(folder).map_err(|e| error(path, &e))
-}
 
-/// Puts a filled file in its place.
-pub fn put(file: NamedTempFile, path: &Path) -> Result<(), motorcade::Error> {
-    // tempfile makes private files; results are for everybody.
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        let open = std::fs::Permissions::from_mode(0o644);
-        std::fs::set_permissions(file.path(), open).map_err(|e| error(path, &e))?;
+    /// The same for a file that may not be asked for.
+    pub fn create_optional(path: Option<&Path>) -> Result<Option<Self>, motorcade::Error> {
+        path.map(Self::create).transpose()
     }
-    file.persist(path).map(drop).map_err(|e| error(path, &e.error))
+
+    /// Writes the text and puts the file in its place.
+    pub fn write(self, text: &str) -> Result<(), motorcade::Error> {
+        self.file.write(text).map_err(|e| io_error(&self.path, &e))
+    }
 }
 
-/// Writes text to a file and puts it in its place.
-pub fn write(mut file: NamedTempFile, path: &Path, text: &str) -> Result<(), motorcade::Error> {
-    file.write_all(text.as_bytes()).map_err(|e| error(path, &e))?;
-    put(file, path)
-}
-
-fn error(path: &Path, error: &io::Error) -> motorcade::Error {
-    // tempfile adds the name of its own file.
-    let inner = error.get_ref().and_then(|e| e.source()).and_then(|e| e.downcast_ref::<io::Error>());
-    let error = inner.unwrap_or(error);
-    let full = matches!(error.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded);
-    motorcade::Error::Output { path: path.to_path_buf(), reason: error.to_string(), full }
+/// A path in JSON; bytes that are no UTF-8 are replaced.
+pub fn lossy<S: Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&path.to_string_lossy())
 }

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use motorcade::Config;
+use motorcade_dataset::regular_file;
 use motorcade_perception::ModelOptions;
 
 use crate::arguments::RunArguments;
@@ -28,7 +29,7 @@ impl Fnv {
                 self.add(name.as_encoded_bytes());
                 self.add(&size.to_le_bytes());
             }
-        } else if let Ok(content) = fs::read(path) {
+        } else if let Ok(content) = regular_file::read(path) {
             self.add(&content);
         }
     }
@@ -65,7 +66,7 @@ pub fn fingerprint(arguments: &RunArguments, input_hash: &str, height_m: f64, co
 
 /// True when `directory` holds a finished run with this fingerprint.
 pub fn already_done(directory: &Path, fingerprint: &str) -> bool {
-    let Ok(text) = fs::read_to_string(directory.join("run.json")) else { return false };
+    let Ok(text) = regular_file::read_to_string(&directory.join("run.json")) else { return false };
     let Ok(record) = serde_json::from_str::<serde_json::Value>(&text) else { return false };
     record["fingerprint"] == fingerprint && record["interrupted"] == false
 }

@@ -7,6 +7,11 @@ use motorcade_perception::{Detection, DetectionTable};
 
 use crate::arguments::RunArguments;
 
+/// Most frames of a drive without images: a day at 60 frames a second, nearly.
+const MOST_FRAMES: u64 = 5_000_000;
+/// Largest frame number, whose time in nanoseconds fits at every frame rate.
+const LARGEST_NUMBER: u64 = 50_000_000;
+
 /// A drive known from files only.
 pub struct Files {
     /// Intrinsics.
@@ -39,6 +44,11 @@ pub fn open(arguments: &RunArguments) -> anyhow::Result<Option<Files>> {
     if (first..end).all(there) || first >= end {
         return Ok(None);
     }
+    if end - first > MOST_FRAMES || end > LARGEST_NUMBER {
+        let problem =
+            format!("--frames {first}..{end}: at most {MOST_FRAMES} frames, numbered up to {LARGEST_NUMBER}");
+        return Err(motorcade::Error::Config(problem).into());
+    }
     let path = input.calibration.clone().unwrap_or_else(|| input.input.join(format!("calib/{sequence}.txt")));
     let calibration = Calibration::read(&path, Some(camera_number))?;
     let table = DetectionTable::read(detections)?;
@@ -53,6 +63,10 @@ pub fn open(arguments: &RunArguments) -> anyhow::Result<Option<Files>> {
         (reach(|b| b.y2) + 1.0).max(2.0 * calibration.cy).ceil() as u32,
     ));
     let camera = calibration.pinhole(&path, width, height)?;
+    if let Some(fps) = input.fps.filter(|fps| !(0.01..=1e4).contains(fps)) {
+        let problem = format!("frames per second (--fps) must lie in [0.01, 10000], got {fps}");
+        return Err(motorcade::Error::Config(problem).into());
+    }
     // KITTI: ten frames a second.
     let period_ns = (1e9 / input.fps.or(calibration.fps).unwrap_or(10.0)) as i64;
     let frame =

@@ -10,8 +10,9 @@ use motorcade_graph::Options;
 use motorcade_graph::solver::{Control, Termination};
 
 use crate::arguments::{CompareArguments, GraphCommand, InfoArguments, OptimiseArguments};
+use crate::exit;
+use crate::files::OutFile;
 use crate::progress::interruption;
-use crate::{exit, files};
 use compare::{CompareReport, Differences, compare};
 use info::{InfoReport, info};
 use optimise::{OptimiseReport, OptimiseRequest, optimise};
@@ -27,12 +28,10 @@ pub fn graph(command: &GraphCommand) -> anyhow::Result<u8> {
 
 fn optimised(arguments: &OptimiseArguments) -> anyhow::Result<u8> {
     let cancel = Some(interruption());
-    let json =
-        arguments.json.as_deref().map(|path| files::beside(path).map(|file| (file, path))).transpose()?;
-    let out = files::beside(&arguments.out)?;
-    let report = optimise(&OptimiseRequest {
+    let json = OutFile::create_optional(arguments.json.as_deref())?;
+    let out = OutFile::create(&arguments.out)?;
+    let (report, text) = optimise(&OptimiseRequest {
         input: arguments.input.clone(),
-        output: Some(out.path().to_path_buf()),
         options: Options {
             method: arguments.method,
             max_iterations: arguments.iterations,
@@ -45,11 +44,11 @@ fn optimised(arguments: &OptimiseArguments) -> anyhow::Result<u8> {
         init: arguments.init,
         control: Control { cancel, progress: None },
     })?;
-    files::put(out, &arguments.out)?;
-    if let Some((file, path)) = json {
-        files::write(file, path, &(serde_json::to_string_pretty(&report)? + "\n"))?;
+    out.write(&text)?;
+    if let Some(file) = json {
+        file.write(&(serde_json::to_string_pretty(&report)? + "\n"))?;
     }
-    exit::print(&optimise_text(&report));
+    exit::say(&optimise_text(&report));
     Ok(if report.termination == Termination::Cancelled { exit::INTERRUPTED } else { exit::FINE })
 }
 
@@ -96,7 +95,7 @@ fn met(clamped: usize, unknown: &std::collections::BTreeMap<String, usize>) -> V
 
 fn described(arguments: &InfoArguments) -> anyhow::Result<u8> {
     let report = info(&arguments.input)?;
-    exit::print(&if arguments.json { serde_json::to_string_pretty(&report)? } else { info_text(&report) });
+    exit::print(&if arguments.json { serde_json::to_string_pretty(&report)? } else { info_text(&report) })?;
     Ok(exit::FINE)
 }
 
@@ -120,7 +119,11 @@ fn info_text(r: &InfoReport) -> String {
 
 fn compared(arguments: &CompareArguments) -> anyhow::Result<u8> {
     let report = compare(&arguments.first, &arguments.second)?;
-    exit::print(&if arguments.json { serde_json::to_string_pretty(&report)? } else { compare_text(&report) });
+    exit::print(&if arguments.json {
+        serde_json::to_string_pretty(&report)?
+    } else {
+        compare_text(&report)
+    })?;
     Ok(exit::FINE)
 }
 

@@ -9,7 +9,7 @@ use crate::exit;
 pub fn inspect(arguments: &InspectArguments) -> anyhow::Result<u8> {
     let sequence = Sequence::open(&arguments.input.input, &arguments.input.options())?;
     let summary = sequence.summary();
-    exit::print(&if arguments.json { serde_json::to_string_pretty(&summary)? } else { table(&summary) });
+    exit::print(&if arguments.json { serde_json::to_string_pretty(&summary)? } else { table(&summary) })?;
     Ok(exit::FINE)
 }
 

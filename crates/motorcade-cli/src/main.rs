@@ -14,6 +14,7 @@ mod frameless;
 mod graph;
 mod inspect;
 mod models;
+mod probe;
 mod progress;
 mod run;
 mod shape;
@@ -30,7 +31,9 @@ fn main() -> ExitCode {
     // Logs go to stderr; stdout carries data.
     let filter =
         tracing_subscriber::EnvFilter::try_from_env("MOTORCADE_LOG").unwrap_or_else(|_| "warn".into());
-    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+    // Its own errors would be printed with a macro that panics when stderr is full.
+    let logs = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
+    logs.log_internal_errors(false).init();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => return exit::usage(&error),
@@ -45,10 +48,13 @@ fn main() -> ExitCode {
         Command::Shape(command) => shape::shape(&command),
         Command::Graph(command) => graph::graph(&command),
         Command::Models(arguments) => models::models(&arguments),
+        Command::ProbeModels(arguments) => probe::probe(&arguments),
         Command::Config(arguments) => run::print_configuration(&arguments),
         Command::Completions { shell } => {
-            clap_complete::generate(shell, &mut Cli::command(), "motorcade", &mut std::io::stdout());
-            Ok(exit::FINE)
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "motorcade", &mut script);
+            let script = String::from_utf8_lossy(&script);
+            exit::print(script.trim_end()).map(|()| exit::FINE).map_err(Into::into)
         }
     };
     exit::report(outcome)

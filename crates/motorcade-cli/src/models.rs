@@ -20,7 +20,7 @@ pub fn source(models: Option<&Path>) -> ModelSource {
 pub fn models(arguments: &ModelsArguments) -> anyhow::Result<u8> {
     let models = list_models(&source(arguments.models.as_deref()))?;
     if models.is_empty() {
-        exit::print("no networks");
+        exit::print("no networks")?;
     }
     for model in models {
         let kilobytes = model.bytes.div_ceil(1024);
@@ -28,7 +28,7 @@ pub fn models(arguments: &ModelsArguments) -> anyhow::Result<u8> {
             "{:<24} {:<13} {:<18} {kilobytes:>6} kB  {}",
             model.name, model.kind, model.licence, model.sha256
         );
-        exit::print(&line);
+        exit::print(&line)?;
     }
     Ok(exit::FINE)
 }

@@ -18,6 +18,7 @@ pub struct Reporter {
     stage: Mutex<(&'static str, Option<usize>)>,
     last_told: AtomicUsize,
     interrupted: Arc<AtomicBool>,
+    unprinted: Mutex<Option<motorcade::Error>>,
 }
 
 /// A flag that the first Ctrl-C raises, to stop and write what there is; the second stops at once.
@@ -49,6 +50,7 @@ impl Reporter {
             stage: Mutex::new(("", None)),
             last_told: AtomicUsize::new(0),
             interrupted: interruption(),
+            unprinted: Mutex::new(None),
         }
     }
 
@@ -59,7 +61,15 @@ impl Reporter {
 
     /// One line of results on stdout, beside the bar.
     pub fn print(&self, line: &str) {
-        self.bar.suspend(|| crate::exit::print(line));
+        let printed = self.bar.suspend(|| crate::exit::print(line));
+        if let (Err(error), Ok(mut first)) = (printed, self.unprinted.lock()) {
+            first.get_or_insert(error);
+        }
+    }
+
+    /// The first error of [`print`](Self::print).
+    pub fn printed(&self) -> Result<(), motorcade::Error> {
+        self.unprinted.lock().ok().and_then(|mut first| first.take()).map_or(Ok(()), Err)
     }
 
     fn stage(&self) -> (&'static str, Option<usize>) {

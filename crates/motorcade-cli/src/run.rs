@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use anyhow::Context;
-use motorcade::{Config, Motorcade, Preset, RunContext, RunResult, output, write_run};
+use motorcade::output::{Extra, OutputDirectory, RUN_RECORD};
+use motorcade::{Config, Motorcade, Preset, RunContext, RunResult, write_run};
+use motorcade_dataset::regular_file;
 
 use crate::arguments::{ConfigArguments, PresetName, RunArguments};
 use crate::drive::Drive;
@@ -19,7 +21,7 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     if finished_before(arguments, &fingerprint) {
         return Ok(exit::FINE);
     }
-    output::prepare(&arguments.out, arguments.force)?;
+    let directory = OutputDirectory::open(&arguments.out, RUN_RECORD, arguments.force)?;
     let mut drive = drive.load(arguments)?;
     let reporter = Reporter::new(arguments.progress);
     let mut slam = drive.slam(&config)?;
@@ -31,7 +33,10 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
         slam.finish_with(&reporter)
     };
     reporter.finish();
-    write(arguments, &result, &drive.context(config, fingerprint))
+    let code = write(&directory, arguments, &result, &drive.context(config, fingerprint))?;
+    // After the results are safe: a frame that stdout did not take is an error of an online run.
+    reporter.printed()?;
+    Ok(code)
 }
 
 /// The newest frame as a line on stdout.
@@ -45,22 +50,27 @@ fn print_estimate(slam: &mut Motorcade, reporter: &Reporter) {
 fn finished_before(arguments: &RunArguments, fingerprint: &str) -> bool {
     let done = !arguments.force && already_done(&arguments.out, fingerprint);
     if done {
-        exit::print(&format!("{} already holds this run; --force repeats it", arguments.out.display()));
+        exit::say(&format!("{} already holds this run; --force repeats it", arguments.out.display()));
     }
     done
 }
 
 /// Writes the results and says where they are.
-fn write(arguments: &RunArguments, result: &RunResult, context: &RunContext) -> anyhow::Result<u8> {
+fn write(
+    directory: &OutputDirectory,
+    arguments: &RunArguments,
+    result: &RunResult,
+    context: &RunContext,
+) -> anyhow::Result<u8> {
     let report = motorcade_viewer::report(result, context, None).into_bytes();
-    let extras = [output::Extra { name: "report.html".into(), content: report }];
-    write_run(&arguments.out, result, context, &extras)?;
+    let extras = [Extra { name: "report.html".into(), content: report }];
+    write_run(directory, result, context, &extras)?;
     let summary = summary(result, arguments);
     // Stdout then holds a JSON object a line.
     if context.config.online.enabled {
-        exit::eprint(&summary)
+        exit::eprint(&summary);
     } else {
-        exit::print(&summary)
+        exit::say(&summary);
     }
     Ok(code(result, &context.config))
 }
@@ -85,7 +95,7 @@ pub fn configuration(arguments: &RunArguments) -> anyhow::Result<Config> {
 pub fn print_configuration(arguments: &ConfigArguments) -> anyhow::Result<u8> {
     let config = with_file(Config::preset(preset(arguments.preset)), arguments.config.as_deref())?;
     let config = arguments.set.iter().try_fold(config, |config, assignment| config.set(assignment))?;
-    exit::print(config.to_commented_toml().trim_end());
+    exit::print(config.to_commented_toml().trim_end())?;
     Ok(exit::FINE)
 }
 
@@ -111,7 +121,8 @@ fn preset(name: PresetName) -> Preset {
 
 fn with_file(config: Config, path: Option<&Path>) -> anyhow::Result<Config> {
     let Some(path) = path else { return Ok(config) };
-    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let text =
+        regular_file::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
     Ok(config.overlay(&text, &path.display().to_string())?)
 }
 

@@ -5,20 +5,34 @@ use motorcade_shape::command::{ConvertRequest, PriorReport, convert, export, inf
 
 use crate::arguments::ShapeCommand;
 use crate::exit;
+use crate::files::OutFile;
 
 /// Writes or describes a prior.
 pub fn shape(command: &ShapeCommand) -> anyhow::Result<u8> {
     let report = match command {
-        ShapeCommand::Export { layout, out } => export(*layout, out)?,
+        ShapeCommand::Export { layout, out } => {
+            let file = OutFile::create(out)?;
+            let (report, text) = export(*layout, out);
+            file.write(&text)?;
+            report
+        }
         ShapeCommand::Info { prior } => info(prior)?,
-        ShapeCommand::Convert(arguments) => convert(&ConvertRequest {
-            mean: arguments.mean.clone(),
-            basis: arguments.basis.clone(),
-            output: arguments.out.clone(),
-            options: ConvertOptions { length_m: arguments.length, ..ConvertOptions::new(arguments.layout) },
-        })?,
+        ShapeCommand::Convert(arguments) => {
+            let file = OutFile::create(&arguments.out)?;
+            let (report, text) = convert(&ConvertRequest {
+                mean: arguments.mean.clone(),
+                basis: arguments.basis.clone(),
+                output: arguments.out.clone(),
+                options: ConvertOptions {
+                    length_m: arguments.length,
+                    ..ConvertOptions::new(arguments.layout)
+                },
+            })?;
+            file.write(&text)?;
+            report
+        }
     };
-    exit::print(&describe(&report));
+    exit::say(&describe(&report));
     Ok(exit::FINE)
 }
 

@@ -4,26 +4,35 @@ use std::path::Path;
 
 use anyhow::bail;
 use motorcade::Progress;
-use motorcade_dataset::{Cam0, KittiCalibration, read_labels, read_trajectory};
+use motorcade::output::OutputDirectory;
+use motorcade_dataset::{Cam0, KittiCalibration, Label, read_labels, read_trajectory};
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
+use motorcade_perception::VehicleClass;
 use motorcade_simulate::{
     Drive, KeypointOptions, MeasureOptions, ReenactOptions, RenderOptions, Scenario, SensorOptions,
-    VehicleCropOptions, WriteOptions, labels_in_camera, reenact, scenarios, simulate as plan,
-    write_vehicle_crops,
+    VehicleCropOptions, WriteOptions, Written, labels_in_camera, reenact, scenarios, simulate as plan,
+    write_vehicle_crops_until,
 };
 
 use crate::arguments::{SimulateArguments, Training};
+use crate::drive::command_line;
 use crate::exit;
 use crate::progress::Reporter;
 
 /// Length of a scenario when no number of frames is given \[s\].
 const SCENARIO_S: f64 = 12.0;
+/// Longest way between two poses of a real drive \[m\]: 100 m/s at one frame a second.
+const LONGEST_STEP_M: f64 = 100.0;
+/// Farthest vehicle of a real drive \[m\].
+const FARTHEST_M: f64 = 1000.0;
+/// Name of the record of simulated data, which lists its files.
+pub const DRIVE_RECORD: &str = "simulation.json";
 
 /// Lists scenarios, or renders a scenario or a real drive.
 pub fn simulate(arguments: &SimulateArguments) -> anyhow::Result<u8> {
     if arguments.list {
         for scenario in scenarios() {
-            exit::print(&format!("{:<20} {}", scenario.name, scenario.description));
+            exit::print(&format!("{:<20} {}", scenario.name, scenario.description))?;
         }
         return Ok(exit::FINE);
     }
@@ -36,12 +45,9 @@ pub fn simulate(arguments: &SimulateArguments) -> anyhow::Result<u8> {
     }
     // clap asks for it unless --list is given.
     let Some(out) = &arguments.out else { bail!("--out is needed") };
-    let occupied = std::fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_some());
-    if occupied && !arguments.force {
-        bail!("{} is not empty; choose another --out or add --force to write over it", out.display());
-    }
+    let directory = OutputDirectory::open(out, DRIVE_RECORD, arguments.force)?;
     if let Some(Training::Vehicle) = arguments.training {
-        return crops(arguments, out);
+        return crops(arguments, &directory, out);
     }
     let drive = match (&arguments.trajectory, &arguments.scenario) {
         (Some(trajectory), _) => real(trajectory, arguments)?,
@@ -66,31 +72,77 @@ pub fn simulate(arguments: &SimulateArguments) -> anyhow::Result<u8> {
             drop_chance: arguments.drop_outs,
             ..MeasureOptions::default()
         };
-        drive.write_geometry(out, &options, &measure)?
+        filled(&directory, out, |folder| drive.write_geometry(folder, &options, &measure))?
     } else {
-        let reporter = Reporter::new(arguments.progress);
-        reporter.begin("rendering", Some(drive.len()));
-        let written = drive.write_kitti(out, &options, &|done| reporter.advance(done))?;
-        reporter.finish();
-        written
+        rendered(&drive, &directory, out, &options, &Reporter::new(arguments.progress))?
     };
-    exit::print(&format!(
+    exit::say(&format!(
         "{} frames, {} labelled boxes\n{}",
         drive.len(),
         written.labels,
-        written.training.display()
+        out.join("training").display()
     ));
     Ok(exit::FINE)
 }
 
+/// Renders a drive into its directory.
+pub fn rendered(
+    drive: &Drive,
+    directory: &OutputDirectory,
+    out: &Path,
+    options: &WriteOptions,
+    reporter: &Reporter,
+) -> anyhow::Result<Written> {
+    reporter.begin("rendering", Some(drive.len()));
+    let written = filled(directory, out, |folder| {
+        let (advance, cancelled) = (|done| reporter.advance(done), || reporter.cancelled());
+        let written = drive.write_kitti_until(folder, options, &advance, &cancelled)?;
+        let moved = |path: &Path| out.join(path.strip_prefix(folder).unwrap_or(path));
+        Ok(Written {
+            training: moved(&written.training),
+            detections: moved(&written.detections),
+            road_masks: written.road_masks.as_deref().map(moved),
+            keypoints: written.keypoints.as_deref().map(moved),
+            ..written
+        })
+    });
+    reporter.finish();
+    written
+}
+
+/// Fills a directory of simulated data. Errors of writing name it, not the temporary folder.
+fn filled<T>(
+    directory: &OutputDirectory,
+    out: &Path,
+    write: impl FnOnce(&Path) -> motorcade_simulate::Result<T>,
+) -> anyhow::Result<T> {
+    use motorcade_simulate::Error as Simulation;
+    let fill = |folder: &Path| {
+        write(folder).map_err(|error| match error {
+            Simulation::Io { .. } | Simulation::Image { .. } => {
+                anyhow::Error::new(error).context(format!("cannot write {}", out.display()))
+            }
+            _ => error.into(),
+        })
+    };
+    let version = env!("CARGO_PKG_VERSION");
+    directory.write(
+        fill,
+        |files, _| serde_json::json!({"motorcade": version, "command": command_line(), "files": files}),
+    )
+}
+
 /// Training crops of single vehicles.
-fn crops(arguments: &SimulateArguments, out: &Path) -> anyhow::Result<u8> {
+fn crops(arguments: &SimulateArguments, directory: &OutputDirectory, out: &Path) -> anyhow::Result<u8> {
     let options = VehicleCropOptions { count: arguments.count, seed: arguments.seed, ..Default::default() };
     let reporter = Reporter::new(arguments.progress);
     reporter.begin("rendering", Some(options.count));
-    write_vehicle_crops(&options, out, &|done| reporter.advance(done))?;
+    let made = filled(directory, out, |folder| {
+        write_vehicle_crops_until(&options, folder, &|done| reporter.advance(done), &|| reporter.cancelled())
+    });
     reporter.finish();
-    exit::print(&format!("{} crops\n{}", options.count, out.display()));
+    made?;
+    exit::say(&format!("{} crops\n{}", options.count, out.display()));
     Ok(exit::FINE)
 }
 
@@ -114,6 +166,34 @@ fn render(arguments: &SimulateArguments) -> RenderOptions {
         .with_width(arguments.width)
 }
 
+/// Refuses motion and vehicles that a road cannot be built for.
+fn plausible(
+    trajectory: &Path,
+    poses: &[Pose<World, Cam0>],
+    file: Option<&Path>,
+    labels: &[Label],
+) -> Result<(), motorcade::Error> {
+    let step_m = |w: &[Pose<World, Cam0>]| (w[1].translation() - w[0].translation()).norm();
+    if let Some((k, step)) = poses.windows(2).map(step_m).enumerate().find(|(_, step)| *step > LONGEST_STEP_M)
+    {
+        let problem = format!("pose {} is {step:e} m from the one before, at most {LONGEST_STEP_M} m", k + 1);
+        return Err(motorcade::Error::Input(format!("{}: {problem}", trajectory.display())));
+    }
+    let vehicles = labels.iter().filter(|label| label.class.parse::<VehicleClass>().is_ok());
+    for label in vehicles {
+        let size_is_fine = label.size_hwl_m.iter().all(|side| (0.2..=40.0).contains(side));
+        if !size_is_fine || label.location_m.iter().any(|v| v.abs() > FARTHEST_M) {
+            let file = file.map(|f| f.display().to_string()).unwrap_or_default();
+            let (size, place) = (label.size_hwl_m, label.location_m);
+            return Err(motorcade::Error::Input(format!(
+                "{file}: frame {}, track {}: size {size:?} m or location {place:?} m is none of a vehicle in sight",
+                label.frame, label.track
+            )));
+        }
+    }
+    Ok(())
+}
+
 /// A real drive re-enacted.
 fn real(trajectory: &Path, arguments: &SimulateArguments) -> anyhow::Result<Drive> {
     if !(0.2..=10.0).contains(&arguments.height) {
@@ -127,6 +207,7 @@ fn real(trajectory: &Path, arguments: &SimulateArguments) -> anyhow::Result<Driv
         poses.truncate(frames);
     }
     let labels = arguments.labels.as_deref().map(read_labels).transpose()?.unwrap_or_default();
+    plausible(trajectory, &poses, arguments.labels.as_deref(), &labels)?;
     let (mut render, mut camera_from_cam0) = (render(arguments), Pose::<Camera, Cam0>::identity());
     if let Some(path) = &arguments.calibration {
         let calibration = KittiCalibration::read(path)?.camera(path, arguments.camera)?;

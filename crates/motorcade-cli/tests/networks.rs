@@ -94,3 +94,28 @@ fn no_onnx_runtime() {
     told.expect(5, &["/nowhere/libonnxruntime.so", "pip install onnxruntime", "ORT_DYLIB_PATH"]);
     nothing_written(folder.path());
 }
+
+#[test]
+fn networks_that_ask_for_more_memory_than_there_is() {
+    for (shape, said) in [
+        // 12 TB, which no machine gives, and 6 GB, which many would give and fill.
+        ([1, 3, 1_000_000, 1_000_000], "memory"),
+        ([1, 3, 23_000, 23_000], "memory"),
+    ] {
+        let folder = folder(&onnx::hungry(&shape), "", ROAD);
+        let start = std::time::Instant::now();
+        let told = run(folder.path(), "--models models");
+        assert!(start.elapsed().as_secs() < 15, "{:?}", start.elapsed());
+        told.expect(3, &["tiny.onnx", said]);
+        nothing_written(folder.path());
+    }
+    // The same graph with a size that fits is refused for its output alone.
+    let folder = folder(&onnx::hungry(&[1, 3, 32, 32]), "", DETECTOR);
+    run(folder.path(), "--models models").expect(3, &["tiny.onnx", "output has shape"]);
+}
+
+#[test]
+fn an_input_larger_than_any_picture() {
+    refused(&[&[1, 3, 10_000_000_000, 10_000_000_000]], "", ROAD, &["8192 px a side"]);
+    refused(&[&[1, 3, 0, 32]], "", ROAD, &["8192 px a side"]);
+}

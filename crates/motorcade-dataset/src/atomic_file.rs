@@ -1,36 +1,174 @@
-//! Files that are written whole or not at all: beside their place, then renamed.
+//! The writer of all single output files: whole or not at all, through symbolic links, and never over anything but a regular file.
 
-use std::ffi::OsString;
 use std::fs;
-use std::io;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// Writes a file beside its place and renames it, so that a reader never sees a part of it. An existing file is replaced.
-///
-/// # Errors
-/// Those of the file system; an existing file then stays as it was.
-pub fn write(path: &Path, contents: impl AsRef<[u8]>) -> io::Result<()> {
-    let staged = staged_path(path)?;
-    let written = fs::write(&staged, contents).and_then(|()| fs::rename(&staged, path));
-    if written.is_err() {
-        // The first error is the one to report.
-        let _ = fs::remove_file(&staged);
-    }
-    written
+use tempfile::NamedTempFile;
+
+use crate::regular_file::special_name;
+use crate::staging;
+
+/// A file to be written. Making one checks its place, so that long work does not end in a file that cannot be written.
+#[derive(Debug)]
+pub struct PendingFile {
+    place: Place,
 }
 
-/// The hidden name beside a file or folder under which it is written first: `.NAME.partial-PID`.
+#[derive(Debug)]
+enum Place {
+    /// A regular file or nothing yet: the content is written beside it and renamed.
+    Beside { staged: Box<NamedTempFile>, target: PathBuf, _lock: Option<fs::File> },
+    /// A FIFO or a character device.
+    Stream(PathBuf),
+    /// `/dev/stdout`, by any name.
+    Stdout,
+}
+
+impl PendingFile {
+    /// Checks the place of a file and makes a temporary file beside it.
+    ///
+    /// # Errors
+    /// A directory, a socket, a block device, a folder that cannot be written.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        let place = match fs::metadata(path) {
+            Ok(found) if is_stdout(&found) => Place::Stdout,
+            Ok(found) if found.is_file() => beside(fs::canonicalize(path)?)?,
+            Ok(found) if found.is_dir() => return Err(io::Error::from(io::ErrorKind::IsADirectory)),
+            Ok(found) if is_stream(&found) => Place::Stream(path.to_path_buf()),
+            Ok(found) => return Err(refused(&found)),
+            Err(e) if e.kind() == io::ErrorKind::NotFound => beside(end_of_links(path))?,
+            Err(e) => return Err(e),
+        };
+        Ok(Self { place })
+    }
+
+    /// Writes the content and puts the file in its place.
+    ///
+    /// # Errors
+    /// Those of the file system; an existing file then stays as it was. When the last move fails, the error names the file that
+    /// holds the content.
+    pub fn write(self, contents: impl AsRef<[u8]>) -> io::Result<()> {
+        match self.place {
+            Place::Beside { mut staged, target, _lock } => {
+                staged.write_all(contents.as_ref())?;
+                put(*staged, &target)
+            }
+            Place::Stream(path) => open_stream(&path)?.write_all(contents.as_ref()),
+            Place::Stdout => {
+                let mut out = io::stdout().lock();
+                out.write_all(contents.as_ref()).and_then(|()| out.flush())
+            }
+        }
+    }
+}
+
+/// Writes a file: beside its place and renamed, so that a reader never sees a part of it. An existing file is replaced, at
+/// the end of symbolic links; FIFOs and character devices are written to.
 ///
 /// # Errors
-/// A path without a file name.
-pub fn staged_path(path: &Path) -> io::Result<PathBuf> {
-    let Some(name) = path.file_name() else {
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, "the path has no file name"));
+/// As [`PendingFile::create`] and [`PendingFile::write`].
+pub fn write(path: &Path, contents: impl AsRef<[u8]>) -> io::Result<()> {
+    PendingFile::create(path)?.write(contents)
+}
+
+fn beside(target: PathBuf) -> io::Result<Place> {
+    let folder = match target.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
     };
-    let mut staged = OsString::from(".");
-    staged.push(name);
-    staged.push(format!(".partial-{}", std::process::id()));
-    Ok(path.with_file_name(staged))
+    if target.file_name().is_none() {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "the path has no file name"));
+    }
+    staging::remove_stale(folder, Path::is_dir);
+    let make = |builder: &mut tempfile::Builder<'_, '_>, folder: &Path| {
+        // Results are for everybody the umask allows; tempfile's own default is the owner alone.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        builder.tempfile_in(folder)
+    };
+    let (staged, _lock) = staging::create(folder, make, NamedTempFile::path)?;
+    Ok(Place::Beside { staged: Box::new(staged), target, _lock })
+}
+
+fn put(staged: NamedTempFile, target: &Path) -> io::Result<()> {
+    // Somebody may have put something else there since.
+    if let Ok(found) = fs::symlink_metadata(target) {
+        if !found.is_file() {
+            return Err(kept(staged, &refused(&found)));
+        }
+        fs::set_permissions(staged.path(), found.permissions())?;
+    }
+    staged.persist(target).map(drop).map_err(|e| kept(e.file, &e.error))
+}
+
+/// Keeps a complete file whose last move failed, and says where it is.
+fn kept(staged: NamedTempFile, error: &io::Error) -> io::Error {
+    match staged.keep() {
+        Ok((_, path)) => {
+            io::Error::new(error.kind(), format!("{error}; the content lies in {}", path.display()))
+        }
+        Err(_) => io::Error::new(error.kind(), error.to_string()),
+    }
+}
+
+fn refused(found: &fs::Metadata) -> io::Error {
+    let problem = format!("is a {}; give a regular file", special_name(found.file_type()));
+    io::Error::new(io::ErrorKind::InvalidInput, problem)
+}
+
+/// The path a chain of symbolic links ends at, when nothing is there.
+fn end_of_links(path: &Path) -> PathBuf {
+    let mut path = path.to_path_buf();
+    // A circle of links does not get here: asking for its metadata fails otherwise.
+    while let Ok(next) = fs::read_link(&path) {
+        path = path.parent().map_or(next.clone(), |folder| folder.join(&next));
+    }
+    path
+}
+
+#[cfg(unix)]
+fn is_stream(found: &fs::Metadata) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    found.file_type().is_fifo() || found.file_type().is_char_device()
+}
+
+#[cfg(not(unix))]
+fn is_stream(_: &fs::Metadata) -> bool {
+    false
+}
+
+/// True for the file stdout goes to: renaming over it would lose all that is printed.
+#[cfg(unix)]
+fn is_stdout(found: &fs::Metadata) -> bool {
+    use std::os::fd::AsFd;
+    use std::os::unix::fs::MetadataExt;
+    let stdout = io::stdout().as_fd().try_clone_to_owned().map(fs::File::from).and_then(|f| f.metadata());
+    stdout.is_ok_and(|s| (s.dev(), s.ino()) == (found.dev(), found.ino()))
+}
+
+#[cfg(not(unix))]
+fn is_stdout(_: &fs::Metadata) -> bool {
+    false
+}
+
+/// Opens a FIFO or character device for writing; a FIFO that nobody reads is an error, because opening it would wait.
+fn open_stream(path: &Path) -> io::Result<fs::File> {
+    let mut options = fs::OpenOptions::new();
+    options.write(true);
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::OpenOptionsExt;
+        let probe = options.clone().custom_flags(libc::O_NONBLOCK).open(path);
+        match probe {
+            Err(e) if e.raw_os_error() == Some(libc::ENXIO) => {
+                return Err(io::Error::new(io::ErrorKind::BrokenPipe, "no process reads from this FIFO"));
+            }
+            // The reader is there while the probe is open, so the next call does not wait.
+            probe => drop((options.open(path)?, probe)),
+        }
+    }
+    options.open(path)
 }
 
 #[cfg(test)]
@@ -47,6 +185,61 @@ mod tests {
         let inside_a_file = path.join("b.txt");
         assert!(write(&inside_a_file, "three").is_err());
         assert!(write(Path::new("/"), "three").is_err());
+        assert!(write(folder.path(), "three").is_err());
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left behind");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_are_followed_and_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::create_dir(at("elsewhere")).unwrap();
+        fs::write(at("elsewhere/a.txt"), "one").unwrap();
+        std::os::unix::fs::symlink("elsewhere/a.txt", at("link")).unwrap();
+        std::os::unix::fs::symlink("elsewhere/new.txt", at("dangling")).unwrap();
+        write(&at("link"), "two").unwrap();
+        write(&at("dangling"), "three").unwrap();
+        assert!(at("link").is_symlink() && at("dangling").is_symlink());
+        assert_eq!(fs::read_to_string(at("elsewhere/a.txt")).unwrap(), "two");
+        assert_eq!(fs::read_to_string(at("elsewhere/new.txt")).unwrap(), "three");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn streams_are_written_to_and_stay() {
+        use std::os::unix::fs::FileTypeExt;
+        let folder = tempfile::tempdir().unwrap();
+        let fifo = folder.path().join("fifo");
+        assert!(std::process::Command::new("mkfifo").arg(&fifo).status().unwrap().success());
+        assert!(write(&fifo, "lost").unwrap_err().to_string().contains("no process reads"));
+        let from = fifo.clone();
+        let reader = std::thread::spawn(move || fs::read_to_string(from).unwrap());
+        while write(&fifo, "told").is_err() {
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+        assert_eq!(reader.join().unwrap(), "told");
+        assert!(fs::symlink_metadata(&fifo).unwrap().file_type().is_fifo());
+        let socket = folder.path().join("socket");
+        let _listener = std::os::unix::net::UnixListener::bind(&socket).unwrap();
+        assert!(write(&socket, "no").unwrap_err().to_string().contains("socket"));
+        write(Path::new("/dev/null"), "nothing").unwrap();
+        assert!(fs::symlink_metadata("/dev/null").unwrap().file_type().is_char_device());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn stale_files_go_and_files_being_written_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        let stale = folder.path().join(format!("{}abc123", staging::PREFIX));
+        let other = folder.path().join(format!("{}of-a-user", staging::PREFIX));
+        fs::write(&stale, "half").unwrap();
+        fs::write(&other, "mine").unwrap();
+        let one = PendingFile::create(&folder.path().join("one")).unwrap();
+        let two = PendingFile::create(&folder.path().join("two")).unwrap();
+        two.write("2").unwrap();
+        one.write("1").unwrap();
+        assert!(!stale.exists() && other.exists());
+        assert_eq!(fs::read_to_string(folder.path().join("one")).unwrap(), "1");
     }
 }

@@ -1,5 +1,6 @@
 //! KITTI tracking labels, as ground truth or as results.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::error::Result;
@@ -34,9 +35,43 @@ pub struct Label {
     pub score: Option<f64>,
 }
 
+/// Most objects in one frame. A file with more is no label file; pairs of objects are compared.
+pub const MOST_IN_FRAME: usize = 1000;
+
+/// Counts the objects of each frame of a file.
+#[derive(Default)]
+pub struct FrameCounts(BTreeMap<u64, usize>);
+
+impl FrameCounts {
+    /// Counts one more object in a frame.
+    ///
+    /// # Errors
+    /// More than [`MOST_IN_FRAME`], naming the line.
+    pub fn add(&mut self, frame: u64, row: &Row<'_>) -> Result<()> {
+        let count = self.0.entry(frame).or_default();
+        *count += 1;
+        if *count > MOST_IN_FRAME {
+            let expected = format!("at most {MOST_IN_FRAME} objects in a frame");
+            return Err(row.error(expected, format!("one more in frame {frame}")));
+        }
+        Ok(())
+    }
+}
+
 /// Reads a label file in the order of its lines, `DontCare` regions included.
+///
+/// # Errors
+/// A line that does not read, or more than [`MOST_IN_FRAME`] objects in a frame.
 pub fn read_labels(path: &Path) -> Result<Vec<Label>> {
-    TextFile::read(path)?.rows().map(|row| label(&row)).collect()
+    let file = TextFile::read(path)?;
+    let mut counts = FrameCounts::default();
+    let mut labels = Vec::new();
+    for row in file.rows() {
+        let label = label(&row)?;
+        counts.add(label.frame, &row)?;
+        labels.push(label);
+    }
+    Ok(labels)
 }
 
 fn label(row: &Row<'_>) -> Result<Label> {

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use crate::error::{Error, Result};
 use crate::format::Format;
+use crate::regular_file::special_name;
 use crate::source::images;
 
 impl Format {
@@ -15,6 +16,10 @@ impl Format {
                 return Err(Error::input(path, "is a single image; give the folder that holds the frames"));
             }
             return Ok(Self::Video);
+        }
+        if !metadata.is_dir() {
+            let kind = special_name(metadata.file_type());
+            return Err(Error::input(path, format!("is a {kind}; expected a folder or a video file")));
         }
         let has = |name: &str| path.join(name).is_dir();
         if (0..4).any(|camera| path.join(format!("image_{camera:02}/data")).is_dir()) {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose};
 
-use crate::calibration::{Calibration, Cam0};
+use crate::calibration::{Calibration, Cam0, FPS_RANGE, HEIGHT_RANGE_M};
 use crate::error::{Error, Result};
 use crate::format::Format;
 use crate::frame::Pixels;
@@ -37,8 +37,10 @@ impl Sequence {
         if options.stride == 0 {
             return Err(Error::Usage("the stride must be at least 1".into()));
         }
-        if options.fps.is_some_and(|fps| !(fps.is_finite() && fps > 0.0)) {
-            return Err(Error::Usage("frames per second must be a positive number".into()));
+        if let Some(fps) = options.fps.filter(|fps| !FPS_RANGE.contains(fps)) {
+            return Err(Error::Usage(format!(
+                "frames per second (--fps) must lie in [0.01, 10000], got {fps}"
+            )));
         }
         let format = options.format.map_or_else(|| Format::recognise(path), Ok)?;
         let survey = survey(path, format, options)?;
@@ -113,8 +115,10 @@ impl Sequence {
     pub fn height_m(&self, given: Option<f64>) -> Result<f64> {
         let known = given.or_else(|| self.calibration().and_then(|calibration| calibration.height_m));
         match known {
-            Some(height) if height.is_finite() && height > 0.0 => Ok(height),
-            Some(height) => Err(Error::Usage(format!("the camera height must be a positive number of metres, got {height}"))),
+            Some(height) if HEIGHT_RANGE_M.contains(&height) => Ok(height),
+            Some(height) => {
+                Err(Error::Usage(format!("the camera height (--height) must lie in [0.01, 1000] m, got {height}")))
+            }
             None if self.format().is_kitti() => Ok(KITTI_HEIGHT_M),
             None => Err(Error::Usage(
                 "the height of the camera above the road is not known; give it with --height METRES, it sets the scale".into(),

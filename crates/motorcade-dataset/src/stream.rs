@@ -1,7 +1,8 @@
 //! Iteration over frames, decoded ahead on a thread.
 
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
+use std::time::Duration;
 
 use crate::error::{Error, Result};
 use crate::frame::{BadFrame, Frame, Pixels};
@@ -45,6 +46,30 @@ impl Frames {
     }
 }
 
+/// Time between two looks at a request to stop while a frame is awaited.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
+
+impl Frames {
+    /// The next frame, or `None` as soon as `stop` says so: decoding may wait for a disk, a network or another program.
+    pub fn next_unless(&mut self, stop: &dyn Fn() -> bool) -> Option<FrameResult> {
+        if let Source::Ahead(receiver) = &self.source {
+            loop {
+                match receiver.recv_timeout(LOOK_EVERY) {
+                    Err(RecvTimeoutError::Timeout) if stop() => return None,
+                    Err(RecvTimeoutError::Timeout) => {}
+                    received => return self.counted(received.ok()),
+                }
+            }
+        }
+        self.next()
+    }
+
+    fn counted(&mut self, item: Option<FrameResult>) -> Option<FrameResult> {
+        self.left = if item.is_some() { self.left.saturating_sub(1) } else { 0 };
+        item
+    }
+}
+
 impl Iterator for Frames {
     type Item = FrameResult;
     fn next(&mut self) -> Option<FrameResult> {
@@ -52,8 +77,7 @@ impl Iterator for Frames {
             Source::Ahead(receiver) => receiver.recv().ok(),
             Source::Inline(decoder) => decoder.next(),
         };
-        self.left = if item.is_some() { self.left.saturating_sub(1) } else { 0 };
-        item
+        self.counted(item)
     }
     fn size_hint(&self) -> (usize, Option<usize>) {
         (self.left, Some(self.left))

@@ -5,6 +5,10 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use crate::error::{Error, Result};
+use crate::regular_file;
+
+/// Largest number of a table. Squares and products of larger ones overflow, and no quantity in metres, pixels or seconds is.
+pub const LARGEST: f64 = 1e12;
 
 /// A whole text file in memory.
 pub struct TextFile {
@@ -24,7 +28,7 @@ pub struct Row<'a> {
 impl TextFile {
     /// Reads a UTF-8 file.
     pub fn read(path: &Path) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(Error::io(path))?;
+        let bytes = regular_file::read(path).map_err(Error::io(path))?;
         let text =
             String::from_utf8(bytes).map_err(|_| Error::input(path, "is not a text file (not UTF-8)"))?;
         Ok(Self { path: path.to_path_buf(), text })
@@ -80,13 +84,14 @@ impl Row<'_> {
         };
         field.parse().map_err(|_| self.error(format!("{what} in column {column}"), format!("`{field}`")))
     }
-    /// Column `index` as a finite number.
+    /// Column `index` as a finite number of at most [`LARGEST`].
     pub fn number(&self, index: usize, what: &str) -> Result<f64> {
         let value: f64 = self.parse(index, what)?;
-        if value.is_finite() {
+        if value.abs() <= LARGEST {
             return Ok(value);
         }
-        Err(self.error(format!("{what} in column {} to be finite", index + 1), value))
+        let expected = format!("{what} in column {} to be finite and at most {LARGEST:e}", index + 1);
+        Err(self.error(expected, format!("{value:e}")))
     }
     /// `N` numbers from column `first` on.
     pub fn numbers<const N: usize>(&self, first: usize, what: &str) -> Result<[f64; N]> {

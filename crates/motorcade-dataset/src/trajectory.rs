@@ -24,8 +24,15 @@ pub fn read_trajectory<To: Frame, From: Frame>(path: &Path) -> Result<Trajectory
     let columns = file.rows().next().map(|row| row.fields.len());
     match columns {
         Some(8) => {
-            let rows: Result<Vec<(i64, Pose<To, From>)>> = file.rows().map(|row| tum(&row)).collect();
-            let (timestamps_ns, poses) = rows?.into_iter().unzip();
+            let (mut timestamps_ns, mut poses): (Vec<i64>, _) = (Vec::new(), Vec::new());
+            for row in file.rows() {
+                let (time_ns, pose) = tum(&row)?;
+                if timestamps_ns.last().is_some_and(|last| time_ns < *last) {
+                    return Err(row.error("times that do not run backwards", row.fields[0]));
+                }
+                timestamps_ns.push(time_ns);
+                poses.push(pose);
+            }
             Ok(Trajectory { timestamps_ns: Some(timestamps_ns), poses })
         }
         Some(_) => Ok(Trajectory {
@@ -37,6 +44,9 @@ pub fn read_trajectory<To: Frame, From: Frame>(path: &Path) -> Result<Trajectory
         }
     }
 }
+
+/// Latest time of a file \[s\], counted from 1970 in the year 2096: differences of times in nanoseconds fit into an i64.
+const LATEST_S: i64 = 4_000_000_000;
 
 fn tum<To, From>(row: &Row<'_>) -> Result<(i64, Pose<To, From>)> {
     row.require_columns(&[8], "t x y z qx qy qz qw")?;
@@ -58,12 +68,16 @@ fn nanoseconds(row: &Row<'_>) -> Result<i64> {
     let plain = |s: &str| s.bytes().all(|b| b.is_ascii_digit());
     if plain(whole) && plain(fraction) && !whole.is_empty() {
         let nine = format!("{fraction:0<9}");
-        let seconds = whole.parse::<i64>().ok().and_then(|s| s.checked_mul(1_000_000_000));
+        let seconds = whole.parse::<i64>().ok().filter(|s| *s <= LATEST_S);
         if let Some((seconds, rest)) = seconds.zip(nine[..9].parse::<i64>().ok()) {
-            return Ok(seconds + rest);
+            return Ok(seconds * 1_000_000_000 + rest);
         }
     }
-    Ok((row.number(0, "a time in seconds")? * 1e9).round() as i64)
+    let seconds = row.number(0, "a time in seconds")?;
+    if seconds.abs() > LATEST_S as f64 {
+        return Err(row.error(format!("a time of at most {LATEST_S} s"), row.fields[0]));
+    }
+    Ok((seconds * 1e9).round() as i64)
 }
 
 fn kitti<To, From>(row: &Row<'_>) -> Result<Pose<To, From>> {
@@ -149,6 +163,13 @@ mod tests {
             ("2 0 0 0 0 1 0 0 0 0 1 0\n", "p.txt:1: expected a rotation matrix"),
             ("0.0 1 2 3 0 0 0 0\n", "p.txt:1: expected a unit quaternion"),
             ("0.0 1 2 nan 0 0 0 1\n", "to be finite"),
+            ("0.0 1 2 1e300 0 0 0 1\n", "p.txt:1: expected a number of the pose in column 4 to be finite"),
+            (
+                "0.1 0 0 0 0 0 0 1\n0.2 0 0 0 0 0 0 1\n0.1 0 0 0 0 0 0 1\n",
+                "p.txt:3: expected times that do not run backwards",
+            ),
+            ("1e300 0 0 0 0 0 0 1\n", "p.txt:1: expected a time"),
+            ("9223372036854775807.9 0 0 0 0 0 0 1\n", "p.txt:1: expected a time"),
             ("# nothing\n", "holds no poses"),
         ] {
             std::fs::write(&path, text).unwrap();

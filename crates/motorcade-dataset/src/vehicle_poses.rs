@@ -2,9 +2,13 @@
 //! point on the vehicle's vertical axis) and `R00`, `R02` of a rotation about the camera's y axis that turns z into the vehicle's
 //! forward direction, found by name. Other columns, ground truth among them, are ignored.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
+use crate::labels::MOST_IN_FRAME;
+use crate::regular_file;
+use crate::text::LARGEST;
 
 const COLUMNS: &str = "columns frame, track_id, tx, ty, tz, R00, R02";
 
@@ -50,13 +54,20 @@ fn read_one(path: &Path, all: &mut Vec<ExternalVehiclePose>) -> Result<()> {
         found,
     };
     let problem = |e: csv::Error| at(e.position().map_or(1, csv::Position::line), COLUMNS, e.to_string());
-    let mut reader = csv::Reader::from_path(path).map_err(problem)?;
+    let mut reader = csv::Reader::from_reader(regular_file::open(path).map_err(Error::io(path))?);
+    let mut in_frame = BTreeMap::new();
     for (k, row) in reader.deserialize().enumerate() {
         let pose: ExternalVehiclePose = row.map_err(problem)?;
         let numbers = [pose.tx, pose.ty, pose.tz, pose.r00, pose.r02];
-        if !numbers.iter().all(|v| v.is_finite()) || pose.tz <= 0.0 {
+        if !numbers.iter().all(|v| v.abs() <= LARGEST) || pose.tz <= 0.0 {
             let expected = "finite numbers and tz in front of the camera";
             return Err(at(k as u64 + 2, expected, format!("{numbers:?}")));
+        }
+        let count = in_frame.entry(pose.frame).or_insert(0);
+        *count += 1;
+        if *count > MOST_IN_FRAME {
+            let expected = format!("at most {MOST_IN_FRAME} vehicles in a frame");
+            return Err(at(k as u64 + 2, &expected, format!("one more in frame {}", pose.frame)));
         }
         all.push(pose);
     }

@@ -24,8 +24,16 @@ pub struct PinholeCamera {
 #[error("camera intrinsics: {0}")]
 pub struct InvalidCamera(String);
 
+/// Longest side of an image \[px\].
+const LARGEST_SIDE_PX: u32 = 32_768;
+
+fn field_of_view_rad(focal_px: f64, side_px: u32) -> f64 {
+    2.0 * (0.5 * f64::from(side_px) / focal_px).atan()
+}
+
 impl PinholeCamera {
-    /// Refuses numbers no lens has: focal lengths must be positive, the principal point inside the image.
+    /// Refuses numbers no lens has: the principal point must lie inside the image of at most 32768 pixels a side, the field of
+    /// view between 0.01° and 170°.
     pub fn validate(&self) -> Result<(), InvalidCamera> {
         let refuse = |text: String| Err(InvalidCamera(text));
         if !(self.fx.is_finite() && self.fx > 0.0 && self.fy.is_finite() && self.fy > 0.0) {
@@ -33,6 +41,21 @@ impl PinholeCamera {
         }
         if self.width == 0 || self.height == 0 {
             return refuse(format!("image size {}x{} is empty", self.width, self.height));
+        }
+        if self.width.max(self.height) > LARGEST_SIDE_PX {
+            let size = (self.width, self.height);
+            return refuse(format!(
+                "image size {}x{} is more than {LARGEST_SIDE_PX} px a side",
+                size.0, size.1
+            ));
+        }
+        for (name, focal, side) in [("fx", self.fx, self.width), ("fy", self.fy, self.height)] {
+            let view_deg = field_of_view_rad(focal, side).to_degrees();
+            if !(0.01..=170.0).contains(&view_deg) {
+                return refuse(format!(
+                    "{name} = {focal:e} px is a field of view of {view_deg:.3} degrees over {side} px; no pinhole camera has it"
+                ));
+            }
         }
         let inside = |c: f64, size: u32| c.is_finite() && c > 0.0 && c < f64::from(size);
         if !(inside(self.cx, self.width) && inside(self.cy, self.height)) {
@@ -42,6 +65,10 @@ impl PinholeCamera {
             ));
         }
         Ok(())
+    }
+    /// Horizontal and vertical field of view \[rad\].
+    pub fn field_of_view_rad(&self) -> (f64, f64) {
+        (field_of_view_rad(self.fx, self.width), field_of_view_rad(self.fy, self.height))
     }
     /// K (3×3) \[px\].
     pub fn matrix(&self) -> Matrix3<f64> {

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use motorcade_dataset::regular_file;
+
 use crate::digest::sha256;
 use crate::embedded;
 use crate::error::{Error, Result};
@@ -45,7 +47,7 @@ pub fn list_models(source: &ModelSource) -> Result<Vec<ModelInfo>> {
 
 fn read(folder: &Path, entry: &ModelEntry) -> Result<Vec<u8>> {
     let path = folder.join(&entry.file);
-    std::fs::read(&path).map_err(|e| Error::model(&path, format!("network does not read: {e}")))
+    regular_file::read(&path).map_err(|e| Error::model(&path, format!("network does not read: {e}")))
 }
 
 fn info(entry: &ModelEntry, bytes: &[u8]) -> ModelInfo {

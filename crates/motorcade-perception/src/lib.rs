@@ -64,6 +64,7 @@ mod observations;
 mod perception;
 mod recording;
 mod road;
+mod trial;
 
 pub use detection::{BoundingBox, BoxConvention, Detection, NoVehicle, VehicleClass};
 pub use detectors::{KeypointDetector, RoadSegmenter, VehicleDetector};
@@ -83,3 +84,4 @@ pub use observations::Observations;
 pub use perception::{Perception, PerceptionOptions};
 pub use recording::Recording;
 pub use road::RoadMask;
+pub use trial::try_models;

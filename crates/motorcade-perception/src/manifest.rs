@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use motorcade_dataset::regular_file;
+
 use crate::detection::VehicleClass;
 use crate::error::{Error, Result};
 
@@ -189,7 +191,7 @@ impl Manifest {
     pub fn of_folder(folder: &Path) -> Result<Self> {
         let path = folder.join(MANIFEST_NAME);
         if path.is_file() {
-            let text = std::fs::read_to_string(&path).map_err(|e| Error::model(&path, e.to_string()))?;
+            let text = regular_file::read_to_string(&path).map_err(|e| Error::model(&path, e.to_string()))?;
             return Self::parse(&path, &text);
         }
         if !folder.is_dir() {

@@ -98,7 +98,7 @@ impl ModelSet {
         })
     }
 
-    fn build(
+    pub(crate) fn build(
         manifest: &Manifest,
         image_size: (u32, u32),
         options: &ModelOptions,

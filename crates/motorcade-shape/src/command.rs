@@ -18,7 +18,7 @@ pub struct ConvertRequest {
     pub mean: PathBuf,
     /// Table of the basis: a row per deformation.
     pub basis: PathBuf,
-    /// JSON file to write.
+    /// JSON file the prior goes to.
     pub output: PathBuf,
     /// Layout, length, proportions.
     pub options: ConvertOptions,
@@ -42,18 +42,16 @@ pub struct PriorReport {
     pub rms_to_own_m: Option<f64>,
 }
 
-/// `shape convert`: tables to JSON.
-pub fn convert(request: &ConvertRequest) -> Result<PriorReport, PriorError> {
+/// `shape convert`: tables to the text of a JSON file.
+pub fn convert(request: &ConvertRequest) -> Result<(PriorReport, String), PriorError> {
     let prior = convert_tables(&request.mean, &request.basis, &request.options)?;
-    prior.write(&request.output)?;
-    Ok(report(&prior, &request.output))
+    Ok((report(&prior, &request.output), prior.to_json()))
 }
 
-/// `shape export`: the built-in prior as JSON, as a start for others.
-pub fn export(layout: Layout, output: &Path) -> Result<PriorReport, PriorError> {
+/// `shape export`: the built-in prior as the text of a JSON file, as a start for others.
+pub fn export(layout: Layout, output: &Path) -> (PriorReport, String) {
     let prior = ShapePrior::of_family(layout);
-    prior.write(output)?;
-    Ok(report(&prior, output))
+    (report(&prior, output), prior.to_json())
 }
 
 /// `shape info`: summary of a JSON file.

@@ -20,6 +20,7 @@
 //! outline point. Unknown fields are refused.
 
 use std::fs;
+use std::io;
 use std::path::Path;
 
 use nalgebra::{Point3, Vector3};
@@ -79,11 +80,19 @@ struct FileShape {
     coefficients: Vec<f64>,
 }
 
+/// Reads a regular file; a FIFO or a device may never end.
+pub(crate) fn read_text(path: &Path) -> Result<String, PriorError> {
+    let regular = fs::metadata(path).and_then(|found| match found.is_file() {
+        true => fs::read_to_string(path),
+        false => Err(io::Error::new(io::ErrorKind::InvalidInput, "is not a regular file")),
+    });
+    regular.map_err(|source| PriorError::Io { path: path.to_owned(), source })
+}
+
 impl ShapePrior {
     /// Reads a JSON file (see the [format](crate::json)).
     pub fn read(path: &Path) -> Result<Self, PriorError> {
-        let text =
-            fs::read_to_string(path).map_err(|source| PriorError::Io { path: path.to_owned(), source })?;
+        let text = read_text(path)?;
         let file: File = serde_json::from_str(&text)
             .map_err(|source| PriorError::Json { path: path.to_owned(), source })?;
         file.into_prior(&path.display().to_string())
@@ -130,11 +139,6 @@ impl ShapePrior {
         };
         // Finite numbers and strings always serialise.
         serde_json::to_string_pretty(&file).unwrap_or_default() + "\n"
-    }
-
-    /// Writes the JSON file.
-    pub fn write(&self, path: &Path) -> Result<(), PriorError> {
-        fs::write(path, self.to_json()).map_err(|source| PriorError::Io { path: path.to_owned(), source })
     }
 }
 

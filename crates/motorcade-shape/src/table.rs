@@ -1,13 +1,13 @@
 //! Tables of numbers in text files, a row per line.
 
-use std::fs;
 use std::path::Path;
 
 use crate::error::PriorError;
+use crate::json::read_text;
 
 /// Reads rows of `columns` numbers parted by spaces or commas; empty lines and lines that start with `#` are skipped.
 pub(crate) fn read(path: &Path, columns: usize) -> Result<Vec<Vec<f64>>, PriorError> {
-    let text = fs::read_to_string(path).map_err(|source| PriorError::Io { path: path.to_owned(), source })?;
+    let text = read_text(path)?;
     let mut rows = Vec::new();
     for (index, line) in text.lines().enumerate() {
         if line.trim().is_empty() || line.trim_start().starts_with('#') {

@@ -34,7 +34,8 @@ fn the_converted_file_reads_back() {
         output: output.path().join("car.json"),
         options: ConvertOptions::new(Layout::Car36),
     };
-    let report = command::convert(&request).unwrap();
+    let (report, text) = command::convert(&request).unwrap();
+    std::fs::write(&request.output, text).unwrap();
     assert_eq!((report.keypoints, report.deformations), (36, 42));
     assert!(report.mean_size.length_m > 3.9 && report.mean_size.length_m < 4.2, "{report:?}");
     let info = command::info(&request.output).unwrap();

@@ -10,6 +10,9 @@ pub enum Error {
     /// An invalid plan or option.
     #[error("{0}")]
     Plan(String),
+    /// The caller asked to stop.
+    #[error("interrupted; nothing was written")]
+    Cancelled,
     /// A file or folder that cannot be read or written.
     #[error("{path}: {source}", path = .path.display())]
     Io {

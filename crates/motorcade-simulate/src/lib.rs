@@ -60,6 +60,6 @@ pub use render::{Picture, Renderer, VehicleView};
 pub use scenario::{Scenario, scenarios};
 pub use simulate::simulate;
 pub use site::Site;
-pub use training::{VehicleCropOptions, write_vehicle_crops};
+pub use training::{VehicleCropOptions, write_vehicle_crops, write_vehicle_crops_until};
 pub use vehicle::SimulatedVehicle;
 pub use weather::Weather;

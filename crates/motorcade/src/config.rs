@@ -173,7 +173,14 @@ impl Config {
         Ok(config)
     }
 
+    /// Every count at most a hundred times its default, or 1000; every other number finite and at most 1e9.
+    fn validate_numbers(&self) -> std::result::Result<(), String> {
+        let table = |config: &Self| Table::try_from(*config).map_err(|e| e.to_string());
+        validate_table("", &table(self)?, &table(&Self::default())?)
+    }
+
     pub(crate) fn validate(&self) -> std::result::Result<(), String> {
+        self.validate_numbers()?;
         let check = |ok: bool, text: &str| if ok { Ok(()) } else { Err(text.to_owned()) };
         check((0.0..=1.0).contains(&self.run.most_untracked), "run.most_untracked must lie between 0 and 1")?;
         self.odometry.validate()?;
@@ -193,6 +200,34 @@ impl Config {
         self.graph.validate()?;
         self.vehicles.advanced.keypoints.fit.validate()?;
         check((0.0..=1.0).contains(&self.tracker.least_iou), "tracker.least_iou must lie between 0 and 1")
+    }
+}
+
+fn validate_table(path: &str, table: &Table, default: &Table) -> std::result::Result<(), String> {
+    for (key, value) in table {
+        let full = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+        let default = default.get(key);
+        if let (Value::Table(inner), Some(Value::Table(default))) = (value, default) {
+            validate_table(&full, inner, default)?;
+        } else if key != "seed" {
+            validate_number(&full, value, default.and_then(Value::as_integer).unwrap_or(0))?;
+        }
+    }
+    Ok(())
+}
+
+fn validate_number(path: &str, value: &Value, default: i64) -> std::result::Result<(), String> {
+    const LARGEST: f64 = 1e9;
+    let most = default.saturating_mul(100).max(1000);
+    match value {
+        Value::Integer(v) if !(0..=most).contains(v) => {
+            Err(format!("{path} must lie between 0 and {most}, got {v}"))
+        }
+        Value::Float(v) if v.is_nan() || v.abs() > LARGEST => {
+            Err(format!("{path} must be finite and at most {LARGEST:e}, got {v:e}"))
+        }
+        Value::Array(values) => values.iter().try_for_each(|v| validate_number(path, v, default)),
+        _ => Ok(()),
     }
 }
 
@@ -238,6 +273,18 @@ mod tests {
         let error = config.overlay("[roda]\nfar_heights = 3.0", "my.toml").unwrap_err().to_string();
         assert!(error.contains("my.toml") && error.contains("`road`"), "{error}");
         assert!(config.set("road.far_heights=far").is_err());
+        for assignment in [
+            "odometry.klt.max_iterations=1000000000",
+            "odometry.klt.advanced.pyramid_levels=4000000000",
+            "road.oldest_s=1e300",
+            "road.oldest_s=nan",
+            "scale.advanced.smoother.drifts=[0.1, inf, 0.1, 0.1, 0.1, 0.1, 0.1]",
+        ] {
+            let error = config.set(assignment).unwrap_err().to_string();
+            let key = assignment.split_once('=').unwrap().0;
+            assert!(error.contains(&format!("{key} must")), "{error}");
+        }
+        assert!(config.set("run.seed=9000000000000").is_ok());
         assert!(config.set("road.far_heights=1").unwrap_err().to_string().contains("more than 4"));
         for (setting, problem) in [
             ("odometry.corners.columns=2", "odometry.corners.columns must lie between 4 and 200"),

@@ -95,6 +95,9 @@ impl FrontEnd {
     pub(crate) fn len(&self) -> usize {
         self.record.frames.len()
     }
+    pub(crate) fn record(&self) -> &FrontEndRecord {
+        &self.record
+    }
     pub(crate) fn record_mut(&mut self) -> &mut FrontEndRecord {
         &mut self.record
     }

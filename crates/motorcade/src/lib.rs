@@ -22,6 +22,7 @@
 //! # }
 //! ```
 
+mod assembly;
 mod config;
 mod config_text;
 mod error;
@@ -29,10 +30,12 @@ mod estimate;
 mod estimator;
 mod estimator_options;
 mod external;
+mod finite;
 mod front_end;
 mod motion_source;
 mod motorcade;
 pub mod output;
+mod plausibility;
 mod progress;
 mod record;
 mod result;

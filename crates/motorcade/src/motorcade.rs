@@ -1,6 +1,6 @@
 //! The object that takes frames.
 
-use motorcade_dataset::Frame;
+use motorcade_dataset::{Frame, HEIGHT_RANGE_M, MOST_IN_FRAME};
 use motorcade_geometry::PinholeCamera;
 use motorcade_perception::{KeypointDetector, Observations, Perception, RoadSegmenter, VehicleDetector};
 
@@ -10,6 +10,7 @@ use crate::estimate::Estimate;
 use crate::estimator::{SlidingEstimator, estimate_drive};
 use crate::external::External;
 use crate::front_end::FrontEnd;
+use crate::plausibility;
 use crate::progress::{NoProgress, Progress};
 use crate::record::{FrameInfo, FrontEndRecord};
 use crate::result::RunResult;
@@ -80,7 +81,7 @@ impl Motorcade {
     /// As [`push`](Self::push), with observations made elsewhere in `perception_ms` milliseconds.
     ///
     /// # Errors
-    /// An image of another size than the camera's, a timestamp that is not after the one before.
+    /// An image of another size than the camera's, a timestamp that is not after the one before, more than 1000 boxes.
     pub fn push_observed(
         &mut self,
         frame: &Frame,
@@ -88,6 +89,15 @@ impl Motorcade {
         perception_ms: f64,
     ) -> Result<()> {
         self.check(frame)?;
+        for (what, count) in
+            [("boxes", observations.detections.len()), ("keypoint sets", observations.keypoints.len())]
+        {
+            if count > MOST_IN_FRAME {
+                let problem =
+                    format!("frame {}: {count} {what}, at most {MOST_IN_FRAME} are taken", frame.number);
+                return Err(Error::Input(problem));
+            }
+        }
         self.add_external_keypoints(frame.number, &mut observations);
         let Self { front_end, settings, .. } = self;
         front_end.record_mut().stopwatch.add("perception", perception_ms);
@@ -156,13 +166,20 @@ impl Motorcade {
         (self.front_end.finish(), self.settings)
     }
 
+    /// Warnings so far: settings that are rarely meant, frames that were skipped.
+    pub fn warnings(&self) -> &[String] {
+        &self.front_end.record().warnings
+    }
+
     /// The detectors, to be run elsewhere; none stay.
     pub(crate) fn take_perception(&mut self) -> Perception {
         std::mem::take(&mut self.perception)
     }
-    /// Marks the drive as stopped before its last frame.
-    pub(crate) fn interrupt(&mut self) {
-        self.front_end.record_mut().interrupted = true;
+    /// Marks the drive as stopped before the last of its frames, of which there are `planned`.
+    pub fn interrupt(&mut self, planned: usize) {
+        let record = self.front_end.record_mut();
+        record.interrupted = true;
+        record.planned_frames = Some(planned);
     }
     /// Rows so far.
     pub(crate) fn frames(&self) -> usize {
@@ -260,22 +277,18 @@ impl MotorcadeBuilder {
     /// Ready for the first frame.
     ///
     /// # Errors
-    /// No height, or one that is no positive number; intrinsics that are none; a configuration out of range.
+    /// No height, or one that no camera has; intrinsics that are none; a configuration out of range.
     pub fn build(self) -> Result<Motorcade> {
         let Self { camera, height_m, config, external, perception, threads } = self;
-        let height_m = height_m.filter(|h| h.is_finite() && *h > 0.0).ok_or_else(|| {
-            Error::Config(
-                "the height of the camera above the road must be a positive number of metres".to_owned(),
-            )
+        let height_m = height_m.filter(|h| HEIGHT_RANGE_M.contains(h)).ok_or_else(|| {
+            Error::Config("the height of the camera above the road must lie in [0.01, 1000] m".to_owned())
         })?;
-        let PinholeCamera { fx, fy, cx, cy, .. } = camera;
-        if ![fx, fy, cx, cy].iter().all(|v| v.is_finite()) || fx <= 0.0 || fy <= 0.0 {
-            return Err(Error::Config(format!("the camera has no usable intrinsics: {camera:?}")));
-        }
+        camera.validate().map_err(|e| Error::Config(e.to_string()))?;
         config.validate().map_err(Error::Config)?;
         let settings = Settings { camera, height_m, config, external, threads };
         let mut front_end = FrontEnd::new(&settings);
         front_end.record_mut().detects_vehicles |= perception.detects_vehicles();
+        front_end.record_mut().warnings.extend(plausibility::of_camera(&settings.camera, settings.height_m));
         let sliding = SlidingEstimator::new(&settings);
         Ok(Motorcade { settings, perception, front_end, sliding })
     }

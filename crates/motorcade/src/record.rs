@@ -45,6 +45,8 @@ pub struct FrontEndRecord {
     pub warnings: Vec<String>,
     /// True when it was stopped before the last frame.
     pub interrupted: bool,
+    /// Number of frames of the input, where the caller said so.
+    pub planned_frames: Option<usize>,
 }
 
 impl FrontEndRecord {
@@ -59,6 +61,7 @@ impl FrontEndRecord {
             stopwatch: Stopwatch::default(),
             warnings: Vec::new(),
             interrupted: false,
+            planned_frames: None,
         }
     }
 

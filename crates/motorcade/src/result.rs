@@ -6,8 +6,7 @@ use motorcade_odometry::{EgoFrame, EgoTrajectory, FrameStatus, RoadMeasurement};
 use motorcade_perception::Detection;
 use motorcade_vehicles::VehicleTrajectory;
 
-use crate::progress::Progress;
-use crate::record::{FrameInfo, FrontEndRecord};
+use crate::record::FrameInfo;
 use crate::timing::Stopwatch;
 
 /// The result of a drive.
@@ -36,46 +35,11 @@ pub struct RunResult {
     pub warnings: Vec<String>,
     /// True when it was stopped before the last frame.
     pub interrupted: bool,
-}
-
-/// Estimates of a window, to be put together with what the front end knows.
-pub(crate) struct Estimated {
-    pub(crate) camera: PinholeCamera,
-    pub(crate) ego: EgoTrajectory,
-    pub(crate) vehicles: Vec<VehicleTrajectory>,
-    pub(crate) graph: Option<(MultibodyGraph, motorcade_graph::Report)>,
-    /// Warnings of the estimator.
-    pub(crate) warnings: Vec<String>,
-    /// True when the camera's motion came in metres.
-    pub(crate) metric: bool,
+    /// Number of frames of the input, where the caller said so.
+    pub planned_frames: Option<usize>,
 }
 
 impl RunResult {
-    /// Puts the output of the front end and of the estimator together; reports the warnings.
-    pub(crate) fn new(record: FrontEndRecord, estimated: Estimated, progress: &dyn Progress) -> Self {
-        let Estimated { camera, ego, vehicles, graph, warnings, metric } = estimated;
-        let (graph, graph_report) = graph.unzip();
-        let mut result = Self {
-            camera,
-            frames: record.frames,
-            ego,
-            road_measurements: record.road_measurements,
-            vehicles,
-            graph,
-            graph_report,
-            detections: record.detections,
-            detects_vehicles: record.detects_vehicles,
-            stopwatch: record.stopwatch,
-            warnings: record.warnings,
-            interrupted: record.interrupted,
-        };
-        for warning in warnings.into_iter().chain(summary_warnings(&result, metric)).collect::<Vec<_>>() {
-            progress.warn(&warning);
-            result.warnings.push(warning);
-        }
-        result
-    }
-
     /// Share of frames whose pose was tracked (or stood). Frames of the first second that were filled in from the map that
     /// began after them do not count against it.
     pub fn tracked_share(&self) -> f64 {
@@ -94,27 +58,4 @@ impl RunResult {
         // A run that never got a map has tracked nothing.
         if tracked == 0 { 0.0 } else { tracked as f64 / all as f64 }
     }
-}
-
-/// Warnings about a result as a whole; `metric` when the camera's motion came in metres.
-fn summary_warnings(result: &RunResult, metric: bool) -> Vec<String> {
-    let mut out = Vec::new();
-    let n = result.ego.frames.len();
-    let tracked = |f: &&EgoFrame| matches!(f.status, FrameStatus::Tracked | FrameStatus::Standstill);
-    let untracked = n - result.ego.frames.iter().filter(tracked).count();
-    if untracked > 0 {
-        out.push(format!(
-            "{untracked} of {n} frames have a bridged or filled-in pose (see `status` in frames.csv)"
-        ));
-    }
-    if result.road_measurements.is_empty() && n > 0 && !metric {
-        out.push(
-            "the road was never seen: the metric scale is a guess, lengths may be off by a factor of two"
-                .to_owned(),
-        );
-    }
-    if !result.detects_vehicles {
-        out.push("no vehicles were looked for: give --models or --detections".to_owned());
-    }
-    out
 }

@@ -1,7 +1,7 @@
 //! All frames of a sequence through the object that takes frames.
 
-use std::sync::mpsc::sync_channel;
-use std::time::Instant;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
+use std::time::{Duration, Instant};
 
 use motorcade_dataset::{FrameResult, Sequence};
 use motorcade_perception::{Observations, Perception};
@@ -15,6 +15,9 @@ pub type FrameCallback<'a> = &'a mut dyn FnMut(&mut Motorcade);
 
 /// Frames that perception may be ahead of the estimator.
 const FRAMES_AHEAD: usize = 4;
+
+/// Time between two looks at a request to stop while observations are awaited.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
 
 /// A frame with its observations and the time they took \[ms\].
 type Observed = (FrameResult, Observations, f64);
@@ -31,43 +34,65 @@ pub fn push_sequence(
     progress: &dyn Progress,
     each: FrameCallback<'_>,
 ) -> Result<()> {
+    for warning in slam.warnings() {
+        progress.warn(warning);
+    }
     progress.begin("odometry", Some(sequence.len()));
     let mut perception = slam.take_perception();
-    let mut push = |observed: Result<Observed>| -> Result<bool> {
+    let stop = || progress.cancelled();
+    let mut push = |observed: Result<Observed>| -> Result<()> {
         push(slam, observed?, progress)?;
         each(slam);
         progress.advance(slam.frames());
-        let cancelled = progress.cancelled();
-        if cancelled {
-            slam.interrupt();
-        }
-        Ok(!cancelled)
+        Ok(())
     };
+    let mut frames = sequence.frames();
     if threads < 2 {
-        for frame in sequence.frames() {
-            if !push(observe(&mut perception, frame))? {
+        while let Some(frame) = frames.next_unless(&stop) {
+            push(observe(&mut perception, frame))?;
+            if stop() {
                 break;
             }
         }
-        return Ok(());
-    }
-    std::thread::scope(|scope| {
+    } else {
         let (sender, receiver) = sync_channel(FRAMES_AHEAD);
-        scope.spawn(move || {
-            for frame in sequence.frames() {
+        // Not a scoped thread: one that waits for a frame must not keep a stopped run waiting.
+        let ahead = std::thread::spawn(move || {
+            for frame in frames {
                 // The receiver has gone: the run was stopped.
                 if sender.send(observe(&mut perception, frame)).is_err() {
                     break;
                 }
             }
         });
-        for observed in receiver {
-            if !push(observed)? {
+        while let Some(observed) = next_unless(&receiver, &stop) {
+            push(observed)?;
+            if stop() {
                 break;
             }
         }
-        Ok(())
-    })
+        // At the end of the frames the thread has ended too; a panic in it is not the end of the frames.
+        if !stop()
+            && let Err(panic) = ahead.join()
+        {
+            std::panic::resume_unwind(panic);
+        }
+    }
+    if stop() {
+        slam.interrupt(sequence.len());
+    }
+    Ok(())
+}
+
+/// The next item, or `None` at the end or as soon as `stop` says so.
+fn next_unless<T>(receiver: &Receiver<T>, stop: &dyn Fn() -> bool) -> Option<T> {
+    loop {
+        match receiver.recv_timeout(LOOK_EVERY) {
+            Err(RecvTimeoutError::Timeout) if stop() => return None,
+            Err(RecvTimeoutError::Timeout) => {}
+            received => return received.ok(),
+        }
+    }
 }
 
 fn observe(perception: &mut Perception, frame: FrameResult) -> Result<Observed> {

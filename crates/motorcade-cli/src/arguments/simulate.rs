@@ -59,7 +59,7 @@ pub struct SimulateArguments {
     #[arg(long, default_value_t = 1000, requires = "training")]
     pub count: usize,
     /// Frames. By default 12 s of a scenario, all of a trajectory.
-    #[arg(long)]
+    #[arg(long, value_parser = super::parse_frames)]
     pub frames: Option<usize>,
     /// Frames per second, 2 to 60, of the same motion; give the same to `run --fps`.
     #[arg(long, default_value_t = 10.0)]
@@ -71,7 +71,7 @@ pub struct SimulateArguments {
     #[arg(long, required_unless_present = "list")]
     pub out: Option<PathBuf>,
     /// Width of the pictures in pixels.
-    #[arg(long, default_value_t = 1242)]
+    #[arg(long, default_value_t = 1242, value_parser = clap::value_parser!(u32).range(16..=8192))]
     pub width: u32,
     /// Also write depth maps.
     #[arg(long)]
@@ -104,12 +104,12 @@ pub struct SimulateArguments {
     #[arg(long, default_value_t = 0.03)]
     pub exposure_drift: f64,
     /// Motion blur: pictures averaged over the shutter time; 1 for none. Time grows with it.
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = parse_blur_samples)]
     pub blur_samples: usize,
     /// Shutter time in seconds; seen only with --blur-samples.
     #[arg(long, default_value_t = 0.006)]
     pub shutter: f64,
-    /// Replace what is in --out.
+    /// Replace an earlier drive in --out; nothing else in it is removed.
     #[arg(long)]
     pub force: bool,
     /// Form of the progress on stderr.
@@ -125,17 +125,21 @@ pub struct DemoArguments {
     #[arg(long, default_value = "runs/demo")]
     pub out: PathBuf,
     /// Frames, ten a second.
-    #[arg(long, default_value_t = 120)]
+    #[arg(long, default_value_t = 120, value_parser = super::parse_frames)]
     pub frames: usize,
     /// Seed of the drive.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
     /// Threads; the results do not depend on it. 0 takes all cores.
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, value_parser = super::parse_threads)]
     pub threads: usize,
     /// Form of the progress on stderr.
     #[arg(long, value_enum, default_value_t)]
     pub progress: ProgressKind,
+}
+
+fn parse_blur_samples(text: &str) -> Result<usize, String> {
+    text.parse().ok().filter(|n| (1..=256).contains(n)).ok_or_else(|| "a number from 1 to 256".to_owned())
 }
 
 fn weather(text: &str) -> Result<Weather, String> {

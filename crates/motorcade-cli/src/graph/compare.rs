@@ -6,6 +6,8 @@ use motorcade_geometry::lie::so3;
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use serde::Serialize;
 
+use crate::files::lossy;
+
 use motorcade_graph::GraphError;
 use motorcade_graph::Value;
 use motorcade_graph::factors::PoseResidual;
@@ -15,8 +17,10 @@ use motorcade_graph::g2o::{self, Document, ReadOptions};
 #[derive(Clone, Debug, Serialize)]
 pub struct CompareReport {
     /// First file: its edges define the costs.
+    #[serde(serialize_with = "lossy")]
     pub first: PathBuf,
     /// Second file.
+    #[serde(serialize_with = "lossy")]
     pub second: PathBuf,
     /// Vertices in both.
     pub common: usize,

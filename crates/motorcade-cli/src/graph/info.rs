@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use nalgebra::Vector3;
 use serde::Serialize;
 
+use crate::files::lossy;
+
 use motorcade_graph::GraphError;
 use motorcade_graph::Value;
 use motorcade_graph::factors::PoseResidual;
@@ -14,6 +16,7 @@ use motorcade_graph::g2o::{self, ReadOptions, ReadSummary};
 #[derive(Clone, Debug, Serialize)]
 pub struct InfoReport {
     /// The file.
+    #[serde(serialize_with = "lossy")]
     pub input: PathBuf,
     /// Counts, repaired matrices, unknown tags.
     pub read: ReadSummary,

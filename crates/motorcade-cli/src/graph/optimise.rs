@@ -7,6 +7,7 @@ use cpu_time::ProcessTime;
 use serde::Serialize;
 
 use crate::arguments::KernelChoice;
+use crate::files::lossy;
 use motorcade_graph::factors::PoseResidual;
 use motorcade_graph::g2o::{self, ReadOptions, ReadSummary};
 use motorcade_graph::solver::{
@@ -20,8 +21,6 @@ use motorcade_graph::{FactorId, Graph, GraphError, GroupId};
 pub struct OptimiseRequest {
     /// The graph.
     pub input: PathBuf,
-    /// File for the optimised graph.
-    pub output: Option<PathBuf>,
     /// Method, limits, threads. The time limit is for the whole call, reading and the choice of a start included, and is
     /// looked at between iterations.
     pub options: Options,
@@ -39,6 +38,7 @@ pub struct OptimiseRequest {
 #[derive(Clone, Debug, Serialize)]
 pub struct OptimiseReport {
     /// The input file.
+    #[serde(serialize_with = "lossy")]
     pub input: PathBuf,
     /// Findings while reading it.
     pub read: ReadSummary,
@@ -78,8 +78,8 @@ pub struct OptimiseReport {
     pub rows: Vec<Iteration>,
 }
 
-/// Reads, optimises and writes a graph.
-pub fn optimise(request: &OptimiseRequest) -> Result<OptimiseReport, GraphError> {
+/// Reads and optimises a graph: a report and the optimised graph as the text of a g2o file.
+pub fn optimise(request: &OptimiseRequest) -> Result<(OptimiseReport, String), GraphError> {
     request.options.validate()?;
     let began = Instant::now();
     let kernel = request.robust.map_or_else(Default::default, KernelChoice::kernel);
@@ -120,16 +120,14 @@ pub fn optimise(request: &OptimiseRequest) -> Result<OptimiseReport, GraphError>
         .filter(|(_, variable)| anchors.binary_search(variable).is_ok())
         .map(|(id, _)| *id)
         .collect();
-    if let Some(output) = &request.output {
-        // The file's own FIX lines are kept, the anchors chosen here are not part of the graph.
-        for &id in &anchors {
-            if let Some(variable) = document.variable(id) {
-                document.graph.release(variable);
-            }
+    // The file's own FIX lines are kept, the anchors chosen here are not part of the graph.
+    for &id in &anchors {
+        if let Some(variable) = document.variable(id) {
+            document.graph.release(variable);
         }
-        g2o::write(output, &document.graph, &document.vertices)?;
     }
-    Ok(OptimiseReport {
+    let text = g2o::to_string(&document.graph, &document.vertices);
+    let report = OptimiseReport {
         input: request.input.clone(),
         read: document.summary,
         cost: request.cost,
@@ -149,7 +147,8 @@ pub fn optimise(request: &OptimiseRequest) -> Result<OptimiseReport, GraphError>
         condition: report.condition,
         timings: report.timings,
         rows: report.iterations,
-    })
+    };
+    Ok((report, text))
 }
 
 /// Puts all factors into one group.

@@ -1,4 +1,5 @@
-//! KITTI `calib.txt`: one 3×4 projection a camera, of the odometry, tracking and raw benchmarks.
+//! KITTI `calib.txt`: one 3×4 projection a camera, of the odometry, tracking and raw benchmarks. Older files of the odometry
+//! benchmark have no names: their rows of 12 numbers are cameras 0 to 3.
 
 use std::path::Path;
 
@@ -17,7 +18,15 @@ pub struct KittiCalibration {
 }
 
 pub(super) fn looks_like(text: &str) -> bool {
-    text.lines().any(|line| line.split_whitespace().next().is_some_and(|key| camera_of(key).is_some()))
+    let first = text.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with('#'));
+    first.is_some_and(is_unnamed)
+        || text.lines().any(|line| line.split_whitespace().next().is_some_and(|key| camera_of(key).is_some()))
+}
+
+/// A row of 12 numbers.
+fn is_unnamed(line: &str) -> bool {
+    let mut fields = line.split_whitespace();
+    line.split_whitespace().count() == 12 && fields.all(|field| field.parse::<f64>().is_ok())
 }
 
 /// `P2:` (odometry, tracking), `P2` and `P_rect_02:` (raw) name camera 2.
@@ -35,8 +44,22 @@ impl KittiCalibration {
 
     pub(super) fn parse(path: &Path, file: &TextFile) -> Result<Self> {
         let mut calibration = Self::default();
+        let mut unnamed = 0;
         for row in file.rows() {
             let Some(key) = row.fields.first() else { continue };
+            if row.fields.len() == 12 && key.parse::<f64>().is_ok() {
+                let p: [f64; 12] = row.numbers(0, "a number of the projection")?;
+                // Poses have 12 numbers too.
+                if [p[1], p[4], p[8], p[9]] != [0.0; 4] || p[10] != 1.0 {
+                    return Err(row.error("a projection K [I | t] of a rectified camera", "12 other numbers"));
+                }
+                let Some(projection) = calibration.projections.get_mut(unnamed) else {
+                    return Err(row.error("at most four rows of 12 numbers, cameras 0 to 3", "a fifth"));
+                };
+                *projection = Some(p);
+                unnamed += 1;
+                continue;
+            }
             if let Some(camera) =
                 key.trim_end_matches(':').strip_prefix("S_rect_0").and_then(|c| c.parse().ok())
             {
@@ -50,7 +73,10 @@ impl KittiCalibration {
             calibration.projections[camera] = Some(row.numbers(1, "a number of the projection")?);
         }
         if calibration.projections.iter().all(Option::is_none) {
-            return Err(Error::input(path, "has no line P0: .. P3: with 12 numbers"));
+            return Err(Error::input(
+                path,
+                "has no line P0: .. P3: with 12 numbers, and no rows of 12 numbers alone",
+            ));
         }
         Ok(calibration)
     }

@@ -47,6 +47,13 @@ pub struct Calibration {
     pub camera_from_cam0: Pose<Camera, Cam0>,
 }
 
+/// Distortion coefficients of long lenses are large; none is larger than this.
+const LARGEST_DISTORTION: f64 = 1e6;
+/// Frames per second that there can be.
+pub(crate) const FPS_RANGE: std::ops::RangeInclusive<f64> = 0.01..=1e4;
+/// Heights of a camera above the road \[m\] beyond which numbers lose their meaning.
+pub const HEIGHT_RANGE_M: std::ops::RangeInclusive<f64> = 0.01..=1e3;
+
 impl Calibration {
     /// Reads a file of any supported format, recognised by its content. `camera` chooses among a KITTI file's `P0`..`P3`.
     pub fn read(path: &Path, camera: Option<u8>) -> Result<Self> {
@@ -94,14 +101,29 @@ impl Calibration {
             ));
         }
         let d = &self.distortion;
-        if ![self.cx, self.cy, d.k1, d.k2, d.p1, d.p2, d.k3].iter().all(|v| v.is_finite()) {
-            return Err(Error::input(path, "a number of the calibration is not finite"));
+        let numbers = [
+            // Outside the image, the principal point is told with the image's size.
+            ("cx", self.cx, f64::MAX),
+            ("cy", self.cy, f64::MAX),
+            ("k1", d.k1, LARGEST_DISTORTION),
+            ("k2", d.k2, LARGEST_DISTORTION),
+            ("p1", d.p1, LARGEST_DISTORTION),
+            ("p2", d.p2, LARGEST_DISTORTION),
+            ("k3", d.k3, LARGEST_DISTORTION),
+        ];
+        for (name, value, most) in numbers {
+            if value.is_nan() || value.abs() > most {
+                return Err(Error::input(
+                    path,
+                    format!("{name} = {value:e} must be finite and at most {most:e}"),
+                ));
+            }
         }
-        if self.fps.is_some_and(|fps| !positive(fps)) {
-            return Err(Error::input(path, "frames per second must be positive"));
+        if let Some(fps) = self.fps.filter(|fps| !FPS_RANGE.contains(fps)) {
+            return Err(Error::input(path, format!("fps = {fps:e} must lie in [0.01, 10000]")));
         }
-        if self.height_m.is_some_and(|height| !positive(height)) {
-            return Err(Error::input(path, "the camera height must be positive"));
+        if let Some(height) = self.height_m.filter(|height| !HEIGHT_RANGE_M.contains(height)) {
+            return Err(Error::input(path, format!("height_m = {height:e} must lie in [0.01, 1000] m")));
         }
         Ok(())
     }

@@ -23,6 +23,45 @@ fn kitti_projection_gives_the_camera_and_its_place_in_the_rig() {
 }
 
 #[test]
+fn kitti_rows_without_names_are_cameras_0_to_3() {
+    let row = |shift: f64| {
+        format!("7.188e+02 0.0 6.071e+02 {shift:e} 0.0 7.188e+02 1.852e+02 0.0 0.0 0.0 1.0 0.0\n")
+    };
+    let text = [0.0, -386.1, 45.38, -337.2].map(row).concat();
+    for (camera, shift) in [(None, 0.0), (Some(1), -386.1), (Some(2), 45.38), (Some(3), -337.2)] {
+        let calibration = read("calib.txt", &text, camera).unwrap();
+        assert_eq!((calibration.fx, calibration.cy, calibration.dialect), (718.8, 185.2, "KITTI"));
+        assert!((calibration.camera_from_cam0.translation().x - shift / 718.8).abs() < 1e-12, "{camera:?}");
+    }
+    let problem = |text: &str, camera| read("calib.txt", text, camera).unwrap_err().to_string();
+    assert!(problem(&row(0.0), Some(2)).contains("no camera 2, only 0"));
+    assert!(problem(&row(0.0).repeat(5), None).contains("calib.txt:5: expected at most four rows"));
+    let pose = "0.9 0.1 0.0 1.0 -0.1 0.9 0.0 0.0 0.0 0.0 1.0 5.0\n";
+    assert!(problem(pose, None).contains("calib.txt:1: expected a projection"));
+}
+
+#[test]
+fn numbers_no_lens_has_are_named() {
+    let text = "fx = 700.0\nfy = 700.0\ncx = 600.0\ncy = 170.0\n";
+    let problem = |from: &str, to: &str| match read("c.toml", &text.replace(from, to), None) {
+        Ok(calibration) => calibration.pinhole(Path::new("c.toml"), 1242, 375).unwrap_err().to_string(),
+        Err(error) => error.to_string(),
+    };
+    for (from, to, name) in [
+        ("fx = 700.0", "fx = 1e-300", "fx"),
+        ("fx = 700.0", "fx = 1e300", "fx"),
+        ("fy = 700.0", "fy = 3.0", "fy"),
+        ("cx = 600.0", "cx = 1e300", "principal point"),
+        ("cy = 170.0", "cy = 170.0\nfps = 1e-300", "fps"),
+        ("cy = 170.0", "cy = 170.0\nheight_m = 1e300", "height_m"),
+        ("cy = 170.0", "cy = 170.0\n[distortion]\nk2 = 1e300", "k2"),
+        ("cy = 170.0", "cy = 170.0\nwidth = 4000000000\nheight = 375", "4000000000x375"),
+    ] {
+        assert!(problem(from, to).contains(name), "{to}: {}", problem(from, to));
+    }
+}
+
+#[test]
 fn orb_slam_and_opencv_yaml() {
     let orb = "%YAML:1.0\n---\nCamera.type: \"PinHole\"\nCamera1.fx: 458.6  # px\nCamera1.fy: 457.3\nCamera1.cx: 367.2\n\
                Camera1.cy: 248.4\nCamera1.k1: -0.28\nCamera1.p2: 1.7e-05\nCamera.width: 752\nCamera.height: 480\n\

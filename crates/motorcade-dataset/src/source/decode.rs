@@ -6,6 +6,7 @@ use image::{DynamicImage, GrayImage, ImageFormat};
 
 use crate::error::{Error, Result};
 use crate::frame::Pixels;
+use crate::regular_file;
 
 /// Reads a PNG or JPEG file; the content decides, not the ending.
 pub(crate) fn read(path: &Path) -> Result<Pixels> {
@@ -35,7 +36,7 @@ pub(crate) fn read_mask(path: &Path) -> Result<GrayImage> {
 }
 
 fn read_dynamic(path: &Path) -> Result<DynamicImage> {
-    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    let bytes = regular_file::read(path).map_err(Error::io(path))?;
     if bytes.is_empty() {
         return Err(Error::input(path, "is empty"));
     }

@@ -88,7 +88,7 @@ pub(crate) fn numbering_step(entries: &[Entry]) -> u64 {
 pub(crate) fn gaps(entries: &[Entry], step: u64) -> Vec<u64> {
     let regular = entries.windows(2).all(|pair| (pair[1].number - pair[0].number).is_multiple_of(step));
     let (Some(first), Some(last)) = (entries.first(), entries.last()) else { return Vec::new() };
-    let expected = (last.number - first.number) / step + 1;
+    let expected = ((last.number - first.number) / step).saturating_add(1);
     // More missing than present: parts of several drives, or numbers with another meaning.
     if !regular || expected > 2 * entries.len() as u64 {
         return Vec::new();

@@ -117,6 +117,9 @@ pub(crate) fn read_times(path: &Path) -> Result<Vec<i64>> {
             1 => row.number(0, "seconds")?,
             _ => clock_seconds(row.fields[1]).ok_or_else(|| row.error("a time HH:MM:SS.s", row.fields[1]))?,
         };
+        if !(0.0..=4e9).contains(&seconds) {
+            return Err(row.error("a time from 0 to 4e9 s", seconds));
+        }
         times.push((seconds * 1e9).round() as i64);
     }
     let first = times.first().copied().unwrap_or(0);

@@ -7,6 +7,7 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 use image::RgbImage;
 
 use crate::error::{Error, Result};
+use crate::regular_file;
 
 const INSTALL: &str =
     "install ffmpeg (it brings ffprobe), or extract the frames elsewhere and give their folder";
@@ -28,6 +29,8 @@ fn failed(program: &str, error: &std::io::Error) -> Error {
 
 /// Counts frames and reads the rate.
 pub(crate) fn probe(path: &Path) -> Result<VideoInfo> {
+    // Opening checks that it is a regular file: ffprobe would wait on a FIFO.
+    regular_file::open(path).map_err(Error::io(path))?;
     let output = Command::new("ffprobe")
         .args(["-v", "error", "-select_streams", "v:0", "-count_packets"])
         .args(["-show_entries", "stream=avg_frame_rate,r_frame_rate,nb_read_packets", "-of", "default=nw=1"])

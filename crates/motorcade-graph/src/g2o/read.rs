@@ -1,6 +1,7 @@
 //! Reading `.g2o` files.
 
 use std::collections::BTreeMap;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use motorcade_geometry::robust::RobustKernel;
@@ -67,11 +68,23 @@ impl Document {
     }
 }
 
+/// Largest number of a file: costs, which hold products of several, stay finite.
+const LARGEST: f64 = 1e30;
+
 /// Reads a file.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Document, GraphError> {
-    let text =
-        std::fs::read_to_string(path).map_err(|source| GraphError::Io { path: path.into(), source })?;
-    parse(&text, path, options)
+    // A FIFO or a device may never end.
+    let text = std::fs::metadata(path).and_then(|found| match found.is_file() {
+        true => std::fs::read_to_string(path),
+        false => Err(io::Error::new(io::ErrorKind::InvalidInput, "is not a regular file")),
+    });
+    let text = text.map_err(|source| GraphError::Io { path: path.into(), source })?;
+    let document = parse(&text, path, options)?;
+    if document.vertices.is_empty() {
+        let message = "holds no vertices that are known; expected a g2o file".to_owned();
+        return Err(GraphError::Parse { path: path.into(), line: 1, message });
+    }
+    Ok(document)
 }
 
 #[derive(Debug)]
@@ -110,8 +123,11 @@ impl Line<'_> {
         for (k, x) in out.iter_mut().enumerate() {
             let word = words.next().ok_or_else(|| self.error(format!("{N} numbers expected, found {k}")))?;
             *x = word.parse::<f64>().map_err(|_| self.error(format!("{word:?} is not a number")))?;
-            if !x.is_finite() {
-                return Err(self.error(format!("{word} where a finite number is needed")));
+            // Not a number is within no bound.
+            if x.is_nan() || x.abs() > LARGEST {
+                return Err(
+                    self.error(format!("{word} where a finite number of at most {LARGEST:e} is needed"))
+                );
             }
         }
         Ok(out)

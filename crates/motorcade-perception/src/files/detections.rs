@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use motorcade_dataset::text::{Row, TextFile};
-use motorcade_dataset::{Frame, read_labels};
+use motorcade_dataset::{Frame, FrameCounts, read_labels};
 
 use crate::detection::{BoundingBox, BoxConvention, Detection, VehicleClass};
 use crate::detectors::VehicleDetector;
@@ -40,11 +40,9 @@ impl DetectionTable {
         let (format, rows) = match columns {
             None => (DetectionFormat::Kitti, Vec::new()),
             Some(1) => (DetectionFormat::Kitti, kitti(path)?),
-            Some(7..=10) => {
-                (DetectionFormat::Mot, file.comma_rows().map(|row| mot(&row)).collect::<Result<_>>()?)
-            }
+            Some(7..=10) => (DetectionFormat::Mot, found(&file, mot)?),
             // Anything else with commas is held against the shortest layout, whose error names its columns.
-            Some(_) => (DetectionFormat::Rrc, file.comma_rows().map(|row| rrc(&row)).collect::<Result<_>>()?),
+            Some(_) => (DetectionFormat::Rrc, found(&file, rrc)?),
         };
         let mut by_frame: BTreeMap<u64, Vec<Detection>> = BTreeMap::new();
         for (frame, detection) in rows.into_iter().flatten() {
@@ -69,6 +67,18 @@ impl DetectionTable {
 
 /// A row that speaks of a vehicle.
 type Found = Option<(u64, Detection)>;
+
+fn found(file: &TextFile, read: fn(&Row<'_>) -> Result<Found>) -> Result<Vec<Found>> {
+    let (mut counts, mut rows) = (FrameCounts::default(), Vec::new());
+    for row in file.comma_rows() {
+        let found = read(&row)?;
+        if let Some((frame, _)) = &found {
+            counts.add(*frame, &row)?;
+        }
+        rows.push(found);
+    }
+    Ok(rows)
+}
 
 fn checked(row: &Row<'_>, bbox: [f64; 4]) -> Result<BoundingBox> {
     let bbox = BoundingBox::new(bbox);
@@ -168,6 +178,22 @@ mod tests {
         assert_eq!(row("-1 -1 -1", ""), BoxConvention::VisibleExtent);
     }
 
+    /// A million boxes in a frame would be compared with each other.
+    #[test]
+    fn more_boxes_than_a_picture_holds_are_refused_at_once() {
+        let start = std::time::Instant::now();
+        for line in [
+            "3,10,20,110,70,0.9\n",
+            "3,7,10,20,100,50,0.9,-1,-1,-1\n",
+            "3 -1 Car -1 -1 -10 10 20 110 70 -1 -1 -1 -1 -1 -1 -1 0.9\n",
+        ] {
+            let error = read(&line.repeat(1_000_000)).unwrap_err().to_string();
+            assert!(error.contains("d.txt:1001: expected at most 1000 objects in a frame"), "{error}");
+        }
+        assert!(start.elapsed().as_secs_f64() < 10.0, "three files");
+        assert_eq!(read(&"3,10,20,110,70,0.9\n".repeat(1000)).unwrap().of_frame(3).len(), 1000);
+    }
+
     #[test]
     fn wrong_columns_name_file_and_line() {
         for (text, expected) in [
@@ -178,6 +204,7 @@ mod tests {
             ("3,10,20,110,70\n", "d.txt:1: expected 6 columns"),
             ("3,10,20,5,70,0.9\n", "d.txt:1: expected a box with x1 < x2"),
             ("3 7 Car 0 0\n", "d.txt:1: expected 17 or 18 columns"),
+            ("3,10,20,1e300,70,0.9\n", "d.txt:1: expected a box edge in column 4 to be finite"),
             ("3,7,10,20,100,50,high,-1,-1,-1\n", "d.txt:1: expected a confidence in column 7"),
         ] {
             let error = read(text).unwrap_err();

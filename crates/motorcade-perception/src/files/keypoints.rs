@@ -3,9 +3,11 @@
 //! identity only groups the points of one vehicle in a frame.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::path::Path;
 
-use motorcade_dataset::Error as InputError;
+use motorcade_dataset::text::LARGEST;
+use motorcade_dataset::{Error as InputError, MOST_IN_FRAME, regular_file};
 use motorcade_shape::{Layout, ObservedKeypoint};
 use serde::Deserialize;
 
@@ -49,7 +51,10 @@ impl KeypointTable {
         };
         let problem = |e: csv::Error| at(e.position().map_or(1, csv::Position::line), COLUMNS, e.to_string());
         let mut vehicles: BTreeMap<(u64, i64), ByLayout> = BTreeMap::new();
-        let mut reader = csv::Reader::from_path(path).map_err(problem)?;
+        let mut in_frame: BTreeMap<u64, usize> = BTreeMap::new();
+        let file =
+            regular_file::open(path).map_err(|source| InputError::Io { path: path.to_path_buf(), source })?;
+        let mut reader = csv::Reader::from_reader(file);
         for (k, row) in reader.deserialize().enumerate() {
             let row: Row = row.map_err(problem)?;
             let line = k as u64 + 2;
@@ -61,9 +66,20 @@ impl KeypointTable {
                 let expected = format!("an index from 0 to {} of {}", count - 1, row.layout);
                 return Err(at(line, &expected, row.index.to_string()).into());
             }
-            if !(0.0..=1.0).contains(&row.confidence) || !(row.x_px + row.y_px).is_finite() {
+            if !(0.0..=1.0).contains(&row.confidence)
+                || ![row.x_px, row.y_px].iter().all(|v| v.abs() <= LARGEST)
+            {
                 let found = format!("{} {} {}", row.x_px, row.y_px, row.confidence);
                 return Err(at(line, "finite pixels and a confidence from 0 to 1", found).into());
+            }
+            if let Entry::Vacant(new) = vehicles.entry((row.frame, row.track_id)) {
+                new.insert(ByLayout::new());
+                let count = in_frame.entry(row.frame).or_insert(0);
+                *count += 1;
+                if *count > MOST_IN_FRAME {
+                    let expected = format!("at most {MOST_IN_FRAME} vehicles in a frame");
+                    return Err(at(line, &expected, format!("one more in frame {}", row.frame)).into());
+                }
             }
             let points = vehicles.entry((row.frame, row.track_id)).or_default().entry(count);
             points.or_insert_with(|| (layout, vec![ObservedKeypoint::missing(); count])).1[row.index] =

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use motorcade_dataset::regular_file;
 use rten::{Dimension, ThreadPool};
 use rten_tensor::{NdTensor, Tensor};
 
@@ -50,8 +51,8 @@ impl Network {
         threads: &Arc<ThreadPool>,
     ) -> Result<Self> {
         let path = folder.join(&entry.file);
-        let bytes =
-            std::fs::read(&path).map_err(|e| Error::model(&path, format!("network does not read: {e}")))?;
+        let bytes = regular_file::read(&path)
+            .map_err(|e| Error::model(&path, format!("network does not read: {e}")))?;
         Self::from_bytes(path, bytes, entry, options, threads)
     }
 
@@ -159,6 +160,13 @@ fn input_size(path: &Path, shape: &[Dimension], entry: &ModelEntry) -> Result<(u
     }
 }
 
+/// Longest side of an input \[px\].
+const LONGEST_SIDE: usize = 8192;
+
+fn fits(height: usize, width: usize) -> bool {
+    (1..=LONGEST_SIDE).contains(&height) && (1..=LONGEST_SIDE).contains(&width)
+}
+
 /// Height and width of an image input.
 fn image_size(path: &Path, shape: &[Dimension], given: Option<[usize; 2]>) -> Result<(usize, usize)> {
     let wrong = |what: &str| {
@@ -172,11 +180,16 @@ fn image_size(path: &Path, shape: &[Dimension], given: Option<[usize; 2]>) -> Re
         return wrong("[1, 3, height, width]");
     }
     match (height, width, given) {
-        (Dimension::Fixed(h), Dimension::Fixed(w), None) => Ok((*h, *w)),
+        (Dimension::Fixed(h), Dimension::Fixed(w), None) if fits(*h, *w) => Ok((*h, *w)),
         (h, w, Some(given)) if (open(h) || is(h, given[0])) && (open(w) || is(w, given[1])) => {
-            Ok((given[0], given[1]))
+            if fits(given[0], given[1]) {
+                Ok((given[0], given[1]))
+            } else {
+                wrong(&format!("1 to {LONGEST_SIDE} px a side in input.size"))
+            }
         }
         (_, _, Some(given)) => wrong(&format!("[1, 3, {}, {}] as the manifest says", given[0], given[1])),
+        (Dimension::Fixed(_), Dimension::Fixed(_), None) => wrong(&format!("1 to {LONGEST_SIDE} px a side")),
         _ => wrong("a fixed size, or input.size = [height, width] in the manifest"),
     }
 }

@@ -69,10 +69,27 @@ impl Drive {
         options: &WriteOptions,
         progress: &(dyn Fn(usize) + Sync),
     ) -> Result<Written> {
+        self.write_kitti_until(folder, options, progress, &|| false)
+    }
+
+    /// As [`write_kitti`](Self::write_kitti), until `cancelled` says so.
+    ///
+    /// # Errors
+    /// Those, and [`Error::Cancelled`]; the folder then holds a part of the drive.
+    pub fn write_kitti_until(
+        &self,
+        folder: &Path,
+        options: &WriteOptions,
+        progress: &(dyn Fn(usize) + Sync),
+        cancelled: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Written> {
         let folders = Folders::create(folder, options, true)?;
         let renderer = Renderer::new(self);
         let done = AtomicUsize::new(0);
         let frame = |i: usize| -> Result<FrameRecord> {
+            if cancelled() {
+                return Err(Error::Cancelled);
+            }
             let Some(picture) = renderer.render(i) else { return Ok(FrameRecord::default()) };
             folders.write(i, &picture)?;
             progress(done.fetch_add(1, Ordering::Relaxed) + 1);

@@ -83,6 +83,19 @@ impl VehicleCropOptions {
 /// # Errors
 /// Invalid options, or a folder that cannot be written.
 pub fn write_vehicle_crops(options: &VehicleCropOptions, out: &Path, advance: &dyn Fn(usize)) -> Result<()> {
+    write_vehicle_crops_until(options, out, advance, &|| false)
+}
+
+/// As [`write_vehicle_crops`], until `cancelled` says so.
+///
+/// # Errors
+/// Those, and [`Error::Cancelled`]; the folder then holds a part of the crops.
+pub fn write_vehicle_crops_until(
+    options: &VehicleCropOptions,
+    out: &Path,
+    advance: &dyn Fn(usize),
+    cancelled: &(dyn Fn() -> bool + Sync),
+) -> Result<()> {
     options.validate()?;
     fs::create_dir_all(out).map_err(Error::io(out))?;
     let side = options.side_px as usize;
@@ -96,8 +109,14 @@ pub fn write_vehicle_crops(options: &VehicleCropOptions, out: &Path, advance: &d
     while done < options.count {
         let made: Vec<Vec<Crop>> = (next..next + BATCH)
             .into_par_iter()
-            .map(|number| crops_of_street(options, number, &textures[(number % TEXTURES) as usize]))
+            .map(|number| {
+                let textures = &textures[(number % TEXTURES) as usize];
+                if cancelled() { Vec::new() } else { crops_of_street(options, number, textures) }
+            })
             .collect();
+        if cancelled() {
+            return Err(Error::Cancelled);
+        }
         next += BATCH;
         for crop in made.iter().flatten().take(options.count - done) {
             crops.bytes(&crop.pixels)?;

@@ -7,9 +7,10 @@ use motorcade_vehicles::{VehicleTrajectory, track_vehicles};
 
 use super::unit::{self, Unit};
 use super::vehicles::{VehicleInput, estimate_vehicles, ground_frames, times_s};
+use crate::assembly::Estimated;
 use crate::progress::Progress;
 use crate::record::FrontEndRecord;
-use crate::result::{Estimated, RunResult};
+use crate::result::RunResult;
 use crate::scale_source;
 use crate::settings::Settings;
 

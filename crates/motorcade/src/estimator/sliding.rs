@@ -15,10 +15,11 @@ use motorcade_vehicles::{GroundFrame, Tracker, VehicleTrajectory};
 
 use super::unit::{Unit, UnitEstimator};
 use super::vehicles::{VehicleInput, estimate_vehicles, ground_frames, times_s};
+use crate::assembly::Estimated;
 use crate::estimate::{Estimate, VehicleEstimate};
 use crate::progress::Progress;
 use crate::record::{FrontEndRecord, FrontEndView};
-use crate::result::{Estimated, RunResult};
+use crate::result::RunResult;
 use crate::scale_source;
 use crate::settings::Settings;
 use crate::timing::Stopwatch;

@@ -14,7 +14,11 @@ pub(super) fn write(folder: &Path, result: &RunResult) -> Result<()> {
     let Some(multibody) = &result.graph else { return Ok(()) };
     if let Ok((poses, order)) = multibody.poses_alone() {
         let ids: Vec<(u64, VariableId)> = order.iter().enumerate().map(|(k, id)| (k as u64, *id)).collect();
-        file(&folder.join("graph.g2o"), |out| out.write_all(g2o::to_string(&poses, &ids).as_bytes()))?;
+        let text = g2o::to_string(&poses, &ids);
+        // No reader takes NaN or infinity; the cost of such a graph is neither.
+        if poses.cost().is_ok_and(f64::is_finite) {
+            file(&folder.join("graph.g2o"), |out| out.write_all(text.as_bytes()))?;
+        }
     }
     let nodes: Vec<_> =
         multibody.nodes().iter().enumerate().map(|(k, (node, _))| json!({"vertex": k, "is": node})).collect();

@@ -1,21 +1,13 @@
 //! `run.json`: what was run, on what, with which settings, and how it went.
 
-use std::io::Write;
-use std::path::Path;
-
 use serde_json::json;
 
 use super::camera::status_name;
-use super::{RunContext, file};
-use crate::error::Result;
+use super::{ListedFile, RunContext};
 use crate::result::RunResult;
 
-pub(super) fn write(folder: &Path, result: &RunResult, context: &RunContext) -> Result<()> {
-    let text = serde_json::to_string_pretty(&record(result, context)).unwrap_or_default();
-    file(&folder.join("run.json"), |out| writeln!(out, "{text}"))
-}
-
-fn record(result: &RunResult, context: &RunContext) -> serde_json::Value {
+/// The record of a run whose other files are `files`.
+pub(super) fn record(result: &RunResult, context: &RunContext, files: &[ListedFile]) -> serde_json::Value {
     let mut statuses = std::collections::BTreeMap::<&str, usize>::new();
     for frame in &result.ego.frames {
         *statuses.entry(status_name(frame.status)).or_default() += 1;
@@ -47,5 +39,6 @@ fn record(result: &RunResult, context: &RunContext) -> serde_json::Value {
         "unreadable_frames": problems,
         "timings": result.stopwatch.summary(),
         "warnings": result.warnings,
+        "files": files,
     })
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use motorcade_dataset::{Cam0, Label, write_tum};
 use motorcade_geometry::{Camera, Pose};
-use motorcade_perception::BoundingBox;
+use motorcade_perception::{BoundingBox, VehicleClass};
 use motorcade_vehicles::{Source, VehicleState, VehicleTrajectory};
 use nalgebra::{Point3, Vector3};
 
@@ -138,7 +138,7 @@ pub fn track_labels(result: &RunResult, camera_from_cam0: Pose<Camera, Cam0>) ->
         labels.push(Label {
             frame: result.frames[s.frame].number,
             track: vehicle.id as i64,
-            class: vehicle.class.name().to_owned(),
+            class: kitti_class(vehicle.class).to_owned(),
             truncated: -1.0,
             occluded: -1.0,
             alpha_rad,
@@ -150,6 +150,15 @@ pub fn track_labels(result: &RunResult, camera_from_cam0: Pose<Camera, Cam0>) ->
         });
     }
     labels
+}
+
+/// Name of a class in KITTI's list, which has neither buses nor motorcycles; `tracks.csv` has our own names.
+fn kitti_class(class: VehicleClass) -> &'static str {
+    match class {
+        VehicleClass::Bus => "Truck",
+        VehicleClass::Motorcycle => "Misc",
+        _ => class.name(),
+    }
 }
 
 /// True when another vehicle was seen where this one is only predicted: it is hidden behind that one, or is that one.
@@ -169,4 +178,18 @@ fn covered(
 fn wrap(angle: f64) -> f64 {
     let turn = std::f64::consts::TAU;
     angle - turn * (angle / turn).round()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn classes_of_results_are_those_of_kitti() {
+        const KITTI: [&str; 9] =
+            ["Car", "Van", "Truck", "Pedestrian", "Person", "Cyclist", "Tram", "Misc", "DontCare"];
+        for class in VehicleClass::ALL {
+            assert!(KITTI.contains(&kitti_class(class)), "{class:?}");
+        }
+    }
 }

@@ -76,5 +76,6 @@ pub fn drive(frames: usize) -> FrontEndRecord {
         stopwatch: Stopwatch::default(),
         warnings: Vec::new(),
         interrupted: false,
+        planned_frames: None,
     }
 }

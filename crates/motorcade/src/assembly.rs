@@ -1,0 +1,83 @@
+//! Assembly of a result from the front end and the estimator, with its warnings.
+
+use motorcade_geometry::PinholeCamera;
+use motorcade_multibody::MultibodyGraph;
+use motorcade_odometry::{EgoFrame, EgoTrajectory, FrameStatus};
+use motorcade_vehicles::VehicleTrajectory;
+
+use crate::finite;
+use crate::plausibility;
+use crate::progress::Progress;
+use crate::record::FrontEndRecord;
+use crate::result::RunResult;
+
+/// Estimates of a window, to be put together with what the front end knows.
+pub(crate) struct Estimated {
+    pub(crate) camera: PinholeCamera,
+    pub(crate) ego: EgoTrajectory,
+    pub(crate) vehicles: Vec<VehicleTrajectory>,
+    pub(crate) graph: Option<(MultibodyGraph, motorcade_graph::Report)>,
+    /// Warnings of the estimator.
+    pub(crate) warnings: Vec<String>,
+    /// True when the camera's motion came in metres.
+    pub(crate) metric: bool,
+}
+
+impl RunResult {
+    /// Puts the output of the front end and of the estimator together; reports the warnings.
+    pub(crate) fn new(record: FrontEndRecord, estimated: Estimated, progress: &dyn Progress) -> Self {
+        let Estimated { camera, ego, vehicles, graph, warnings, metric } = estimated;
+        let (graph, graph_report) = graph.unzip();
+        let mut result = Self {
+            camera,
+            frames: record.frames,
+            ego,
+            road_measurements: record.road_measurements,
+            vehicles,
+            graph,
+            graph_report,
+            detections: record.detections,
+            detects_vehicles: record.detects_vehicles,
+            stopwatch: record.stopwatch,
+            warnings: record.warnings,
+            interrupted: record.interrupted,
+            planned_frames: record.planned_frames,
+        };
+        let repaired = finite::keep_finite(&mut result);
+        let speeds = plausibility::of_speeds(&result);
+        let summary = summary_warnings(&result, metric);
+        for warning in warnings.into_iter().chain(repaired).chain(speeds).chain(summary) {
+            progress.warn(&warning);
+            result.warnings.push(warning);
+        }
+        result
+    }
+}
+
+/// Warnings about a result as a whole; `metric` when the camera's motion came in metres.
+fn summary_warnings(result: &RunResult, metric: bool) -> Vec<String> {
+    let mut out = Vec::new();
+    let n = result.ego.frames.len();
+    if let (true, Some(first), Some(last)) = (result.interrupted, result.frames.first(), result.frames.last())
+    {
+        let all = result.planned_frames.map_or_else(String::new, |all| format!(" of {all}"));
+        out.push(format!("interrupted: the results hold frames {} to {}{all}", first.number, last.number));
+    }
+    let tracked = |f: &&EgoFrame| matches!(f.status, FrameStatus::Tracked | FrameStatus::Standstill);
+    let untracked = n - result.ego.frames.iter().filter(tracked).count();
+    if untracked > 0 {
+        out.push(format!(
+            "{untracked} of {n} frames have a bridged or filled-in pose (see `status` in frames.csv)"
+        ));
+    }
+    if result.road_measurements.is_empty() && n > 0 && !metric {
+        out.push(
+            "the road was never seen: the metric scale is a guess, lengths may be off by a factor of two"
+                .to_owned(),
+        );
+    }
+    if !result.detects_vehicles {
+        out.push("no vehicles were looked for: give --models or --detections".to_owned());
+    }
+    out
+}

@@ -1,0 +1,111 @@
+//! Estimates that are no numbers: none reaches a file.
+
+use motorcade_geometry::{Camera, Pose, World};
+use motorcade_odometry::{EgoFrame, FrameStatus};
+use motorcade_vehicles::{VehicleState, VehicleTrajectory};
+use nalgebra::{Matrix6, Vector3};
+
+use crate::result::RunResult;
+
+/// Variance that stands for an unknown one \[m², rad²\].
+const UNKNOWN_VARIANCE: f64 = 1e6;
+
+/// Replaces camera poses that are not finite by the one before, their covariances by a large one, and removes vehicle states
+/// that are not finite. Says what it did.
+pub(crate) fn keep_finite(result: &mut RunResult) -> Vec<String> {
+    let mut out = Vec::new();
+    let mut before = None;
+    for (ego, info) in result.ego.frames.iter_mut().zip(&result.frames) {
+        if repair(ego, before) {
+            out.push(format!(
+                "frame {}: the estimate is not finite; the pose of the frame before stands for it",
+                info.number
+            ));
+        }
+        before = Some(ego.world_from_camera);
+    }
+    for vehicle in &mut result.vehicles {
+        let all = vehicle.states.len();
+        vehicle.states.retain(is_finite);
+        let lost = all - vehicle.states.len();
+        if lost > 0 {
+            out.push(format!("vehicle {}: {lost} of {all} states are not finite and left out", vehicle.id));
+        }
+    }
+    let whole =
+        |v: &VehicleTrajectory| v.p_moving.is_finite() && v.size.to_vector().iter().all(|v| v.is_finite());
+    result.vehicles.retain(|v| !v.states.is_empty() && whole(v));
+    out
+}
+
+/// True when the frame had to be changed.
+fn repair(ego: &mut EgoFrame, before: Option<Pose<World, Camera>>) -> bool {
+    let unknown = Matrix6::identity() * UNKNOWN_VARIANCE;
+    let mut finite = ego.world_from_camera.is_finite();
+    if !finite {
+        ego.world_from_camera = before.unwrap_or_default();
+        ego.status = FrameStatus::Bridged;
+        ego.covariance = unknown;
+    }
+    if !ego.covariance.iter().all(|v| v.is_finite()) {
+        (ego.covariance, finite) = (unknown, false);
+    }
+    for number in [&mut ego.scale, &mut ego.scale_sigma, &mut ego.scale_bias_sigma] {
+        if !number.is_finite() {
+            (*number, finite) = (1.0, false);
+        }
+    }
+    if !ego.road_normal.iter().all(|v| v.is_finite()) {
+        (ego.road_normal, finite) = (-Vector3::y(), false);
+    }
+    !finite
+}
+
+fn is_finite(state: &VehicleState) -> bool {
+    let bbox = state.bbox.map_or([0.0; 4], |b| b.to_array());
+    let numbers = [state.speed_mps, state.speed_sigma_mps, state.yaw_rate_radps, state.score];
+    let all = state.covariance.iter().chain(&numbers).chain(&bbox);
+    state.world_from_vehicle.is_finite() && all.copied().all(f64::is_finite)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame() -> EgoFrame {
+        EgoFrame {
+            world_from_camera: Pose::from_parts(
+                nalgebra::UnitQuaternion::identity(),
+                Vector3::new(1.0, 2.0, 3.0),
+            ),
+            status: FrameStatus::Tracked,
+            step_measured: true,
+            step_covariance: Matrix6::identity(),
+            covariance: Matrix6::identity(),
+            scale: 1.5,
+            scale_sigma: 0.1,
+            scale_sigma_alone: 0.1,
+            scale_correlation: 0.0,
+            scale_bias_sigma: 0.0,
+            scale_measured: true,
+            road_normal: -Vector3::y(),
+            road_tilt_covariance: nalgebra::Matrix3::identity(),
+            inliers: 100,
+        }
+    }
+
+    #[test]
+    fn frames_that_are_no_numbers_take_the_pose_before() {
+        let good = frame();
+        let mut same = good.clone();
+        assert!(!repair(&mut same, None) && same.scale == 1.5 && same.covariance == good.covariance);
+        let lost = Pose::from_parts(good.world_from_camera.rotation(), Vector3::new(f64::NAN, 0.0, 0.0));
+        let mut broken = EgoFrame { world_from_camera: lost, scale_sigma: f64::INFINITY, ..frame() };
+        assert!(repair(&mut broken, Some(good.world_from_camera)));
+        assert_eq!(broken.world_from_camera.translation(), good.world_from_camera.translation());
+        assert_eq!((broken.status, broken.scale_sigma), (FrameStatus::Bridged, 1.0));
+        let mut unsure = frame();
+        unsure.covariance[(3, 3)] = f64::NAN;
+        assert!(repair(&mut unsure, None) && unsure.covariance[(3, 3)] == UNKNOWN_VARIANCE);
+    }
+}
