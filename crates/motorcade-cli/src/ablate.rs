@@ -95,6 +95,7 @@ impl<'a> Ablation<'a> {
     /// Passes over the frames.
     fn front_end(&mut self, config: &Config) -> anyhow::Result<(FrontEndRecord, Settings)> {
         let mut slam = self.drive.slam(config)?;
+        self.drive.survey(&mut slam, &self.reporter);
         self.drive.push_all(&mut slam, &self.reporter, &mut |_| ())?;
         Ok(slam.into_record())
     }

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use motorcade::{Config, External, FrameCallback, Motorcade, Progress, RunContext, push_sequence};
+use motorcade::{
+    Config, External, FrameCallback, Motorcade, Progress, RunContext, push_sequence, survey_sequence,
+};
 use motorcade_dataset::{KITTI_HEIGHT_M, Sequence, Summary};
 use motorcade_geometry::PinholeCamera;
 use motorcade_perception::{
@@ -113,6 +115,13 @@ impl LoadedDrive {
         Ok(builder.build()?)
     }
 
+    /// Looks through the first frames for what is fixed to the camera: for drives that are estimated as a whole.
+    pub fn survey(&self, slam: &mut Motorcade, reporter: &Reporter) {
+        if let Source::Frames(sequence) = &self.drive.source {
+            survey_sequence(slam, sequence, reporter);
+        }
+    }
+
     /// Pushes all frames.
     pub fn push_all(
         &self,
@@ -170,6 +179,7 @@ fn perception_options(arguments: &RunArguments) -> PerceptionOptions {
         models: models::source(arguments.models.as_deref()),
         detections: arguments.detections.clone(),
         road_masks: arguments.road_masks.clone(),
+        without_keypoints: arguments.keypoints.is_some() || !arguments.vehicle_poses.is_empty(),
         networks: ModelOptions::default(),
     }
 }

@@ -29,6 +29,7 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
         drive.push_all(&mut slam, &reporter, &mut |slam| print_estimate(slam, &reporter))?;
         slam.finish_online(&reporter)
     } else {
+        drive.survey(&mut slam, &reporter);
         drive.push_all(&mut slam, &reporter, &mut |_| ())?;
         slam.finish_with(&reporter)
     };

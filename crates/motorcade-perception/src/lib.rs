@@ -55,6 +55,7 @@ mod digest;
 mod embedded;
 mod error;
 mod files;
+mod fixed_regions;
 mod inventory;
 mod keypoints;
 mod manifest;
@@ -70,6 +71,7 @@ pub use detection::{BoundingBox, BoxConvention, Detection, NoVehicle, VehicleCla
 pub use detectors::{KeypointDetector, RoadSegmenter, VehicleDetector};
 pub use error::{Error, Result};
 pub use files::{DetectionFormat, DetectionTable, KeypointTable, RoadMaskFolder};
+pub use fixed_regions::{FixedRegions, LEAST_FRAMES, MOST_FRAMES};
 pub use inventory::{ModelInfo, list_models};
 pub use keypoints::VehicleKeypoints;
 pub use manifest::{

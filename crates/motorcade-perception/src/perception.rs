@@ -20,6 +20,8 @@ pub struct PerceptionOptions {
     pub detections: Option<PathBuf>,
     /// Folder of road masks.
     pub road_masks: Option<PathBuf>,
+    /// True leaves the network for keypoints out: they come from elsewhere.
+    pub without_keypoints: bool,
     /// Options of inference.
     pub networks: ModelOptions,
 }
@@ -50,12 +52,13 @@ impl Perception {
     /// # Errors
     /// A file that does not read; a folder of networks without a usable manifest; a network that does not load.
     pub fn open(options: &PerceptionOptions, image_size: (u32, u32)) -> Result<Self> {
-        // With both files given no network inside the program has to be loaded.
-        let given = options.detections.is_some() && options.road_masks.is_some();
+        // With all of it given no network inside the program has to be loaded.
+        let given = options.detections.is_some() && options.road_masks.is_some() && options.without_keypoints;
         let needed = !given || matches!(options.models, ModelSource::Folder(_));
         let source = if needed { &options.models } else { &ModelSource::None };
         let set = ModelSet::open(source, image_size, &options.networks)?;
-        let mut perception = Self { vehicles: set.vehicles, road: set.road, keypoints: set.keypoints };
+        let keypoints = set.keypoints.filter(|_| !options.without_keypoints);
+        let mut perception = Self { vehicles: set.vehicles, road: set.road, keypoints };
         if let Some(path) = &options.detections {
             perception = perception.with_detector(DetectionTable::read(path)?);
         }
@@ -96,13 +99,15 @@ impl Perception {
     pub(crate) fn present(&self) -> [bool; 3] {
         [self.vehicles.is_some(), self.road.is_some(), self.keypoints.is_some()]
     }
-    /// Sources in words, for the record of a run: vehicles, road.
+    /// Sources in words, for the record of a run: vehicles with their keypoints, road.
     pub fn describe(&self) -> (String, String) {
         let none = || "not looked for".to_owned();
-        (
-            self.vehicles.as_ref().map_or_else(none, |detector| detector.description()),
-            self.road.as_ref().map_or_else(none, |segmenter| segmenter.description()),
-        )
+        let vehicles = self.vehicles.as_ref().map_or_else(none, |detector| detector.description());
+        let vehicles = match &self.keypoints {
+            Some(detector) => format!("{vehicles}; keypoints by {}", detector.description()),
+            None => vehicles,
+        };
+        (vehicles, self.road.as_ref().map_or_else(none, |segmenter| segmenter.description()))
     }
 
     /// Runs the detectors on a frame.

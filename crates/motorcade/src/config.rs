@@ -45,6 +45,8 @@ pub struct RunOptions {
     pub vehicle_mask: VehicleMask,
     /// False ignores road masks: the road is then found from geometry.
     pub road_mask: bool,
+    /// True looks for what is fixed to the camera (bonnet, reflections) and leaves it out.
+    pub fixed_regions: bool,
     /// Seed of all random choices.
     pub seed: u64,
 }
@@ -52,7 +54,13 @@ pub struct RunOptions {
 impl Default for RunOptions {
     fn default() -> Self {
         // A fifth of the frames: gaps of a second in five can still be bridged sensibly, more cannot.
-        Self { most_untracked: 0.2, vehicle_mask: VehicleMask::Moving, road_mask: true, seed: 1 }
+        Self {
+            most_untracked: 0.2,
+            vehicle_mask: VehicleMask::Moving,
+            road_mask: true,
+            fixed_regions: true,
+            seed: 1,
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! The front end: the camera's motion up to scale and the road, frame by frame.
 
+use image::GrayImage;
 use motorcade_dataset::Frame;
 use motorcade_odometry::{Odometry, OdometryOptions, RoadFeedback, RoadInput, StaticMask};
 use motorcade_perception::{BoundingBox, Observations};
@@ -34,8 +35,14 @@ impl FrontEnd {
         }
     }
 
-    /// Takes a frame: boxes mask the scene, the camera moves, the road is measured.
-    pub(crate) fn process(&mut self, frame: &Frame, observations: Observations, settings: &Settings) {
+    /// Takes a frame; nonzero pixels of `ignore` are left out. Boxes mask the scene, the camera moves, the road is measured.
+    pub(crate) fn process(
+        &mut self,
+        frame: &Frame,
+        ignore: Option<&GrayImage>,
+        observations: Observations,
+        settings: &Settings,
+    ) {
         let Self { motion, scale, record } = self;
         let run = &settings.config.run;
         let row = record.frames.len();
@@ -43,22 +50,12 @@ impl FrontEnd {
         let boxes: Vec<BoundingBox> = confident.map(|d| d.bbox).collect();
         let masked: &[BoundingBox] = if run.vehicle_mask == VehicleMask::None { &[] } else { &boxes };
         let boxes_may_stand = run.vehicle_mask == VehicleMask::Moving;
-        let mask = StaticMask {
-            boxes: masked,
-            boxes_may_stand,
-            ignore: frame.ignore.as_ref(),
-            ..StaticMask::default()
-        };
+        let mask = StaticMask { boxes: masked, boxes_may_stand, ignore, ..StaticMask::default() };
         let gray = frame.gray();
         let pyramid = record.stopwatch.time("odometry", || motion.process(frame.timestamp_ns, &gray, &mask));
 
         // Vehicles hide the road whether they move or not.
-        let hidden = StaticMask {
-            boxes: &boxes,
-            boxes_may_stand: false,
-            ignore: frame.ignore.as_ref(),
-            ..StaticMask::default()
-        };
+        let hidden = StaticMask { boxes: &boxes, boxes_may_stand: false, ignore, ..StaticMask::default() };
         let road = observations.road.as_ref().filter(|_| run.road_mask);
         let usable = |p: &nalgebra::Point2<f64>| hidden.allows(p) && road.is_none_or(|r| r.is_road(p.x, p.y));
         let trajectory = motion.trajectory();

@@ -31,6 +31,7 @@ mod estimator;
 mod estimator_options;
 mod external;
 mod finite;
+mod fixed_parts;
 mod front_end;
 mod motion_source;
 mod motorcade;
@@ -61,7 +62,7 @@ pub use output::{RunContext, write_run};
 pub use progress::{NoProgress, Progress};
 pub use record::{FrameInfo, FrontEndRecord, FrontEndView};
 pub use result::RunResult;
-pub use run::{FrameCallback, push_sequence};
+pub use run::{FrameCallback, push_sequence, survey_sequence};
 pub use settings::Settings;
 pub use timing::{StageTime, Stopwatch};
 

@@ -1,14 +1,20 @@
 //! The object that takes frames.
 
+use std::borrow::Cow;
+
+use image::GrayImage;
 use motorcade_dataset::{Frame, HEIGHT_RANGE_M, MOST_IN_FRAME};
 use motorcade_geometry::PinholeCamera;
-use motorcade_perception::{KeypointDetector, Observations, Perception, RoadSegmenter, VehicleDetector};
+use motorcade_perception::{
+    FixedRegions, KeypointDetector, Observations, Perception, RoadSegmenter, VehicleDetector,
+};
 
 use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::estimate::Estimate;
 use crate::estimator::{SlidingEstimator, estimate_drive};
 use crate::external::External;
+use crate::fixed_parts::FixedParts;
 use crate::front_end::FrontEnd;
 use crate::plausibility;
 use crate::progress::{NoProgress, Progress};
@@ -42,6 +48,7 @@ pub struct Motorcade {
     settings: Settings,
     perception: Perception,
     front_end: FrontEnd,
+    fixed: FixedParts,
     sliding: SlidingEstimator,
 }
 
@@ -99,10 +106,28 @@ impl Motorcade {
             }
         }
         self.add_external_keypoints(frame.number, &mut observations);
-        let Self { front_end, settings, .. } = self;
+        let Self { front_end, fixed, settings, .. } = self;
+        if fixed.searching() {
+            fixed.observe(&frame.gray(), frame.timestamp_ns, &settings.camera);
+        }
+        observations.detections.retain(|d| !fixed.is_own(&d.bbox));
         front_end.record_mut().stopwatch.add("perception", perception_ms);
-        front_end.process(frame, observations, settings);
+        let ignore = fixed.with(frame.ignore.as_ref());
+        front_end.process(frame, ignore.as_deref(), observations, settings);
         Ok(())
+    }
+
+    /// Looks for what is fixed to the camera (bonnet, reflections, dirt) in frames from all over the drive, so that it is left
+    /// out from the first frame on. Without this call it is looked for while the camera drives.
+    pub fn survey<'a>(&mut self, images: impl IntoIterator<Item = Cow<'a, GrayImage>>) {
+        if !self.settings.config.run.fixed_regions {
+            return;
+        }
+        let mut regions = FixedRegions::default();
+        for image in images {
+            regions.observe(&image);
+        }
+        self.fixed.settle(regions.mask(&self.settings.camera));
     }
 
     /// Takes a frame of which there is no image, on an external trajectory.
@@ -151,19 +176,27 @@ impl Motorcade {
 
     /// As [`finish`](Self::finish), reporting progress and warnings.
     pub fn finish_with(self, progress: &dyn Progress) -> RunResult {
-        estimate_drive(self.front_end.finish(), &self.settings, progress)
+        let (record, settings) = self.into_record();
+        estimate_drive(record, &settings, progress)
     }
 
     /// Ends the drive; every frame stays as it was estimated when it came. Frames without an estimate get theirs now.
     pub fn finish_online(mut self, progress: &dyn Progress) -> RunResult {
         self.estimate();
+        self.note_fixed_parts();
         self.sliding.finish(self.front_end.finish(), &self.settings, progress)
     }
 
     /// Ends the pass over the frames: the output of the front end and the settings, for
     /// [`estimate_drive`](crate::estimate_drive) with several configurations.
-    pub fn into_record(self) -> (FrontEndRecord, Settings) {
+    pub fn into_record(mut self) -> (FrontEndRecord, Settings) {
+        self.note_fixed_parts();
         (self.front_end.finish(), self.settings)
+    }
+
+    fn note_fixed_parts(&mut self) {
+        let found = self.fixed.describe();
+        self.front_end.record_mut().warnings.extend(found);
     }
 
     /// Warnings so far: settings that are rarely meant, frames that were skipped.
@@ -290,6 +323,7 @@ impl MotorcadeBuilder {
         front_end.record_mut().detects_vehicles |= perception.detects_vehicles();
         front_end.record_mut().warnings.extend(plausibility::of_camera(&settings.camera, settings.height_m));
         let sliding = SlidingEstimator::new(&settings);
-        Ok(Motorcade { settings, perception, front_end, sliding })
+        let fixed = FixedParts::new(settings.config.run.fixed_regions);
+        Ok(Motorcade { settings, perception, front_end, fixed, sliding })
     }
 }

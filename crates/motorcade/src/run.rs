@@ -1,10 +1,11 @@
 //! All frames of a sequence through the object that takes frames.
 
+use std::borrow::Cow;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::{Duration, Instant};
 
 use motorcade_dataset::{FrameResult, Sequence};
-use motorcade_perception::{Observations, Perception};
+use motorcade_perception::{MOST_FRAMES, Observations, Perception};
 
 use crate::error::Result;
 use crate::motorcade::Motorcade;
@@ -82,6 +83,29 @@ pub fn push_sequence(
         slam.interrupt(sequence.len());
     }
     Ok(())
+}
+
+/// Frames looked through for what is fixed to the camera.
+const SURVEYED: usize = 150;
+
+/// Looks through the first frames of a sequence for what is fixed to the camera ([`Motorcade::survey`]): for drives that are
+/// estimated as a whole.
+pub fn survey_sequence(slam: &mut Motorcade, sequence: &Sequence, progress: &dyn Progress) {
+    let stop = || progress.cancelled();
+    let every = sequence.len().min(SURVEYED).div_ceil(MOST_FRAMES).max(1);
+    let mut frames = sequence.frames();
+    let mut number = 0;
+    let images = std::iter::from_fn(|| {
+        while number < SURVEYED && !stop() {
+            let frame = frames.next_unless(&stop)?;
+            number += 1;
+            if let (Ok(frame), true) = (frame, (number - 1).is_multiple_of(every)) {
+                return Some(Cow::Owned(frame.gray().into_owned()));
+            }
+        }
+        None
+    });
+    slam.survey(images);
 }
 
 /// The next item, or `None` at the end or as soon as `stop` says so.

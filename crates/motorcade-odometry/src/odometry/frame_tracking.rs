@@ -48,7 +48,8 @@ impl Odometry {
         let age_ns = frame.timestamp_ns - last.template.timestamp_ns;
         let advanced = &self.options.klt.advanced;
         let renewed = LastFrame::at(frame, pose);
-        self.last = if keyframe || age_ns < 0 || age_ns >= nanoseconds(advanced.template_s) {
+        let old = age_ns < 0 || age_ns >= nanoseconds(advanced.template_s);
+        self.last = if keyframe || old || self.has_moved_far(&mut scratch.values) {
             self.renew_templates();
             Some(renewed)
         } else {
@@ -140,6 +141,14 @@ impl Odometry {
     fn growth(&self, depth_ratio: f64) -> f64 {
         let [least, most] = self.options.klt.advanced.growth;
         depth_ratio.clamp(least, most)
+    }
+
+    /// True when the image has moved so far against the templates that patches of near points look different.
+    fn has_moved_far(&self, motions: &mut Vec<f64>) -> bool {
+        let landmarks = self.window.landmarks.iter().filter(|l| l.is_static());
+        motions.clear();
+        motions.extend(landmarks.filter_map(|l| Some((l.pixel? - l.template_pixel?).norm())));
+        median(motions).is_none_or(|m| m > self.options.klt.advanced.template_motion_px)
     }
 
     /// Takes the templates of the next frames from the present one.

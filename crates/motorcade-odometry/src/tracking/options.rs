@@ -73,6 +73,8 @@ pub struct AdvancedKltOptions {
     /// Age from which templates are renewed \[s\]: every frame up to ten frames/s. Longer: less drift at high frame rates, but
     /// a larger change of the patches.
     pub template_s: f64,
+    /// Median image motion from which templates are renewed earlier \[px\]: a fifth of a patch.
+    pub template_motion_px: f64,
     /// Limits of the predicted growth of a patch between two frames: beyond, the depth is wrong.
     pub growth: [f64; 2],
     /// Predicted motion above which the landmark's position is not believed \[image widths\].
@@ -89,6 +91,7 @@ impl Default for AdvancedKltOptions {
             near_return_level: 1,
             far_return_level: 3,
             template_s: 0.095,
+            template_motion_px: 3.0,
             growth: [0.5, 2.0],
             longest_motion: 0.25,
         }

@@ -3,8 +3,8 @@
 use motorcade::{Config, Motorcade, NoProgress, output, push_sequence};
 use motorcade_dataset::{Sequence, SequenceOptions};
 use motorcade_evaluate::{Estimates, GroundTruth, evaluate};
-use motorcade_perception::{Perception, PerceptionOptions};
-use motorcade_simulate::{RenderOptions, Scenario, Weather, WriteOptions, simulate};
+use motorcade_perception::{ModelSource, Perception, PerceptionOptions};
+use motorcade_simulate::{RenderOptions, Scenario, Weather, WriteOptions, Written, simulate};
 use motorcade_vehicles::VehicleTrajectory;
 
 use super::cases::Case;
@@ -78,6 +78,21 @@ fn settings() -> Config {
     asked.split_whitespace().fold(Config::default(), |config, set| config.set(set).unwrap())
 }
 
+/// Source of boxes and road: the simulator's detector and masks, whose errors are known, or with
+/// `MOTORCADE_SUITE_PERCEPTION=networks` the networks inside the program, on the rendered pixels.
+fn perception(written: &Written) -> PerceptionOptions {
+    match std::env::var("MOTORCADE_SUITE_PERCEPTION").as_deref() {
+        Ok("networks") => PerceptionOptions::default(),
+        Ok(other) => panic!("MOTORCADE_SUITE_PERCEPTION={other}: expected networks"),
+        Err(_) => PerceptionOptions {
+            models: ModelSource::None,
+            detections: Some(written.detections.clone()),
+            road_masks: written.road_masks.clone(),
+            ..PerceptionOptions::default()
+        },
+    }
+}
+
 /// Mean P(moving) of vehicles that were seen for a second and more.
 fn moving(vehicles: &[VehicleTrajectory], least: usize) -> f64 {
     let long: Vec<f64> = vehicles.iter().filter(|v| v.states.len() >= least).map(|v| v.p_moving).collect();
@@ -107,12 +122,7 @@ pub fn run_at(case: &Case, fps: f64, online: bool) -> Outcome {
         ..SequenceOptions::default()
     };
     let sequence = Sequence::open(&written.training, &options).unwrap();
-    let perception = PerceptionOptions {
-        detections: Some(written.detections.clone()),
-        road_masks: written.road_masks.clone(),
-        ..PerceptionOptions::default()
-    };
-    let perception = Perception::open(&perception, sequence.size()).unwrap();
+    let perception = Perception::open(&perception(&written), sequence.size()).unwrap();
     let config = settings();
     let height_m = scenario.plan.rig.height_m;
     let camera_from_cam0 = sequence.camera_from_cam0();

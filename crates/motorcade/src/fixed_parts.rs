@@ -1,0 +1,126 @@
+//! What is fixed to the camera, found while it drives and left out from then on.
+
+use std::borrow::Cow;
+
+use image::GrayImage;
+use motorcade_geometry::PinholeCamera;
+use motorcade_perception::{BoundingBox, FixedRegions, LEAST_FRAMES, MOST_FRAMES};
+
+/// Time between two frames that are used \[ns\].
+const INTERVAL_NS: i64 = 100_000_000;
+/// Points along each side of a box at which the mask is looked up.
+const SAMPLES: usize = 8;
+/// Masked share of a box from which it is part of the own car.
+const OWN_SHARE: f64 = 0.6;
+
+/// Search for what is fixed to the camera, and its result so far.
+#[derive(Debug, Default)]
+pub(crate) struct FixedParts {
+    regions: FixedRegions,
+    last_ns: Option<i64>,
+    mask: Option<GrayImage>,
+    /// True once the mask is not searched for any more.
+    settled: bool,
+}
+
+impl FixedParts {
+    /// A search, or none at all.
+    pub(crate) fn new(wanted: bool) -> Self {
+        Self { settled: !wanted, ..Self::default() }
+    }
+
+    /// True while frames still help.
+    pub(crate) fn searching(&self) -> bool {
+        !self.settled
+    }
+
+    /// Takes a frame of the drive; the mask is renewed every [`LEAST_FRAMES`] frames used.
+    pub(crate) fn observe(&mut self, image: &GrayImage, timestamp_ns: i64, camera: &PinholeCamera) {
+        let early = self.last_ns.is_some_and(|last| timestamp_ns - last < INTERVAL_NS);
+        if self.settled || early || !self.regions.observe(image) {
+            return;
+        }
+        self.last_ns = Some(timestamp_ns);
+        if self.regions.frames().is_multiple_of(LEAST_FRAMES) {
+            self.mask = self.regions.mask(camera);
+            self.settled = self.regions.frames() >= MOST_FRAMES;
+        }
+    }
+
+    /// Takes the result of a search over frames of the drive.
+    pub(crate) fn settle(&mut self, mask: Option<GrayImage>) {
+        (self.mask, self.settled) = (mask, true);
+    }
+
+    /// Pixels to ignore: those given and those found.
+    pub(crate) fn with<'a>(&'a self, given: Option<&'a GrayImage>) -> Option<Cow<'a, GrayImage>> {
+        match (given, &self.mask) {
+            (None, None) => None,
+            (Some(one), None) | (None, Some(one)) => Some(Cow::Borrowed(one)),
+            (Some(given), Some(found)) => {
+                let mut both = given.clone();
+                both.iter_mut().zip(found.iter()).for_each(|(a, b)| *a |= *b);
+                Some(Cow::Owned(both))
+            }
+        }
+    }
+
+    /// True for a box that is a part of the own car or a reflection in its windscreen.
+    pub(crate) fn is_own(&self, bbox: &BoundingBox) -> bool {
+        let Some(mask) = &self.mask else { return false };
+        let at = |k: usize, low: f64, high: f64| low + (high - low) * (k as f64 + 0.5) / SAMPLES as f64;
+        let masked = |x: f64, y: f64| {
+            let inside = x >= 0.0 && y >= 0.0 && x < f64::from(mask.width()) && y < f64::from(mask.height());
+            inside && mask.get_pixel(x as u32, y as u32).0[0] != 0
+        };
+        let points = (0..SAMPLES * SAMPLES)
+            .map(|k| (at(k % SAMPLES, bbox.x1, bbox.x2), at(k / SAMPLES, bbox.y1, bbox.y2)));
+        let count = points.filter(|(x, y)| masked(*x, *y)).count();
+        count as f64 > OWN_SHARE * (SAMPLES * SAMPLES) as f64
+    }
+
+    /// The result in words; `None` where nothing was found.
+    pub(crate) fn describe(&self) -> Option<String> {
+        let mask = self.mask.as_ref()?;
+        let rows = mask.enumerate_pixels().filter(|(.., p)| p.0[0] != 0).map(|(_, y, _)| y);
+        let first = rows.clone().min()?;
+        let share = 100.0 * rows.count() as f64 / mask.len().max(1) as f64;
+        Some(format!(
+            "{share:.1} % of the picture, from row {first} down, is fixed to the camera (bonnet, reflections) and left out; \
+             --set run.fixed_regions=false takes it for the scene"
+        ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use image::Luma;
+
+    use super::*;
+
+    fn bonnet() -> FixedParts {
+        let mask = GrayImage::from_fn(100, 60, |_, y| if y >= 40 { Luma([255]) } else { Luma([0]) });
+        let mut parts = FixedParts::new(true);
+        parts.settle(Some(mask));
+        parts
+    }
+
+    #[test]
+    fn given_and_found_pixels_are_ignored() {
+        let mut given = GrayImage::new(100, 60);
+        given.put_pixel(5, 5, Luma([255]));
+        let parts = bonnet();
+        let both = parts.with(Some(&given)).unwrap();
+        assert!(both.get_pixel(5, 5).0[0] != 0 && both.get_pixel(5, 45).0[0] != 0);
+        assert_eq!(both.get_pixel(50, 20).0[0], 0);
+        assert!(FixedParts::new(false).with(None).is_none());
+    }
+
+    #[test]
+    fn boxes_on_the_bonnet_are_the_own_car() {
+        let parts = bonnet();
+        assert!(parts.is_own(&BoundingBox::new([10.0, 38.0, 60.0, 59.0])));
+        assert!(!parts.is_own(&BoundingBox::new([10.0, 20.0, 60.0, 48.0])));
+        assert!(parts.describe().unwrap().contains("33.3 %"));
+    }
+}
