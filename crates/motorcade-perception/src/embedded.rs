@@ -13,8 +13,10 @@ use crate::manifest::ModelEntry;
 #[cfg(feature = "networks")]
 mod files {
     pub(super) const MANIFEST: &str = include_str!("../../../models/models.toml");
-    pub(super) const FILES: [(&str, &[u8]); 1] =
-        [("scene.onnx", include_bytes!("../../../models/scene.onnx"))];
+    pub(super) const FILES: [(&str, &[u8]); 2] = [
+        ("scene.onnx", include_bytes!("../../../models/scene.onnx")),
+        ("vehicle.onnx", include_bytes!("../../../models/vehicle.onnx")),
+    ];
 }
 
 /// Manifest entries and files of the networks inside the binary; none where they were left out.
