@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use motorcade::output::{Extra, OutputDirectory, RUN_RECORD};
-use motorcade::{Config, External, KeypointTable, Motorcade, RunContext, push_sequence, write_run};
+use motorcade::{Config, Motorcade, RunContext, push_sequence, survey_sequence, write_run};
 use motorcade_dataset::{Sequence, SequenceOptions};
 use motorcade_perception::{Perception, PerceptionOptions};
-use motorcade_simulate::{KeypointOptions, RenderOptions, WriteOptions};
+use motorcade_simulate::{RenderOptions, WriteOptions};
 
 use crate::arguments::DemoArguments;
 use crate::drive::command_line;
@@ -28,17 +28,13 @@ pub fn demo(arguments: &DemoArguments) -> anyhow::Result<u8> {
     let drive_directory = OutputDirectory::open(&drive, simulate::DRIVE_RECORD, true)?;
     let reporter = Reporter::new(arguments.progress);
     let planned = simulate::built_in(SCENARIO, arguments.frames, arguments.seed, &RenderOptions::default())?;
-    let wanted = WriteOptions { keypoints: Some(KeypointOptions::default()), ..Default::default() };
-    let written = simulate::rendered(&planned, &drive_directory, &drive, &wanted, &reporter)?;
+    let written =
+        simulate::rendered(&planned, &drive_directory, &drive, &WriteOptions::default(), &reporter)?;
     let options =
         SequenceOptions { sequence: Some(written.sequence.clone()), camera: Some(2), ..Default::default() };
     let sequence = Sequence::open(&written.training, &options)?;
-    let perception = PerceptionOptions {
-        detections: Some(written.detections.clone()),
-        road_masks: written.road_masks.clone(),
-        ..Default::default()
-    };
-    let perception = Perception::open(&perception, sequence.size())?;
+    // The networks inside the program, on the rendered pixels.
+    let perception = Perception::open(&PerceptionOptions::default(), sequence.size())?;
     let config = Config::default();
     let context = RunContext {
         config,
@@ -49,14 +45,13 @@ pub fn demo(arguments: &DemoArguments) -> anyhow::Result<u8> {
         fingerprint: String::new(),
     };
     let threads = threads(arguments.threads);
-    let keypoints = written.keypoints.as_deref().map(KeypointTable::read).transpose()?;
     let mut slam = Motorcade::builder(sequence.camera()?)
         .height_m(sequence.height_m(None)?)
         .config(config)
-        .external(External { keypoints, ..External::default() })
         .perception(perception)
         .threads(threads)
         .build()?;
+    survey_sequence(&mut slam, &sequence, &reporter);
     push_sequence(&mut slam, &sequence, threads, &reporter, &mut |_| ())?;
     let result = slam.finish_with(&reporter);
     reporter.finish();
