@@ -14,7 +14,7 @@ import pathlib
 import subprocess
 import sys
 
-IGNORED_KEYS = {"timings", "command", "configuration", "version", "fingerprint", "perception"}
+IGNORED_KEYS = {"timings", "files", "command", "configuration", "version", "fingerprint", "perception"}
 
 
 def jobs(out, shared, boxes_of):
