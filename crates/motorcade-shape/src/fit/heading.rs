@@ -14,8 +14,9 @@ impl HeadingEvidence {
     /// From weights of the bins, at least 4, not negative; `None` for others or when all are zero.
     pub fn new(mut bins: Vec<f64>) -> Option<Self> {
         let total: f64 = bins.iter().sum();
-        let valid = bins.len() >= 4 && bins.iter().all(|b| b.is_finite() && *b >= 0.0);
-        if !valid || !(total.is_finite() && total > 0.0) {
+        let weights = bins.len() >= 4 && bins.iter().all(|b| b.is_finite() && *b >= 0.0);
+        let valid = weights && total.is_finite() && total > 0.0;
+        if !valid {
             return None;
         }
         bins.iter_mut().for_each(|b| *b /= total);

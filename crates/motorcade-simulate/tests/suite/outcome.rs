@@ -82,8 +82,10 @@ fn settings() -> Config {
 /// `MOTORCADE_SUITE_PERCEPTION=networks` the networks inside the program, on the rendered pixels.
 fn perception(written: &Written) -> PerceptionOptions {
     match std::env::var("MOTORCADE_SUITE_PERCEPTION").as_deref() {
-        Ok("networks") => PerceptionOptions::default(),
-        Ok(other) => panic!("MOTORCADE_SUITE_PERCEPTION={other}: expected networks"),
+        Ok(asked) => {
+            assert_eq!(asked, "networks", "MOTORCADE_SUITE_PERCEPTION");
+            PerceptionOptions::default()
+        }
         Err(_) => PerceptionOptions {
             models: ModelSource::None,
             detections: Some(written.detections.clone()),
