@@ -30,8 +30,9 @@ const ALONG_MOTION: f32 = 0.3;
 const REACH_PX: usize = 2;
 /// Pixels of a region, at least.
 const LEAST_PIXELS: usize = 25;
-/// Width from which a region is an edge of the bonnet \[image widths\], and its largest height over its width.
-const BONNET_WIDTH: f64 = 0.15;
+/// Width from which a region is an edge of the bonnet \[image widths\], and its largest height over its width. A car that is
+/// followed at a constant distance stays where it is too, but is narrower.
+const BONNET_WIDTH: f64 = 0.25;
 const BONNET_SLOPE: f64 = 0.35;
 /// Margin around fixed pixels \[px\]: coarse pyramid levels mix pixels this far apart (a bonnet masked up to 6 px from its edge
 /// still held the road's alignment at zero motion).

@@ -4,15 +4,10 @@ use std::borrow::Cow;
 
 use image::GrayImage;
 use motorcade_geometry::PinholeCamera;
-use motorcade_perception::{BoundingBox, FixedRegions, LEAST_FRAMES, MOST_FRAMES};
+use motorcade_perception::{FixedRegions, LEAST_FRAMES, MOST_FRAMES};
 
 /// Time between two frames that are used \[ns\].
 const INTERVAL_NS: i64 = 100_000_000;
-/// Points along each side of a box at which the mask is looked up.
-const SAMPLES: usize = 8;
-/// Masked share of a box from which it is part of the own car.
-const OWN_SHARE: f64 = 0.6;
-
 /// Search for what is fixed to the camera, and its result so far.
 #[derive(Debug, Default)]
 pub(crate) struct FixedParts {
@@ -65,20 +60,6 @@ impl FixedParts {
         }
     }
 
-    /// True for a box that is a part of the own car or a reflection in its windscreen.
-    pub(crate) fn is_own(&self, bbox: &BoundingBox) -> bool {
-        let Some(mask) = &self.mask else { return false };
-        let at = |k: usize, low: f64, high: f64| low + (high - low) * (k as f64 + 0.5) / SAMPLES as f64;
-        let masked = |x: f64, y: f64| {
-            let inside = x >= 0.0 && y >= 0.0 && x < f64::from(mask.width()) && y < f64::from(mask.height());
-            inside && mask.get_pixel(x as u32, y as u32).0[0] != 0
-        };
-        let points = (0..SAMPLES * SAMPLES)
-            .map(|k| (at(k % SAMPLES, bbox.x1, bbox.x2), at(k / SAMPLES, bbox.y1, bbox.y2)));
-        let count = points.filter(|(x, y)| masked(*x, *y)).count();
-        count as f64 > OWN_SHARE * (SAMPLES * SAMPLES) as f64
-    }
-
     /// The result in words; `None` where nothing was found.
     pub(crate) fn describe(&self) -> Option<String> {
         let mask = self.mask.as_ref()?;
@@ -117,10 +98,9 @@ mod tests {
     }
 
     #[test]
-    fn boxes_on_the_bonnet_are_the_own_car() {
-        let parts = bonnet();
-        assert!(parts.is_own(&BoundingBox::new([10.0, 38.0, 60.0, 59.0])));
-        assert!(!parts.is_own(&BoundingBox::new([10.0, 20.0, 60.0, 48.0])));
-        assert!(parts.describe().unwrap().contains("33.3 %"));
+    fn what_was_found_is_said() {
+        let said = bonnet().describe().unwrap();
+        assert!(said.contains("33.3 %") && said.contains("row 40"), "{said}");
+        assert!(FixedParts::new(true).describe().is_none());
     }
 }

@@ -110,7 +110,6 @@ impl Motorcade {
         if fixed.searching() {
             fixed.observe(&frame.gray(), frame.timestamp_ns, &settings.camera);
         }
-        observations.detections.retain(|d| !fixed.is_own(&d.bbox));
         front_end.record_mut().stopwatch.add("perception", perception_ms);
         let ignore = fixed.with(frame.ignore.as_ref());
         front_end.process(frame, ignore.as_deref(), observations, settings);
