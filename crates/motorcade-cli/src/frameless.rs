@@ -79,6 +79,8 @@ pub fn open(arguments: &RunArguments) -> anyhow::Result<Option<Files>> {
         frames: frames.len(),
         numbers: (first, end - 1),
         duration_s: (frames.len().saturating_sub(1)) as f64 * period_ns as f64 * 1e-9,
+        interval_s: period_ns as f64 * 1e-9,
+        intervals_s: (period_ns as f64 * 1e-9, period_ns as f64 * 1e-9),
         width,
         height,
         colour: false,

@@ -18,6 +18,7 @@ fn table(s: &Summary) -> String {
         ("format", s.format.name().to_owned()),
         ("frames", format!("{} (numbers {} to {})", s.frames, s.numbers.0, s.numbers.1)),
         ("duration", format!("{:.1} s", s.duration_s)),
+        ("rate", rate(s)),
         ("size", format!("{}x{} px, {}", s.width, s.height, if s.colour { "colour" } else { "grey" })),
     ];
     if let Some(sequence) = &s.sequence {
@@ -47,4 +48,16 @@ fn table(s: &Summary) -> String {
     }
     rows.push(("hash", s.input_hash.clone()));
     rows.iter().map(|(k, v)| format!("{k:<12} {v}")).collect::<Vec<_>>().join("\n")
+}
+
+/// Frames a second, and how much the intervals between them vary.
+fn rate(s: &Summary) -> String {
+    let (shortest, longest) = s.intervals_s;
+    let rate = if s.interval_s > 0.0 { 1.0 / s.interval_s } else { 0.0 };
+    // Times are rounded to the ticks of a container.
+    if longest - shortest < 0.02 * s.interval_s {
+        format!("{rate:.3} frames/s")
+    } else {
+        format!("{rate:.3} frames/s in the middle, intervals from {shortest:.3} to {longest:.3} s")
+    }
 }

@@ -74,7 +74,7 @@ fn absurd_numbers_are_named() {
         ("--fps 1e-300", 1, "--fps"),
         ("--set odometry.klt.max_iterations=1000000000", 1, "odometry.klt.max_iterations"),
         ("--set odometry.klt.max_iterations=1e9", 1, "odometry.klt.max_iterations"),
-        ("--set road.advanced.search.steps=4000000000", 1, "road.advanced.search.steps"),
+        ("--set road.advanced.height.step=1e-9", 1, "road.advanced.height.step"),
         ("--set road.oldest_s=1e300", 1, "road.oldest_s"),
         ("--frames 18446744073709551614..", 1, "18446744073709551614"),
     ] {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::format::Format;
 use crate::input::Input;
-use crate::source::Store;
+use crate::source::{Slot, Store};
 
 /// Summary of a recognised input. Lengths in pixels, times in seconds.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -21,6 +21,10 @@ pub struct Summary {
     pub numbers: (u64, u64),
     /// From the first to the last selected frame \[s\].
     pub duration_s: f64,
+    /// Median interval between two frames \[s\].
+    pub interval_s: f64,
+    /// Shortest and longest interval \[s\].
+    pub intervals_s: (f64, f64),
     /// Width \[px\].
     pub width: u32,
     /// Height \[px\].
@@ -51,6 +55,9 @@ impl Summary {
         let calibration = input.calibration.as_ref().map(|(_, calibration)| calibration);
         let (first, last) = (input.slots.first(), input.slots.last());
         let span_ns = last.zip(first).map_or(0, |(last, first)| last.timestamp_ns - first.timestamp_ns);
+        let interval = |pair: &[Slot]| (pair[1].timestamp_ns - pair[0].timestamp_ns) as f64 * 1e-9;
+        let mut intervals: Vec<f64> = input.slots.windows(2).map(interval).collect();
+        intervals.sort_by(f64::total_cmp);
         let shift = calibration.map(|c| c.camera_from_cam0.translation()).unwrap_or_default();
         let names = |paths: &[std::path::PathBuf]| paths.iter().map(|path| name(path)).collect();
         Self {
@@ -60,6 +67,11 @@ impl Summary {
             frames: input.slots.len(),
             numbers: (first.map_or(0, |s| s.number), last.map_or(0, |s| s.number)),
             duration_s: span_ns as f64 * 1e-9,
+            interval_s: intervals.get(intervals.len() / 2).copied().unwrap_or(0.0),
+            intervals_s: (
+                intervals.first().copied().unwrap_or(0.0),
+                intervals.last().copied().unwrap_or(0.0),
+            ),
             width: input.size.0,
             height: input.size.1,
             colour: input.colour,

@@ -27,6 +27,7 @@ pub(crate) struct Survey {
     pub listing: Listing,
     pub gaps: Vec<u64>,
     pub step: u64,
+    /// Times of KITTI's list, or of the packets of a video \[ns\].
     times_ns: Option<Vec<i64>>,
     video_fps: Option<f64>,
     video_frames: u64,
@@ -52,6 +53,7 @@ pub(crate) fn survey(root: &Path, format: Format, options: &SequenceOptions) -> 
             let info = video::probe(root)?;
             survey.store = Store::Video(root.to_path_buf());
             (survey.video_fps, survey.video_frames) = (Some(info.fps), info.frames);
+            survey.times_ns = info.times_ns;
             return Ok(survey);
         }
         Format::Images => {
@@ -82,7 +84,12 @@ impl Survey {
     pub fn slots(&self, given_fps: Option<f64>, calibrated_fps: Option<f64>) -> Result<Vec<Slot>> {
         let fps = given_fps.or(self.video_fps).or(calibrated_fps).unwrap_or(DEFAULT_FPS);
         if let Store::Video(_) = self.store {
-            let time = |number: u64| (number as f64 * 1e9 / fps).round() as i64;
+            // A rate that was given stands above the times in the file.
+            let times = self.times_ns.as_deref().filter(|_| given_fps.is_none());
+            let time = |number: u64| match times.and_then(|times| times.get(number as usize)) {
+                Some(time) => *time,
+                None => (number as f64 * 1e9 / fps).round() as i64,
+            };
             return Ok((0..self.video_frames)
                 .map(|n| Slot { number: n, timestamp_ns: time(n), path: None })
                 .collect());

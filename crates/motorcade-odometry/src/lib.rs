@@ -48,7 +48,7 @@ pub use odometry::{
 };
 pub use road::{
     AdvancedClosedFormOptions, AdvancedRoadOptions, AlignmentOptions, ClosedFormOptions, ClosedFormScale,
-    PlaneSearchOptions, PlaneTrackingOptions, ProfileOptions, RoadCurvature, RoadEstimate, RoadInput,
+    HeightOptions, PlaneTrackingOptions, ProfileOptions, RoadCurvature, RoadEstimate, RoadInput,
     RoadMeasurement, RoadOptions, RoadPlane, RoadState, RoadTracker, ScaleAverage, road_normal,
 };
 pub use scale::{EgoFrame, EgoTrajectory, MetricOptions, NoiseModel, SmootherOptions, Uncertainty};

@@ -200,6 +200,7 @@ impl Config {
         )?;
         check(self.road.baseline_heights > 0.05, "road.baseline_heights must be more than 0.05")?;
         check(self.road.oldest_s > 0.0, "road.oldest_s must be more than 0")?;
+        self.road.advanced.height.validate().map_err(|problem| format!("road.advanced.height.{problem}"))?;
         check(
             self.scale.farthest_m > 5.0,
             "scale.farthest_m must be more than 5 (the road nearer is hidden)",
@@ -298,6 +299,8 @@ mod tests {
             ("odometry.corners.columns=2", "odometry.corners.columns must lie between 4 and 200"),
             ("odometry.pose.kernel_px=0", "odometry.pose.kernel_px must be positive"),
             ("odometry.window.advanced.depth_neighbours=17", "must lie between 1 and 16"),
+            ("road.advanced.height.step=1e-9", "road.advanced.height.step must lie between 0.001 and 0.2"),
+            ("road.advanced.height.range_units=[2, 1]", "road.advanced.height.range_units must be two"),
             ("vehicles.advanced.keypoints.fit.deformations=9", "must be at most 8"),
         ] {
             let error = config.set(setting).unwrap_err().to_string();

@@ -1,4 +1,4 @@
-//! What is fixed to the camera, found while it drives and left out from then on.
+//! Regions of the picture that are fixed to the camera: their search during the drive, and their mask.
 
 use std::borrow::Cow;
 

@@ -39,6 +39,7 @@ pub mod output;
 mod plausibility;
 mod progress;
 mod record;
+mod repeated_frames;
 mod result;
 mod run;
 mod scale_source;

@@ -19,6 +19,7 @@ use crate::front_end::FrontEnd;
 use crate::plausibility;
 use crate::progress::{NoProgress, Progress};
 use crate::record::{FrameInfo, FrontEndRecord};
+use crate::repeated_frames::RepeatedFrames;
 use crate::result::RunResult;
 use crate::settings::Settings;
 
@@ -49,6 +50,7 @@ pub struct Motorcade {
     perception: Perception,
     front_end: FrontEnd,
     fixed: FixedParts,
+    repeated: RepeatedFrames,
     sliding: SlidingEstimator,
 }
 
@@ -106,11 +108,15 @@ impl Motorcade {
             }
         }
         self.add_external_keypoints(frame.number, &mut observations);
-        let Self { front_end, fixed, settings, .. } = self;
+        let Self { front_end, fixed, repeated, settings, .. } = self;
         if fixed.searching() {
             fixed.observe(&frame.gray(), frame.timestamp_ns, &settings.camera);
         }
         front_end.record_mut().stopwatch.add("perception", perception_ms);
+        if repeated.is_repeated(&frame.gray(), frame.timestamp_ns) {
+            front_end.skip(frame.number, frame.timestamp_ns, "repeats the frame before".to_owned());
+            return Ok(());
+        }
         let ignore = fixed.with(frame.ignore.as_ref());
         front_end.process(frame, ignore.as_deref(), observations, settings);
         Ok(())
@@ -182,19 +188,20 @@ impl Motorcade {
     /// Ends the drive; every frame stays as it was estimated when it came. Frames without an estimate get theirs now.
     pub fn finish_online(mut self, progress: &dyn Progress) -> RunResult {
         self.estimate();
-        self.note_fixed_parts();
+        self.note_pictures();
         self.sliding.finish(self.front_end.finish(), &self.settings, progress)
     }
 
     /// Ends the pass over the frames: the output of the front end and the settings, for
     /// [`estimate_drive`](crate::estimate_drive) with several configurations.
     pub fn into_record(mut self) -> (FrontEndRecord, Settings) {
-        self.note_fixed_parts();
+        self.note_pictures();
         (self.front_end.finish(), self.settings)
     }
 
-    fn note_fixed_parts(&mut self) {
-        let found = self.fixed.describe();
+    /// Notes what was found out about the pictures themselves.
+    fn note_pictures(&mut self) {
+        let found = self.fixed.describe().into_iter().chain(self.repeated.describe());
         self.front_end.record_mut().warnings.extend(found);
     }
 
@@ -323,6 +330,7 @@ impl MotorcadeBuilder {
         front_end.record_mut().warnings.extend(plausibility::of_camera(&settings.camera, settings.height_m));
         let sliding = SlidingEstimator::new(&settings);
         let fixed = FixedParts::new(settings.config.run.fixed_regions);
-        Ok(Motorcade { settings, perception, front_end, fixed, sliding })
+        let repeated = RepeatedFrames::default();
+        Ok(Motorcade { settings, perception, front_end, fixed, repeated, sliding })
     }
 }

@@ -9,7 +9,7 @@ from torch.nn import functional as F
 from motorcade_training.scene.assign import assign, cells
 from motorcade_training.scene.dataset import Batch
 
-BOX_WEIGHT, ROAD_WEIGHT, DICE_WEIGHT = 2.5, 2.0, 0.5
+BOX_WEIGHT, ROAD_WEIGHT, DICE_WEIGHT = 3.5, 2.0, 0.5
 
 
 @dataclass

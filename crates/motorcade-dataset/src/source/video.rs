@@ -13,10 +13,12 @@ const INSTALL: &str =
     "install ffmpeg (it brings ffprobe), or extract the frames elsewhere and give their folder";
 
 /// Output of `ffprobe`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct VideoInfo {
     pub frames: u64,
     pub fps: f64,
+    /// Presentation times from the first frame on \[ns\], a frame each; `None` where the file does not have them all.
+    pub times_ns: Option<Vec<i64>>,
 }
 
 fn failed(program: &str, error: &std::io::Error) -> Error {
@@ -33,8 +35,9 @@ pub(crate) fn probe(path: &Path) -> Result<VideoInfo> {
     regular_file::open(path).map_err(Error::io(path))?;
     let output = Command::new("ffprobe")
         .args(["-v", "error", "-select_streams", "v:0", "-count_packets"])
-        .args(["-show_entries", "stream=avg_frame_rate,r_frame_rate,nb_read_packets", "-of", "default=nw=1"])
-        .arg(path)
+        .args(["-show_entries", ENTRIES, "-of", "default=nw=1"])
+        .arg("-i")
+        .arg(file_url(path))
         .stdin(Stdio::null())
         .output()
         .map_err(|e| failed("ffprobe", &e))?;
@@ -42,17 +45,53 @@ pub(crate) fn probe(path: &Path) -> Result<VideoInfo> {
     if !output.status.success() {
         return Err(Error::input(path, format!("is not a readable video: {}", last_line(&messages))));
     }
-    let text = String::from_utf8_lossy(&output.stdout);
+    info(&String::from_utf8_lossy(&output.stdout)).map_err(|problem| Error::input(path, problem))
+}
+
+/// What is asked of `ffprobe`.
+const ENTRIES: &str =
+    "stream=avg_frame_rate,r_frame_rate,nb_read_packets,sample_aspect_ratio:packet=pts_time,flags";
+
+/// Reads the output of `ffprobe`: packets first, then the stream.
+fn info(text: &str) -> std::result::Result<VideoInfo, String> {
     let value = |key: &str| text.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix('='));
     let frames = value("nb_read_packets").and_then(|v| v.parse().ok()).unwrap_or(0);
     if frames == 0 {
-        return Err(Error::input(path, "holds no video frames"));
+        return Err("holds no video frames".to_owned());
     }
-    let rate = |key| value(key).and_then(ratio).filter(|fps| fps.is_finite() && *fps > 0.0);
+    if let Some(aspect) = value("sample_aspect_ratio").filter(|a| !["1:1", "0:1", "N/A"].contains(a)) {
+        return Err(format!(
+            "has pixels that are not square (sample aspect ratio {aspect}); make them square, and calibrate that: \
+             ffmpeg -i INPUT -vf scale=iw*sar:ih,setsar=1 OUTPUT"
+        ));
+    }
+    let rate = |key| value(key).and_then(ratio).filter(|fps: &f64| fps.is_finite() && *fps > 0.0);
     let fps = rate("avg_frame_rate")
         .or_else(|| rate("r_frame_rate"))
-        .ok_or_else(|| Error::input(path, "has no frame rate; set one with the fps option"))?;
-    Ok(VideoInfo { frames, fps })
+        .ok_or("has no frame rate; set one with the fps option")?;
+    Ok(VideoInfo { frames, fps, times_ns: presentation_times(text, frames) })
+}
+
+/// Presentation times of all packets, from the first on. `None` when one is missing, is not shown or is shown twice.
+fn presentation_times(text: &str, frames: u64) -> Option<Vec<i64>> {
+    let discarded =
+        text.lines().filter_map(|line| line.strip_prefix("flags=")).any(|flags| flags.contains('D'));
+    let times = text.lines().filter_map(|line| line.strip_prefix("pts_time="));
+    let mut times_s: Vec<f64> =
+        times.map(|t| t.parse().ok().filter(|t: &f64| t.is_finite())).collect::<Option<_>>()?;
+    // Packets come in the order of decoding.
+    times_s.sort_by(f64::total_cmp);
+    let first = *times_s.first()?;
+    let times_ns: Vec<i64> = times_s.iter().map(|t| ((t - first) * 1e9).round() as i64).collect();
+    let increasing = times_ns.windows(2).all(|pair| pair[0] < pair[1]);
+    (!discarded && increasing && times_ns.len() as u64 == frames).then_some(times_ns)
+}
+
+/// The path as ffmpeg's file protocol: a file named `http:x.mp4` is a file.
+fn file_url(path: &Path) -> std::ffi::OsString {
+    let mut url = std::ffi::OsString::from("file:");
+    url.push(path);
+    url
 }
 
 fn ratio(text: &str) -> Option<f64> {
@@ -75,7 +114,7 @@ impl VideoReader {
     pub(crate) fn open(path: &Path) -> Result<Self> {
         let mut child = Command::new("ffmpeg")
             .args(["-v", "error", "-nostdin", "-i"])
-            .arg(path)
+            .arg(file_url(path))
             // One output frame per coded frame: none is duplicated or dropped to keep a rate.
             .args(["-map", "0:v:0", passthrough(), "passthrough"])
             .args(["-f", "image2pipe", "-c:v", "ppm", "-pix_fmt", "rgb24", "-"])
@@ -154,6 +193,19 @@ fn token(pipe: &mut impl Read) -> std::io::Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn times_are_those_of_the_packets_in_the_order_they_are_shown() {
+        let probe = |times: &[&str], more: &str| {
+            let packets: String = times.iter().map(|t| format!("pts_time={t}\nflags=K__\n")).collect();
+            info(&format!("{packets}avg_frame_rate=10/1\nnb_read_packets={}\n{more}", times.len()))
+        };
+        let found = probe(&["1.00", "1.40", "1.10", "1.80"], "sample_aspect_ratio=1:1\n").unwrap();
+        assert_eq!(found.times_ns, Some(vec![0, 100_000_000, 400_000_000, 800_000_000]));
+        assert_eq!(probe(&["0", "N/A", "0.2"], "").unwrap().times_ns, None);
+        assert_eq!(probe(&["0", "0", "0.2"], "").unwrap().times_ns, None);
+        assert!(probe(&["0", "1"], "sample_aspect_ratio=4:3\n").unwrap_err().contains("4:3"));
+    }
 
     #[test]
     fn ppm_pictures_follow_each_other() {

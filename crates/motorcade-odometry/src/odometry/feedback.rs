@@ -45,7 +45,9 @@ impl Odometry {
         if let Some(newest) = self.window.newest_mut() {
             newest.baseline.add(-log_inverse_height - held, sigma);
         }
-        self.constrain_plane(measured, held);
+        if measured.covariance[(1, 1)].sqrt() < options.most_pitch_sigma_rad {
+            self.constrain_plane(measured, held);
+        }
     }
 
     /// Gives the newest keyframe the road plane of the first measurement at or after it: the measured tilt, the held height. With

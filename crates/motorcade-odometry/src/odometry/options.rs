@@ -170,6 +170,9 @@ pub struct FeedbackOptions {
     /// Climb of the road between a keyframe and the next measurement from which on the keyframe gets no plane \[camera heights\]:
     /// larger ones come from false alignments. A larger limit constrains more keyframes and admits more false planes.
     pub most_climb_heights: f64,
+    /// Standard deviation of a measurement's pitch from which the keyframe gets no plane \[rad\], 0.3°: the direction of travel
+    /// alone does not know how the body swings.
+    pub most_pitch_sigma_rad: f64,
     /// Distance of a box's bottom edge beyond which it does not determine depth \[camera heights\]: 33 m for a car.
     pub farthest_vehicle_heights: f64,
     /// Depth of the near part of a static vehicle over that of the road at its bottom edge: a quarter less for boxes that end
@@ -192,6 +195,7 @@ impl Default for FeedbackOptions {
             height_sigma: 0.02,
             most_height_change: 0.15,
             most_climb_heights: 0.5,
+            most_pitch_sigma_rad: 5e-3,
             farthest_vehicle_heights: 20.0,
             static_depth_ratio: [0.75, 1.2],
             near_share: 0.25,

@@ -51,6 +51,16 @@ impl RoadHistory {
         std::mem::take(&mut self.spare)
     }
 
+    /// Earlier frames, newest first.
+    pub fn newest_first(&self) -> impl Iterator<Item = &EarlierFrame> {
+        self.frames.iter().rev()
+    }
+
+    /// An earlier frame by its place, newest first.
+    pub fn newest(&self, place: usize) -> Option<&EarlierFrame> {
+        self.frames.iter().rev().nth(place)
+    }
+
     /// The newest frame at least `least_baseline` away from `camera_from_world`, and `reference_from_current`.
     pub fn reference(
         &self,

@@ -2,24 +2,25 @@
 
 mod alignment;
 mod closed_form;
+mod height;
 mod history;
 mod measurement;
 mod normal_equations;
 mod options;
 mod pixels;
 mod plane;
-mod plane_search;
 mod profile;
-mod search;
 mod state;
 mod tracker;
 mod view;
+mod watch;
 
 pub use alignment::align_road;
 pub use closed_form::ClosedFormScale;
+pub use height::HeightOptions;
 pub use measurement::{RoadCurvature, RoadEstimate, RoadMeasurement};
 pub use options::{
-    AdvancedClosedFormOptions, AdvancedRoadOptions, AlignmentOptions, ClosedFormOptions, PlaneSearchOptions,
+    AdvancedClosedFormOptions, AdvancedRoadOptions, AlignmentOptions, ClosedFormOptions,
     PlaneTrackingOptions, ProfileOptions, RoadOptions, ScaleAverage,
 };
 pub use pixels::RoadPixels;

@@ -1,5 +1,6 @@
 //! Options of the road. Lengths are in camera heights, so that nothing depends on the unknown unit of the odometry.
 
+use super::height::HeightOptions;
 use crate::tracking::CornerOptions;
 
 /// The stretch of road that is aligned, and how often.
@@ -49,7 +50,7 @@ impl Default for RoadOptions {
     }
 }
 
-/// Alignment, search and tracking of the road plane.
+/// Alignment and tracking of the road plane, and search of the camera's height.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
 )]
@@ -57,8 +58,8 @@ impl Default for RoadOptions {
 pub struct AdvancedRoadOptions {
     /// Alignment of two frames.
     pub alignment: AlignmentOptions,
-    /// Search of an unknown plane.
-    pub search: PlaneSearchOptions,
+    /// The camera's height by accumulated likelihood.
+    pub height: HeightOptions,
     /// Tracking of a known plane.
     pub tracking: PlaneTrackingOptions,
 }
@@ -134,65 +135,15 @@ impl Default for AlignmentOptions {
     }
 }
 
-/// Search of a plane of unknown distance.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct PlaneSearchOptions {
-    /// Assumed camera height \[odometry units\]: the median depth of a street is 15 units, a car's camera then 1 to 4 high.
-    pub guess_units: f64,
-    /// Least distance between the two frames \[assumed camera heights\].
-    pub baseline_heights: f64,
-    /// Factor of the search range: from guess / factor to guess · factor². Fast drives show no near points, and the unit is
-    /// then several metres.
-    pub range: f64,
-    /// Steps per factor.
-    pub steps: i32,
-    /// Pyramid level of the search.
-    pub level: usize,
-    /// Pixels needed there.
-    pub least_pixels: usize,
-    /// Cap of the grey difference of a pixel \[grey levels\].
-    pub capped_grey: f64,
-    /// Share of the pixels that must lie in both images.
-    pub least_overlap: f64,
-    /// Candidates that must agree before a plane is accepted.
-    pub agreeing: usize,
-    /// Difference of log distance up to which candidates agree.
-    pub agreement: f64,
-    /// Time for which only the middle of the lane is searched \[s\]: a wet lane as a whole mirrors the sky.
-    pub middle_first_s: f64,
-    /// Angle to a level road beyond which a candidate is rejected \[rad\]: 11°.
-    pub steepest_rad: f64,
-    /// Time of search after which the segment's earlier height is no longer required \[s\].
-    pub distrust_anchor_s: f64,
-}
-
-impl Default for PlaneSearchOptions {
-    fn default() -> Self {
-        Self {
-            guess_units: 2.0,
-            baseline_heights: 0.3,
-            range: 4.0,
-            steps: 40,
-            level: 2,
-            least_pixels: 75,
-            capped_grey: 40.0,
-            least_overlap: 0.5,
-            agreeing: 3,
-            agreement: 0.1,
-            middle_first_s: 1.05,
-            steepest_rad: 0.2,
-            distrust_anchor_s: 3.05,
-        }
-    }
-}
-
 /// Tracking of a known plane.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PlaneTrackingOptions {
     /// Gain of the tracked plane per measurement: the noise of one frame must not move the start of the next far away.
     pub gain: f64,
+    /// Time constant of the mean normal about which pitch and roll are estimated \[s\]: where there is little texture they would
+    /// walk away from measurement to measurement.
+    pub normal_s: f64,
     /// Change of log height from one measurement to the next above which it is rejected: five times its scatter of 0.03.
     pub most_jump: f64,
     /// Change of log height over many seconds above which it is rejected: the road inside the adjustment holds the unit of
@@ -202,6 +153,8 @@ pub struct PlaneTrackingOptions {
     pub anchor_s: f64,
     /// Time of failed alignments after which the plane is searched again \[s\].
     pub give_up_s: f64,
+    /// Time without a plane after which the segment's earlier height is no longer required \[s\].
+    pub distrust_anchor_s: f64,
     /// Height of a vehicle's shadow on the road below its box \[box heights\].
     pub shadow: f64,
     /// Border around a box that is half vehicle, half road \[px\].
@@ -219,10 +172,12 @@ impl Default for PlaneTrackingOptions {
     fn default() -> Self {
         Self {
             gain: 0.3,
+            normal_s: 3.0,
             most_jump: 0.15,
             most_drift: 0.3,
             anchor_s: 10.0,
             give_up_s: 0.75,
+            distrust_anchor_s: 3.05,
             shadow: 0.15,
             rim_px: 4.0,
             unmasked_widest_heights: 1.0,

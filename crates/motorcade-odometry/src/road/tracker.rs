@@ -11,8 +11,8 @@ use super::measurement::RoadMeasurement;
 use super::options::{PlaneTrackingOptions, RoadOptions};
 use super::pixels::RoadPixels;
 use super::plane::RoadPlane;
-use super::plane_search::{PlaneSearch, near_anchor};
 use super::view::{RoadScratch, RoadView};
+use super::watch::{HeightWatch, WatchedFrame};
 use crate::time::{nanoseconds, seconds};
 use crate::tracking::Pyramid;
 
@@ -44,10 +44,13 @@ pub struct RoadTracker {
     anchor: Option<f64>,
     /// Normal of the last known plane: a new segment has another unit but the same camera.
     normal: Vector3<f64>,
-    search: PlaneSearch,
+    /// The height by the likelihood of many frames: where the plane is searched, and what it must agree with.
+    watch: HeightWatch,
     segment: usize,
     /// Time of failed alignments in a row \[ns\].
     failing_ns: i64,
+    /// Time without a plane \[ns\].
+    lost_ns: i64,
     /// Half width of the stretch without a road mask \[camera heights\].
     unmasked_half_width: f64,
     measurements: Vec<RoadMeasurement>,
@@ -64,9 +67,10 @@ impl RoadTracker {
             plane: None,
             anchor: None,
             normal: Vector3::y(),
-            search: PlaneSearch::default(),
+            watch: HeightWatch::new(options.advanced.height),
             segment: 0,
             failing_ns: 0,
+            lost_ns: 0,
             unmasked_half_width: options.unmasked_half_width_heights,
             measurements: Vec::new(),
             scratch: RoadScratch::default(),
@@ -104,13 +108,12 @@ impl RoadTracker {
         let road = self.road_pixels(input, usable);
         let measured = pose_of(input.frame).and_then(|camera_from_world| {
             let current = Current { input, camera_from_world, elapsed_ns: elapsed_ns.max(0), road: &road };
-            match self.plane {
-                Some(plane) => self.track(&current, plane, &pose_of),
-                None => {
-                    self.search(&current, &pose_of);
-                    None
-                }
+            let watched = self.watch(&current, &pose_of);
+            if self.plane.is_none() {
+                self.start(elapsed_ns.max(0));
             }
+            let tracked = self.plane.and_then(|plane| self.track(&current, plane, &pose_of));
+            tracked.or(watched)
         });
         let (frame, timestamp_ns, pyramid) = (input.frame, input.timestamp_ns, input.pyramid.clone());
         self.history.push(EarlierFrame { frame, timestamp_ns, pyramid, road });
@@ -120,8 +123,9 @@ impl RoadTracker {
 
     /// Forgets what belongs to the unit of the segment before.
     fn start_segment(&mut self, segment: usize) {
-        (self.segment, self.plane, self.anchor, self.failing_ns) = (segment, None, None, 0);
-        self.search.reset();
+        (self.segment, self.plane, self.anchor) = (segment, None, None);
+        (self.failing_ns, self.lost_ns) = (0, 0);
+        self.watch.reset();
         self.history.clear();
     }
 
@@ -158,14 +162,15 @@ impl RoadTracker {
             self.history.reference(&current.camera_from_world, pose_of, least_baseline)?;
         let mut scratch = std::mem::take(&mut self.scratch);
         let reference = earlier.frame;
-        let view = self.view(current, earlier, motion, plane);
+        let view = self.view(current, earlier, motion, self.normal * plane.norm());
         let options = self.frame_options(current.input.masked);
         let tracking = &options.advanced.tracking;
         // Smooth asphalt has false minima with residuals as small as the true one, but the camera's height does not jump.
-        let anchor = self.anchor;
+        let (anchor, watch) = (self.anchor, &self.watch);
         let plausible = |found: &RoadPlane| {
             (found.m.norm() / plane.norm()).ln().abs() < tracking.most_jump
                 && near_anchor(anchor, &found.m, tracking)
+                && watch.agrees(&found.m)
         };
         let usable = |p: &Point2<f64>| current.road.contains(p);
         let found = align_road(&view, usable, &options, &mut scratch).filter(plausible);
@@ -175,39 +180,53 @@ impl RoadTracker {
             self.failing_ns += current.elapsed_ns;
             if self.failing_ns >= nanoseconds(tracking.give_up_s) {
                 (self.plane, self.failing_ns) = (None, 0);
-                self.search.reset();
             }
             return None;
         };
         self.failing_ns = 0;
         let updated = plane + (found.m - plane) * tracking.gain;
         self.plane = Some(updated);
-        self.normal = updated.normalize();
+        let swing = 1.0 - (-seconds(current.elapsed_ns) / tracking.normal_s).exp();
+        self.normal = (self.normal + (found.m.normalize() - self.normal) * swing).normalize();
         let rate = (seconds(current.elapsed_ns) / tracking.anchor_s).min(1.0);
         self.anchor = self.anchor.map(|a| a + rate * (found.m.norm().ln() - a));
         Some(RoadMeasurement::new(current.input.frame, reference, motion.translation().norm(), &found))
     }
 
-    /// Searches an unknown plane.
-    fn search(&mut self, current: &Current<'_>, pose_of: &impl Fn(usize) -> Option<Pose<Camera, World>>) {
-        let options = self.frame_options(current.input.masked);
-        let search = &options.advanced.search;
-        let least_baseline = search.baseline_heights * search.guess_units;
-        let Some((earlier, motion)) =
-            self.history.reference(&current.camera_from_world, pose_of, least_baseline)
-        else {
-            return;
+    /// Watches the height; what this frame says of it.
+    fn watch(
+        &mut self,
+        current: &Current<'_>,
+        pose_of: &impl Fn(usize) -> Option<Pose<Camera, World>>,
+    ) -> Option<RoadMeasurement> {
+        let frame = WatchedFrame {
+            camera: &self.camera,
+            frame: current.input.frame,
+            timestamp_ns: current.input.timestamp_ns,
+            camera_from_world: &current.camera_from_world,
+            pyramid: current.input.pyramid,
+            road: current.road,
+            far_heights: self.options.far_heights,
         };
-        let mut candidates = std::mem::take(&mut self.search);
-        let mut scratch = std::mem::take(&mut self.scratch);
-        let view = self.view(current, earlier, motion, self.normal / search.guess_units);
-        let usable = |p: &Point2<f64>| current.road.contains(p);
-        let found = candidates.add(view, &usable, &options, self.anchor, current.elapsed_ns, &mut scratch);
-        (self.search, self.scratch) = (candidates, scratch);
-        if let Some((plane, anchor)) = found {
-            self.plane = Some(plane);
-            self.normal = plane.normalize();
-            self.anchor = anchor.or(Some(plane.norm().ln()));
+        let anchor = self.anchor;
+        let near = |m: &RoadMeasurement| {
+            anchor.is_none_or(|a| {
+                (m.state.log_inverse_height - a).abs() < self.options.advanced.tracking.most_drift
+            })
+        };
+        self.watch.process(&frame, &self.history, pose_of).filter(near)
+    }
+
+    /// Starts with the height that the frames so far agree on; after a loss it must be near the height before, for a while.
+    fn start(&mut self, elapsed_ns: i64) {
+        self.lost_ns += elapsed_ns;
+        let tracking = &self.options.advanced.tracking;
+        let Some((normal, height)) = self.watch.down().zip(self.watch.estimate()) else { return };
+        let plane = normal * height.log_inverse_height.exp();
+        let distrusted = self.lost_ns > nanoseconds(tracking.distrust_anchor_s);
+        if distrusted || near_anchor(self.anchor, &plane, tracking) {
+            self.anchor = self.anchor.filter(|_| !distrusted).or(Some(height.log_inverse_height));
+            (self.plane, self.normal, self.lost_ns) = (Some(plane), normal, 0);
         }
     }
 
@@ -251,6 +270,11 @@ struct Current<'a> {
     /// Time since the frame before \[ns\].
     elapsed_ns: i64,
     road: &'a RoadPixels,
+}
+
+/// True when a plane is about as far away as the segment has had it so far; `anchor` is its log |m|.
+fn near_anchor(anchor: Option<f64>, m: &Vector3<f64>, options: &PlaneTrackingOptions) -> bool {
+    anchor.is_none_or(|a| (m.norm().ln() - a).abs() < options.most_drift)
 }
 
 /// A box with the vehicle's shadow, which moves with the vehicle.

@@ -3,7 +3,7 @@
 use motorcade_geometry::{Camera, PinholeCamera, Pose};
 use nalgebra::{Point2, Vector3};
 
-use super::options::{PlaneSearchOptions, RoadOptions};
+use super::options::RoadOptions;
 use super::pixels::RoadPixels;
 use crate::tracking::Pyramid;
 
@@ -115,30 +115,5 @@ impl RoadView<'_> {
         }
         let (low, high) = (low.ceil().max(0.0) as usize, high.max(0.0) as usize);
         low..high.max(low)
-    }
-
-    /// Capped mean absolute grey difference of a plane; `None` when too few samples lie in both images.
-    pub(super) fn mismatch(
-        &self,
-        m: &Vector3<f64>,
-        samples: &[Sample],
-        level: usize,
-        options: &PlaneSearchOptions,
-    ) -> Option<f64> {
-        let r = self.reference_from_current.rotation_matrix();
-        let t = self.reference_from_current.translation();
-        let image = self.reference.level(level);
-        let scale = 1.0 / f64::from(1u32 << level);
-        let (mut sum, mut count) = (0.0, 0_u32);
-        for s in samples {
-            let moved = r * s.ray + t * m.dot(&s.ray);
-            let pixel = (moved.z > 1e-6).then(|| self.camera.project(&(moved / moved.z).into())).flatten();
-            let grey = pixel.and_then(|p| image.sample((p.x * scale) as f32, (p.y * scale) as f32));
-            if let Some(grey) = grey {
-                sum += (f64::from(grey) - s.grey).abs().min(options.capped_grey);
-                count += 1;
-            }
-        }
-        (f64::from(count) > options.least_overlap * samples.len() as f64).then(|| sum / f64::from(count))
     }
 }

@@ -1,0 +1,210 @@
+//! Watches the camera's height: direction of travel, likelihood of this frame's pairs, what has been accumulated.
+
+use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
+use nalgebra::{Matrix3, Vector3};
+
+use super::height::{HeightEstimate, HeightFilter, HeightOptions, HeightSamples, Travel};
+use super::history::{EarlierFrame, RoadHistory};
+use super::measurement::RoadMeasurement;
+use super::pixels::RoadPixels;
+use super::plane::coordinates;
+use super::state::RoadState;
+use crate::time::seconds;
+use crate::tracking::Pyramid;
+
+/// The frame to compare with earlier ones.
+pub(super) struct WatchedFrame<'a> {
+    pub camera: &'a PinholeCamera,
+    pub frame: usize,
+    pub timestamp_ns: i64,
+    pub camera_from_world: &'a Pose<Camera, World>,
+    pub pyramid: &'a Pyramid,
+    pub road: &'a RoadPixels,
+    pub far_heights: f64,
+}
+
+/// Place of an earlier frame in the history, newest first, with `reference_from_current`.
+type Pair = (usize, Pose<Camera, Camera>);
+
+/// The camera's height by the frames so far.
+pub(super) struct HeightWatch {
+    options: HeightOptions,
+    filter: HeightFilter,
+    travel: Travel,
+    samples: HeightSamples,
+    /// Time of the frame last compared \[ns\].
+    compared_ns: Option<i64>,
+    /// Pairs of this frame, and log likelihoods by it; kept for their memory.
+    pairs: Vec<Pair>,
+    log_likelihood: Vec<f64>,
+    /// Time since the whole range of heights was compared \[s\].
+    since_whole_s: f64,
+}
+
+impl HeightWatch {
+    pub fn new(options: HeightOptions) -> Self {
+        Self {
+            options,
+            filter: HeightFilter::new(options),
+            travel: Travel::default(),
+            samples: HeightSamples::default(),
+            compared_ns: None,
+            pairs: Vec::with_capacity(options.most_pairs),
+            log_likelihood: Vec::new(),
+            since_whole_s: 0.0,
+        }
+    }
+
+    /// Forgets the height: a new segment has another unit. The direction of travel stays.
+    pub fn reset(&mut self) {
+        self.filter.reset();
+        self.compared_ns = None;
+    }
+
+    /// The height, once it is known.
+    pub fn estimate(&self) -> Option<HeightEstimate> {
+        self.filter.estimate()
+    }
+
+    /// Unit normal away from the camera of the road by the direction of travel.
+    pub fn down(&self) -> Option<Vector3<f64>> {
+        self.travel.down()
+    }
+
+    /// True when a plane m agrees with the height, where it is known, and with the direction of travel.
+    pub fn agrees(&self, m: &Vector3<f64>) -> bool {
+        let near = self.filter.estimate().is_none_or(|known| {
+            let sigma = known.sigma.hypot(self.options.least_sigma);
+            (m.norm().ln() - known.log_inverse_height).abs() < self.options.gate * sigma
+        });
+        let [most_pitch, most_roll] = self.options.most_tilt_rad;
+        let level = self.travel.direction().is_none_or(|travel| {
+            let pitch = m.normalize().dot(&travel).asin();
+            pitch.abs() < most_pitch && (m.x / m.y).atan().abs() < most_roll
+        });
+        near && level
+    }
+
+    /// Compares a frame with earlier ones; what it says of the height alone, once the height is known.
+    pub fn process(
+        &mut self,
+        current: &WatchedFrame<'_>,
+        history: &RoadHistory,
+        pose_of: &impl Fn(usize) -> Option<Pose<Camera, World>>,
+    ) -> Option<RoadMeasurement> {
+        let motion_from = |earlier: &EarlierFrame| -> Option<Pose<Camera, Camera>> {
+            Some(pose_of(earlier.frame)? * current.camera_from_world.inverse())
+        };
+        self.follow_travel(current, history, motion_from);
+        let known = self.filter.estimate();
+        let elapsed_s = self.compared_ns.map_or(0.0, |before| seconds(current.timestamp_ns - before));
+        if known.is_some() && self.compared_ns.is_some() && elapsed_s < self.options.interval_s {
+            return None;
+        }
+        let (travel, down) = self.travel.direction().zip(self.travel.down())?;
+        self.find_pairs(history, known, motion_from);
+        let nearest = history.newest(self.pairs.first()?.0)?;
+        self.samples.collect(
+            current.camera,
+            (current.pyramid, &nearest.pyramid),
+            (&down, &travel),
+            current.far_heights,
+            |p| current.road.contains(p),
+            &self.options,
+        );
+        if !self.samples.enough(&self.options) {
+            return None;
+        }
+        let first = self.compare(current.camera, history, elapsed_s);
+        self.compared_ns = Some(current.timestamp_ns);
+        let measured = known.and_then(|known| self.filter.measure(first, &self.log_likelihood, &known));
+        self.filter.add(first, &self.log_likelihood, elapsed_s);
+        let (place, motion) = self.pairs.get(self.pairs.len() / 2)?;
+        let (reference, baseline) = (history.newest(*place)?.frame, motion.translation().norm());
+        measured.map(|m| self.measurement(&m, &down, (current.frame, reference, baseline)))
+    }
+
+    /// Adds the motion since the frame before to the direction of travel.
+    fn follow_travel(
+        &mut self,
+        current: &WatchedFrame<'_>,
+        history: &RoadHistory,
+        motion_from: impl Fn(&EarlierFrame) -> Option<Pose<Camera, Camera>>,
+    ) {
+        let Some(earlier) = history.newest(0) else { return };
+        let Some(motion) = motion_from(earlier) else { return };
+        if motion.translation().norm() > self.options.least_step_units {
+            // The earlier camera's place in the current frame, turned round.
+            let moved = -motion.inverse().translation();
+            let elapsed_s = seconds(current.timestamp_ns - earlier.timestamp_ns);
+            self.travel.add(&moved, elapsed_s, self.options.travel_s);
+        }
+    }
+
+    /// Finds earlier frames at growing distances.
+    fn find_pairs(
+        &mut self,
+        history: &RoadHistory,
+        known: Option<HeightEstimate>,
+        motion_from: impl Fn(&EarlierFrame) -> Option<Pose<Camera, Camera>>,
+    ) {
+        let options = &self.options;
+        let height = known.map(|k| (-k.log_inverse_height).exp());
+        let [least, most] = options.baseline_heights;
+        let mut next = height.map_or(0.0, |h| least * h).max(options.least_baseline_units);
+        let most = height.map_or(f64::INFINITY, |h| most * h);
+        self.pairs.clear();
+        for (place, earlier) in history.newest_first().enumerate() {
+            let Some(motion) = motion_from(earlier) else { break };
+            let baseline = motion.translation().norm();
+            if baseline > most || self.pairs.len() == options.most_pairs {
+                break;
+            }
+            if baseline >= next {
+                next = baseline * options.baseline_factor;
+                self.pairs.push((place, motion));
+            }
+        }
+    }
+
+    /// Log likelihoods by all pairs, from the returned cell of the filter on.
+    fn compare(&mut self, camera: &PinholeCamera, history: &RoadHistory, elapsed_s: f64) -> usize {
+        self.since_whole_s += elapsed_s;
+        let whole = self.filter.estimate().is_none() || self.since_whole_s >= self.options.whole_range_s;
+        if whole {
+            self.since_whole_s = 0.0;
+        }
+        let cells = self.filter.cells(whole);
+        self.log_likelihood.clear();
+        self.log_likelihood.resize(cells.len(), 0.0);
+        for (place, motion) in &self.pairs {
+            let Some(earlier) = history.newest(*place) else { continue };
+            let heights = cells.clone().map(|k| self.filter.log_inverse_height(k));
+            let reference = (&*earlier.pyramid, &earlier.road);
+            let out = &mut self.log_likelihood;
+            self.samples.add_log_likelihood(camera, reference, motion, heights, &self.options, out);
+        }
+        cells.start
+    }
+
+    fn measurement(
+        &self,
+        height: &HeightEstimate,
+        down: &Vector3<f64>,
+        (frame, reference, baseline): (usize, usize, f64),
+    ) -> RoadMeasurement {
+        let (value, _) = coordinates(&(down * height.log_inverse_height.exp()), 0.0);
+        let [pitch, roll] = self.options.tilt_sigmas_rad;
+        let sigmas = Vector3::new(height.sigma, pitch, roll);
+        RoadMeasurement {
+            frame,
+            reference,
+            state: RoadState::from_vector(&value.xyz()),
+            baseline,
+            covariance: Matrix3::from_diagonal(&sigmas.map(|s| s * s)),
+            curvature: None,
+            agreement: 1.0,
+            pixels: self.samples.len(),
+        }
+    }
+}

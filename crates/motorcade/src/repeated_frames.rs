@@ -1,0 +1,94 @@
+//! Frames that show the frame before again: ten pictures a second in a video of thirty.
+
+use image::GrayImage;
+
+/// Every how many pixels two pictures are compared.
+const STEP: usize = 7;
+/// Share of the usual difference between two frames up to which a frame is a repetition; re-encoding changes a few pixels.
+const SHARE: f64 = 0.15;
+/// The same \[grey levels\]: beyond it a picture has changed.
+const MOST_GREY: f64 = 1.5;
+/// Usual difference from which the camera moves \[grey levels\].
+const MOVING_GREY: f64 = 2.0;
+/// Longest time between two frames that differ \[s\]: a car that is seen to move does not stop within it. What lasts longer is a
+/// standstill.
+const LONGEST_S: f64 = 0.3;
+/// Weight of a new difference in the usual one.
+const RATE: f64 = 0.2;
+
+/// Tells repeated frames from those of a standing camera: the frames around them differ.
+#[derive(Default)]
+pub(crate) struct RepeatedFrames {
+    last: Vec<u8>,
+    last_ns: i64,
+    /// Usual difference of two frames that differ \[grey levels\].
+    usual: f64,
+    count: usize,
+    frames: usize,
+}
+
+impl RepeatedFrames {
+    /// True when a frame repeats the last one that did not.
+    pub fn is_repeated(&mut self, image: &GrayImage, timestamp_ns: i64) -> bool {
+        self.frames += 1;
+        let pixels = || image.as_raw().iter().step_by(STEP).copied();
+        if self.last.len() == pixels().len() {
+            let sum: u64 = self.last.iter().zip(pixels()).map(|(a, b)| u64::from(a.abs_diff(b))).sum();
+            let difference = sum as f64 / self.last.len().max(1) as f64;
+            let near = difference < (SHARE * self.usual).min(MOST_GREY) && self.usual > MOVING_GREY;
+            if near && ((timestamp_ns - self.last_ns) as f64) < LONGEST_S * 1e9 {
+                self.count += 1;
+                return true;
+            }
+            self.usual += (difference - self.usual) * if self.usual == 0.0 { 1.0 } else { RATE };
+        }
+        self.last.clear();
+        self.last.extend(pixels());
+        self.last_ns = timestamp_ns;
+        false
+    }
+
+    /// What was found, in words; `None` for nothing.
+    pub fn describe(&self) -> Option<String> {
+        (self.count > 0).then(|| {
+            format!(
+                "{} of {} frames repeat the frame before, as in a video whose rate was raised; their poses are bridged",
+                self.count, self.frames
+            )
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn picture(shift: u32, noise: u32) -> GrayImage {
+        GrayImage::from_fn(60, 40, |x, y| {
+            let texture = ((x + shift) * 37 + y * 11) % 97;
+            image::Luma([(texture + u32::from((x * 7 + y * 13) % 29 == 0) * noise) as u8])
+        })
+    }
+
+    #[test]
+    fn every_third_picture_of_a_raised_rate_is_new() {
+        let mut repeated = RepeatedFrames::default();
+        let found: Vec<bool> = (0..30)
+            .map(|k| repeated.is_repeated(&picture(k / 3, 5 * (k % 3)), i64::from(k) * 33_000_000))
+            .collect();
+        for (k, found) in found.iter().enumerate().skip(4) {
+            assert_eq!(*found, k % 3 != 0, "frame {k}");
+        }
+        assert!(repeated.describe().is_some_and(|text| text.contains("of 30 frames")));
+    }
+
+    #[test]
+    fn a_camera_that_stands_is_not_repeated_for_longer_than_a_moment() {
+        let mut repeated = RepeatedFrames::default();
+        let found: Vec<bool> = (0..60)
+            .map(|k| repeated.is_repeated(&picture(k.min(20), 0), i64::from(k) * 50_000_000))
+            .collect();
+        assert!(found[..20].iter().all(|f| !f), "{found:?}");
+        assert!(found[40..].iter().filter(|f| **f).count() < 10, "{found:?}");
+    }
+}
