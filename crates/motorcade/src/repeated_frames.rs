@@ -40,6 +40,10 @@ impl RepeatedFrames {
                 self.count += 1;
                 return true;
             }
+            if near {
+                // The camera stands.
+                self.usual = 0.0;
+            }
             self.usual += (difference - self.usual) * if self.usual == 0.0 { 1.0 } else { RATE };
         }
         self.last.clear();
