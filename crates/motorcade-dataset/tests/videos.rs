@@ -1,6 +1,10 @@
 //! Videos as phones and dash-cams write them. Skipped where ffmpeg is not installed.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly too")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stderr,
+    reason = "helpers of tests fail loudly, and say what they skip"
+)]
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
