@@ -54,10 +54,13 @@ const fn case(name: &'static str, frames: usize, weather: Weather, bounds: [f64;
 }
 
 /// Run with every test run.
+///
+/// In the rain a single vehicle counts, 30 to 45 m away and placed with an error of the scale: over eight seeds its ATE is 0.4 to
+/// 1.5 m (mean 1.1), though the 74 tracks that no bound sees are within 2.8 % of depth on average.
 pub const SHORT: &[Case] = &[
     case("straight", 40, Clear, [0.3, 2.5, 0.0, 0.0, 60.0]),
     case("pitched", 40, Overcast, [0.15, 1.5, 0.0, 0.0, 60.0]),
-    case("parked", 40, Rain, [0.35, 2.5, 1.1, 88.0, 60.0]),
+    case("parked", 40, Rain, [0.35, 2.5, 1.6, 88.0, 60.0]),
     case("roundabout", 40, Clear, [0.3, 2.5, 0.8, 88.0, 60.0]),
 ];
 
