@@ -1,16 +1,23 @@
 //! Standard deviations of box edges and of the road's height.
 
 use motorcade_geometry::PinholeCamera;
-use motorcade_perception::BoundingBox;
+use motorcade_perception::{BoxConvention, VehicleClass};
 
 use crate::ground::GroundFrame;
 use crate::observed_box::ObservedBox;
 use crate::options::BoxFitOptions;
 
 /// Standard deviation of a measured edge (0 to 3: left, top, right, bottom) \[px\].
-fn edge_sigma_px(bbox: &BoundingBox, edge: usize, options: &BoxFitOptions) -> f64 {
+fn edge_sigma_px(observed: &ObservedBox, edge: usize, options: &BoxFitOptions) -> f64 {
+    let ObservedBox { bbox, class, convention, .. } = observed;
     let side = if edge.is_multiple_of(2) { bbox.width() } else { bbox.height() };
-    (options.edge_sigma_px.powi(2) + (options.edge_sigma_share * side).powi(2)).sqrt()
+    let large = matches!(class, VehicleClass::Van | VehicleClass::Truck | VehicleClass::Bus);
+    let share = if large && edge != 3 && *convention == BoxConvention::VisibleExtent {
+        options.large_edge_sigma_share
+    } else {
+        options.edge_sigma_share
+    };
+    options.edge_sigma_px.hypot(share * side)
 }
 
 /// Standard deviation of an edge whose predicted position is `offset_px` further right or down than the observed one \[px\]; `None`
@@ -26,7 +33,7 @@ pub(super) fn edge_deviation_px(
     offset_px: f64,
     options: &BoxFitOptions,
 ) -> Option<f64> {
-    let sigma = edge_sigma_px(&observed.bbox, edge, options);
+    let sigma = edge_sigma_px(observed, edge, options);
     let height = observed.bbox.height();
     let reaches = if edge < 2 { offset_px <= 0.0 } else { offset_px >= 0.0 };
     match (observed.edges[edge], reaches) {
