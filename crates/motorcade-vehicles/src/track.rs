@@ -22,11 +22,25 @@ pub struct Track {
     pub id: usize,
     /// Class with the largest sum of scores.
     pub class: VehicleClass,
+    /// Votes of the boxes on the class.
+    pub votes: ClassVotes,
     /// Boxes.
     pub boxes: Vec<TrackBox>,
 }
 
 impl Track {
+    /// A track whose class is certain.
+    pub fn new(id: usize, class: VehicleClass, boxes: Vec<TrackBox>) -> Self {
+        Self { id, class, votes: ClassVotes::default(), boxes }
+    }
+
+    /// The same boxes as a vehicle of another class.
+    pub(crate) fn as_class(&self, class: VehicleClass) -> Self {
+        let mut track = self.clone();
+        track.set_class(class);
+        track
+    }
+
     /// Sets the class of the track and of its boxes.
     pub(crate) fn set_class(&mut self, class: VehicleClass) {
         self.class = class;
@@ -41,16 +55,27 @@ const LEAST_VOTE: f64 = 0.01;
 
 /// Sums of scores by class.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct ClassVotes([f64; VehicleClass::ALL.len()]);
+pub struct ClassVotes([f64; VehicleClass::ALL.len()]);
 
 impl ClassVotes {
     /// Adds the vote of a box.
     pub(crate) fn add(&mut self, seen: &TrackBox) {
-        for (votes, class) in self.0.iter_mut().zip(VehicleClass::ALL) {
-            if class == seen.observed.class {
-                *votes += seen.score.max(LEAST_VOTE);
+        self.add_score(seen.observed.class, seen.score);
+    }
+
+    /// Adds a vote of this score.
+    pub(crate) fn add_score(&mut self, class: VehicleClass, score: f64) {
+        for (votes, known) in self.0.iter_mut().zip(VehicleClass::ALL) {
+            if class == known {
+                *votes += score.max(LEAST_VOTE);
             }
         }
+    }
+
+    /// Share of each class, in the order of [`VehicleClass::ALL`]; `None` without votes.
+    pub(crate) fn shares(&self) -> Option<[f64; VehicleClass::ALL.len()]> {
+        let sum: f64 = self.0.iter().sum();
+        (sum > 0.0).then(|| self.0.map(|votes| votes / sum))
     }
 
     /// The class with the largest sum.

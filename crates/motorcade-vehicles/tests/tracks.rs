@@ -284,7 +284,7 @@ fn reversed_external_headings_are_turned() {
         })
         .collect();
     let given = ExternalTrack { views, size: None };
-    let track = Track { id: 1, class: VehicleClass::Car, boxes: Vec::new() };
+    let track = Track::new(1, VehicleClass::Car, Vec::new());
     let vehicle = estimate_track(&CAMERA, &grounds, &track, &given, &VehicleOptions::default()).unwrap();
     assert!(vehicle.p_moving < 0.5 && vehicle.states.len() == 30);
     for state in &vehicle.states {

@@ -145,7 +145,7 @@ impl BoxFit<'_> {
             g += j.transpose() * (r * w);
             chi2 += r * r;
         }
-        let height_weight = 1.0 / road_height_sigma_m(ground, x[0], options).powi(2);
+        let height_weight = 1.0 / road_height_sigma_m(ground, x[0], x[1], options).powi(2);
         h[(2, 2)] += height_weight;
         g[2] += height_weight * x[2];
         Some(Linearised { h, g, g_by_heading, chi2 })

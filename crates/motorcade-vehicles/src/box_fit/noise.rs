@@ -49,11 +49,18 @@ pub(super) fn edge_deviation_px(
     }
 }
 
-/// Standard deviation of the road's height at a distance, over the plane of the frame \[m\]: the plane's pitch, and the change of
-/// the road's slope.
-pub(super) fn road_height_sigma_m(ground: &GroundFrame, ahead_m: f64, options: &BoxFitOptions) -> f64 {
+/// Standard deviation of the road's height at a place (ahead, left), over the plane of the frame \[m\]: the plane's pitch, the change of
+/// the road's slope, and cross-fall beside the own lane.
+pub(super) fn road_height_sigma_m(
+    ground: &GroundFrame,
+    ahead_m: f64,
+    left_m: f64,
+    options: &BoxFitOptions,
+) -> f64 {
     let lengths = (ahead_m / options.road_slope_length_m).min(options.road_slope_most_lengths);
     let slope = options.road_slope_sigma_rad * lengths;
     let pitch = ground.pitch_sigma_rad.hypot(slope);
-    options.road_height_sigma_m.hypot(pitch * ahead_m)
+    let beside_m = (left_m.abs() - options.own_lane_half_width_m).max(0.0);
+    let across_m = (options.cross_fall_sigma_rad * beside_m).min(options.cross_fall_most_m);
+    options.road_height_sigma_m.hypot(pitch * ahead_m).hypot(across_m)
 }

@@ -1,5 +1,6 @@
 //! Trajectory of one vehicle from the boxes of its track and its external views.
 
+mod class;
 mod headings;
 mod hypothesis;
 mod input;
@@ -26,6 +27,9 @@ use states::assemble;
 /// Without external headings the vehicle is first assumed to point along the road. When it then appears to move and its boxes
 /// fit badly, a second hypothesis is evaluated with the heading that fits them best: a car across the road, assumed along it,
 /// is placed too near and appears to move. The hypothesis with the clearly smaller χ² is kept.
+///
+/// Where the detector's votes on the class disagree, or the boxes fit a vehicle of that class badly, the other classes are tried
+/// too: a van that is called a car is placed too near by its size.
 pub fn estimate_track(
     camera: &PinholeCamera,
     grounds: &[GroundFrame],
@@ -38,21 +42,56 @@ pub fn estimate_track(
     let times: Vec<f64> = grounds.get(start..=end)?.iter().map(|g| g.time_s).collect();
     let prior = external.size.unwrap_or_else(|| size_prior(track.class));
     let input = TrackInput { camera, grounds, track, external, prior, start, options };
-    let given = external_headings(&input, times.len());
-    let initial = given.clone().unwrap_or_else(|| vec![0.0; times.len()]);
-    let mut best = TrackHypothesis::new(&input, &times, given.as_deref(), initial)?;
-    if given.is_none() && best.p_moving > 0.5 && best.views.inflation > 1.0 {
-        let headings = static_headings(&input, &best.states, options.traffic_side);
-        let preference = options.advanced.hypothesis.preference_chi2;
-        let second = TrackHypothesis::new(&input, &times, None, headings);
-        best = second.filter(|s| s.views.chi2 + preference < best.views.chi2).unwrap_or(best);
+    let best = best_headings(&input, &times)?;
+    let none = ExternalTrack::default();
+    let (mut least, mut other) = (class_cost(&input, &best), None);
+    for class in class::others(&track.votes, track.class).into_iter().filter(|_| doubtful(&input, &best)) {
+        let track = track.as_class(class);
+        let input = TrackInput { track: &track, external: &none, prior: size_prior(class), ..input };
+        let Some(found) = best_headings(&input, &times) else { continue };
+        let cost = class_cost(&input, &found) + options.advanced.hypothesis.class_preference_chi2;
+        if cost < least {
+            (least, other) = (cost, Some(trajectory(&input, &found)));
+        }
     }
-    Some(VehicleTrajectory {
-        id: track.id,
-        class: track.class,
+    Some(other.unwrap_or_else(|| trajectory(&input, &best)))
+}
+
+/// True when the detector's class may be wrong: its votes disagree, or the boxes fit it badly.
+fn doubtful(input: &TrackInput<'_>, best: &TrackHypothesis) -> bool {
+    let hypothesis = &input.options.advanced.hypothesis;
+    let agreed = input.track.votes.shares().map_or(1.0, |shares| shares.into_iter().fold(0.0, f64::max));
+    agreed < hypothesis.agreed_class_share || best.views.inflation > 1.0
+}
+
+/// Twice the negative logarithm of a class's probability, up to a constant.
+fn class_cost(input: &TrackInput<'_>, found: &TrackHypothesis) -> f64 {
+    let prior = class::log_prior(&input.track.votes, input.track.class).unwrap_or(0.0);
+    class::cost(input, found) - 2.0 * prior
+}
+
+/// The estimate with the better of two sets of headings.
+fn best_headings(input: &TrackInput<'_>, times: &[f64]) -> Option<TrackHypothesis> {
+    let options = input.options;
+    let given = external_headings(input, times.len());
+    let initial = given.clone().unwrap_or_else(|| vec![0.0; times.len()]);
+    let best = TrackHypothesis::new(input, times, given.as_deref(), initial)?;
+    if given.is_some() || best.p_moving <= 0.5 || best.views.inflation <= 1.0 {
+        return Some(best);
+    }
+    let headings = static_headings(input, &best.states, options.traffic_side);
+    let preference = options.advanced.hypothesis.preference_chi2;
+    let second = TrackHypothesis::new(input, times, None, headings);
+    Some(second.filter(|s| s.views.chi2 + preference < best.views.chi2).unwrap_or(best))
+}
+
+fn trajectory(input: &TrackInput<'_>, best: &TrackHypothesis) -> VehicleTrajectory {
+    VehicleTrajectory {
+        id: input.track.id,
+        class: input.track.class,
         size: best.views.size.size,
         size_covariance: best.views.size.covariance,
         p_moving: best.p_moving,
-        states: assemble(&input, &best.views, &best.states, &best.headings),
-    })
+        states: assemble(input, &best.views, &best.states, &best.headings),
+    }
 }

@@ -249,7 +249,7 @@ mod tests {
         let (grounds, options) = ([ground; 18], KeypointViewOptions::default());
         let by_frame: Vec<&[VehicleKeypoints]> = detected.iter().map(Vec::as_slice).collect();
         let views = KeypointViews::new(&by_frame, None, &CAMERA, &grounds, &options);
-        let track = Track { id: 1, class: VehicleClass::Car, boxes };
+        let track = Track::new(1, VehicleClass::Car, boxes);
         let external = views.of_track(&track);
 
         let length_m = prior.dimensions(shape).length_m;

@@ -44,7 +44,7 @@ pub fn external_tracks(
             }
         }
         let class = boxes.first().map_or(VehicleClass::Car, |b: &TrackBox| b.observed.class);
-        (Track { id: usize::try_from(id).unwrap_or(0), class, boxes }, ExternalTrack { views, size: None })
+        (Track::new(usize::try_from(id).unwrap_or(0), class, boxes), ExternalTrack { views, size: None })
     };
     by_track.into_iter().map(one).collect()
 }

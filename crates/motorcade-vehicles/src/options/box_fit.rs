@@ -33,6 +33,13 @@ pub struct BoxFitOptions {
     pub road_slope_most_lengths: f64,
     /// Standard deviation of the road's height at the camera \[m\]: texture and crown.
     pub road_height_sigma_m: f64,
+    /// Cross-fall of streets, kerbs and medians beside the own lane, one standard deviation \[rad\]: 2.5 %, the slope that roads are
+    /// drained by.
+    pub cross_fall_sigma_rad: f64,
+    /// Largest standard deviation of the road's height by cross-fall, kerbs and medians \[m\]: two kerbs.
+    pub cross_fall_most_m: f64,
+    /// Half width of the lane under the camera, whose plane is measured \[m\].
+    pub own_lane_half_width_m: f64,
     /// Scale of the Cauchy kernel on whitened edge residuals: a larger value follows boxes that jump.
     pub cauchy_scale: f64,
     /// Gauss–Newton steps at most.
@@ -58,6 +65,9 @@ impl Default for BoxFitOptions {
             road_slope_length_m: 20.0,
             road_slope_most_lengths: 3.0,
             road_height_sigma_m: 0.02,
+            cross_fall_sigma_rad: 0.025,
+            cross_fall_most_m: 0.15,
+            own_lane_half_width_m: 1.8,
             cauchy_scale: 3.0,
             iterations: 12,
             step_share: 0.33,

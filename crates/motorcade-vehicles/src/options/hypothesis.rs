@@ -12,10 +12,15 @@ pub struct HypothesisOptions {
     pub independent_views: f64,
     /// Expected χ² of the edges of one box: with position and size free few degrees of freedom remain.
     pub expected_chi2: f64,
+    /// Share of a detector's votes on the class from which other classes are tried only if the boxes fit badly.
+    pub agreed_class_share: f64,
+    /// χ² by which another class must be more probable than the detector's: errors of the road's plane are common to all
+    /// boxes of a track.
+    pub class_preference_chi2: f64,
 }
 
 impl Default for HypothesisOptions {
     fn default() -> Self {
-        Self { rounds: 3, preference_chi2: 6.0, independent_views: 12.0, expected_chi2: 2.0 }
+        Self { rounds: 3, preference_chi2: 6.0, independent_views: 12.0, expected_chi2: 2.0, agreed_class_share: 0.8, class_preference_chi2: 2.0 }
     }
 }

@@ -43,7 +43,7 @@ impl ActiveTrack {
         let (position, covariance) = localizer.position(ground, &first.observed)?;
         let motion = MotionFilter::new(&position, &covariance, &localizer.motion);
         let in_camera = ground.world_from_camera.inverse().transform_point(&Point3::from(position));
-        let track = Track { id, class: first.observed.class, boxes: vec![first] };
+        let track = Track::new(id, first.observed.class, vec![first]);
         let mut votes = ClassVotes::default();
         votes.add(&first);
         let (last_frame, last_ground, independent_boxes) = (first.frame, *ground, 1.0);
@@ -59,7 +59,8 @@ impl ActiveTrack {
     pub(super) fn recent(&self, first: usize) -> Track {
         let from = self.track.boxes.partition_point(|b| b.frame < first);
         let boxes = self.track.boxes.get(from..).unwrap_or_default().to_vec();
-        let mut track = Track { id: self.track.id, class: self.track.class, boxes };
+        let mut track = Track::new(self.track.id, self.track.class, boxes);
+        track.votes = self.votes;
         track.set_class(self.votes.class());
         track
     }
