@@ -205,7 +205,9 @@ impl Config {
             self.scale.farthest_m > 5.0,
             "scale.farthest_m must be more than 5 (the road nearer is hidden)",
         )?;
-        check(self.online.lag_frames >= 3, "online.lag_frames must be at least 3")?;
+        check(self.online.lag_s > 0.0, "online.lag_s must be more than 0")?;
+        check(self.online.scale_s > 0.0, "online.scale_s must be more than 0")?;
+        check(self.online.interval_s >= 0.0, "online.interval_s must not be negative")?;
         self.graph.validate()?;
         self.vehicles.advanced.keypoints.fit.validate()?;
         check((0.0..=1.0).contains(&self.tracker.least_iou), "tracker.least_iou must lie between 0 and 1")

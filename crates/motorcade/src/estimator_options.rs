@@ -3,24 +3,27 @@
 use serde::{Deserialize, Serialize};
 
 /// Windows of an online run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct OnlineOptions {
     /// True estimates every frame as it comes; false estimates the drive as a whole after the last one.
     pub enabled: bool,
-    /// Frames of camera and vehicles that are estimated together.
-    pub lag_frames: usize,
-    /// Frames over which scale and road are smoothed, at least as many.
-    pub scale_frames: usize,
+    /// Time over which camera and vehicles are estimated together \[s\]: that in which a moving vehicle is distinguished from a
+    /// static one.
+    pub lag_s: f64,
+    /// Time over which scale and road are smoothed \[s\], at least as long: errors of scale last for several seconds.
+    pub scale_s: f64,
+    /// Least time between frames that are estimated in full \[s\]; frames between are predicted from the last such one, the camera by
+    /// odometry, vehicles by their motion. Neighbouring boxes err alike, so that more of them tell little: a second of video
+    /// costs the same at any frame rate.
+    pub interval_s: f64,
     /// Iterations of the graph a frame, at most: it starts where the frame before ended.
     pub iterations: usize,
 }
 
 impl Default for OnlineOptions {
     fn default() -> Self {
-        // At 10 frames/s 2.5 s, the time in which a moving vehicle is distinguished from a static one, and 15 s: errors of scale last for several
-        // seconds.
-        Self { enabled: false, lag_frames: 25, scale_frames: 150, iterations: 8 }
+        Self { enabled: false, lag_s: 2.5, scale_s: 15.0, interval_s: 0.07, iterations: 8 }
     }
 }
 

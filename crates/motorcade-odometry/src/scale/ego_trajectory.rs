@@ -1,6 +1,6 @@
 //! The metric trajectory of the camera and the road under it, from up-to-scale odometry and road measurements.
 
-use motorcade_geometry::{Camera, Pose};
+use motorcade_geometry::{Camera, Pose, lie::se3::adjoint};
 use nalgebra::{Matrix3, Matrix6};
 
 use super::ego_frame::EgoFrame;
@@ -84,6 +84,26 @@ impl EgoTrajectory {
             ego.frames.push(EgoFrame { covariance, ..frame });
         }
         ego
+    }
+
+    /// The frames `rows` alone, in order; the step to each goes from the one before it in `rows`.
+    pub fn of_rows(&self, rows: &[usize]) -> Self {
+        let mut frames: Vec<EgoFrame> = Vec::with_capacity(rows.len());
+        let mut before = None;
+        for &row in rows {
+            let mut frame = self.frames[row].clone();
+            for passed in before.map_or(row, |b: usize| b + 1)..row {
+                // The covariance of a step is that of its end, in the frame of its end.
+                let on = frame.world_from_camera.inverse() * self.frames[passed].world_from_camera;
+                let transport = adjoint(on.isometry());
+                frame.step_covariance +=
+                    transport * self.frames[passed].step_covariance * transport.transpose();
+                frame.step_measured &= self.frames[passed].step_measured;
+            }
+            before = Some(row);
+            frames.push(frame);
+        }
+        Self { frames, height_m: self.height_m, noise: self.noise.clone() }
     }
 
     /// Length of the trajectory \[m\].

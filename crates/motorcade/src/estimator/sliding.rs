@@ -2,9 +2,10 @@
 //!
 //! Scale and road are smoothed over the longer window of [`OnlineOptions`]; boxes, sizes and motion of vehicles are estimated
 //! over the shorter one, which is optimised as one graph; frames that leave it become a prior ([`MultibodyGraph`]). A
-//! frame costs the same from start to end of a drive.
+//! frame costs the same from start to end of a drive. Windows are times: where frames come faster than
+//! [`OnlineOptions::interval_s`], only some are estimated in full ("estimated rows"), those between are predicted from the last.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
 use std::time::Instant;
 
@@ -13,25 +14,33 @@ use motorcade_multibody::{MultibodyGraph, WindowFrames};
 use motorcade_odometry::{EgoFrame, EgoTrajectory, RoadMeasurement, RoadState, Uncertainty};
 use motorcade_vehicles::{GroundFrame, Tracker, VehicleTrajectory};
 
+use super::prediction;
 use super::unit::{Unit, UnitEstimator};
 use super::vehicles::{VehicleInput, estimate_vehicles, ground_frames, times_s};
 use crate::assembly::Estimated;
 use crate::estimate::{Estimate, VehicleEstimate};
 use crate::progress::Progress;
-use crate::record::{FrontEndRecord, FrontEndView};
+use crate::record::{FrameInfo, FrontEndRecord, FrontEndView};
 use crate::result::RunResult;
 use crate::scale_source;
 use crate::settings::Settings;
 use crate::timing::Stopwatch;
 
+/// Slack for times rounded to milliseconds \[s\].
+const ROUNDING_S: f64 = 1e-3;
+/// Frames of a window at least, however slowly they come.
+const LEAST_FRAMES: usize = 3;
+
 /// The estimator over the last seconds.
 pub struct SlidingEstimator {
     tracker: Tracker,
     graph: Option<MultibodyGraph>,
-    /// Pose of the first frame of the next window, by the windows so far.
-    anchor: Pose<World, Camera>,
-    /// Uncertainty of the pose at the first frame of the long window.
-    entry: Uncertainty,
+    /// Rows of the run that were estimated in full.
+    estimated: Vec<usize>,
+    /// Poses of the last window; the next begins at one of them.
+    placed: Placed,
+    /// Uncertainty of the pose at each row of the last long window, and its first row.
+    entries: (usize, VecDeque<Uncertainty>),
     /// The last scale and road measured; stands in when the window holds none, after minutes at a light.
     remembered: Option<Remembered>,
     units: UnitEstimator,
@@ -51,10 +60,21 @@ struct Remembered {
     measurement: RoadMeasurement,
 }
 
-/// The last frames, numbered from 0.
-struct Window {
-    /// Row of the run of its first frame.
+/// Poses of a window before its graph.
+#[derive(Default)]
+struct Placed {
+    /// Place of the first among the estimated rows.
     first: usize,
+    poses: Vec<Pose<World, Camera>>,
+}
+
+/// The estimated rows of the last seconds, numbered from 0.
+struct Window {
+    /// Place of its first frame among the estimated rows.
+    first: usize,
+    /// Row of the run of each frame.
+    rows: Vec<usize>,
+    infos: Vec<FrameInfo>,
     ego: EgoTrajectory,
     grounds: Vec<GroundFrame>,
 }
@@ -65,8 +85,9 @@ impl SlidingEstimator {
         Self {
             tracker: Tracker::new(settings.camera, settings.config.tracker, &settings.config.vehicles),
             graph: None,
-            anchor: Pose::identity(),
-            entry: Uncertainty::default(),
+            estimated: Vec::new(),
+            placed: Placed::default(),
+            entries: (0, VecDeque::new()),
             remembered: None,
             units: UnitEstimator::new(settings.config.scale.unit),
             unit: None,
@@ -89,22 +110,60 @@ impl SlidingEstimator {
 
     /// Takes the newest frame of a view: frames are taken one by one, each with all before it.
     pub fn advance(&mut self, view: &FrontEndView<'_>, settings: &Settings) {
-        let newest = view.frames.len() - 1;
         let mut clock = Instant::now();
         let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64() * 1e3;
+        if let Some(camera) = self.between(view, settings) {
+            self.predict(view, camera, settings);
+            self.stopwatch.add("vehicles", lap());
+            return;
+        }
+        self.estimated.push(view.frames.len() - 1);
         let mut window = self.window(view, settings);
         self.stopwatch.add("scale", lap());
         let mut vehicles = self.vehicles_of(view, &window, settings);
         self.estimate_unit(view, &window, &vehicles, settings);
         self.stopwatch.add("vehicles", lap());
         if settings.config.graph.enabled {
-            self.solve(view, &mut window, &mut vehicles, settings);
+            self.solve(&mut window, &mut vehicles, settings);
         }
         self.stopwatch.add("graph", lap());
         self.ego.extend(window.ego.frames.pop());
         for vehicle in vehicles {
-            self.keep(vehicle, window.first, newest);
+            self.keep(vehicle, &window.rows);
         }
+    }
+
+    /// The predicted camera of a newest frame that need not be estimated in full: the last one that was is recent, and
+    /// odometry leads on from there.
+    fn between(&self, view: &FrontEndView<'_>, settings: &Settings) -> Option<EgoFrame> {
+        let (base, newest) = (*self.estimated.last()?, view.frames.len() - 1);
+        let elapsed_s = seconds(view, base, newest);
+        let external = &settings.external;
+        let own = external.trajectory.is_none() && external.vehicles.is_none();
+        if !own || elapsed_s > settings.config.online.interval_s - ROUNDING_S {
+            return None;
+        }
+        prediction::camera(view, base, self.ego.get(base)?)
+    }
+
+    /// Takes a frame between two estimated ones: boxes are linked to tracks; vehicles that are seen go on as they moved.
+    fn predict(&mut self, view: &FrontEndView<'_>, camera: EgoFrame, settings: &Settings) {
+        let newest = view.frames.len() - 1;
+        let start_ns = view.frames[0].timestamp_ns;
+        let ego = EgoTrajectory { frames: vec![camera], height_m: settings.height_m, noise: Vec::new() };
+        let grounds = ground_frames(&ego, &view.frames[newest..], start_ns);
+        let _ended = self.tracker.advance(newest, &grounds[0], &view.detections[newest], |_| None);
+        for track in self.tracker.present(newest) {
+            let (Some(vehicle), Some(seen)) = (self.vehicles.get_mut(&track.id), track.boxes.last()) else {
+                continue;
+            };
+            let recent = vehicle.states.last().filter(|s| s.frame + 1 == newest);
+            let Some(state) = recent else { continue };
+            let elapsed_s = seconds(view, state.frame, newest);
+            let next = prediction::vehicle(state, newest, elapsed_s, (seen.observed.bbox, seen.score));
+            vehicle.states.push(next);
+        }
+        self.ego.extend(ego.frames);
     }
 
     /// The estimate of the newest frame taken; `None` before the first.
@@ -148,19 +207,24 @@ impl SlidingEstimator {
     /// Metres and road of the last frames, in the world of the graph.
     fn window(&mut self, view: &FrontEndView<'_>, settings: &Settings) -> Window {
         let (frames, options) = (view.frames.len(), &settings.config.online);
-        let lag = options.lag_frames.min(frames);
-        let longest = options.scale_frames.max(lag);
-        let long = longest.min(frames);
-        let first = frames - long;
+        let newest = frames - 1;
+        let older = |row: usize, age_s: f64| seconds(view, row, newest) > age_s - ROUNDING_S;
+        let recent = self.estimated.partition_point(|row| older(*row, options.lag_s));
+        let from = recent.min(self.estimated.len().saturating_sub(LEAST_FRAMES));
+        let rows: Vec<usize> = self.estimated[from..].to_vec();
+        let times = &view.frames[..rows[0]];
+        let newest_ns = view.frames[newest].timestamp_ns;
+        let age_s = |f: &FrameInfo| (newest_ns - f.timestamp_ns) as f64 * 1e-9;
+        let first = times.partition_point(|f| age_s(f) > options.scale_s - ROUNDING_S);
         let motion = view.motion.window(first..frames);
         // In order of frames: those that lie in the window are the last.
-        let from = view.road_measurements.partition_point(|m| m.frame < first);
-        let mut measured: Vec<RoadMeasurement> = view.road_measurements[from..]
+        let since = view.road_measurements.partition_point(|m| m.frame < first);
+        let mut measured: Vec<RoadMeasurement> = view.road_measurements[since..]
             .iter()
             .filter(|m| m.reference >= first)
             .map(|m| RoadMeasurement { frame: m.frame - first, reference: m.reference - first, ..*m })
             .collect();
-        let segment = view.motion.frames[frames - 1].segment;
+        let segment = view.motion.frames[newest].segment;
         if measured.is_empty() {
             measured.extend(self.remembered.filter(|r| r.segment == segment).map(|r| r.measurement));
         }
@@ -171,16 +235,14 @@ impl SlidingEstimator {
             }
         };
         self.remember(segment, ego.frames.last(), settings.height_m);
-        self.carry_uncertainty(&mut ego, first, long == longest);
-        ego.frames.drain(..long - lag);
-        let first = frames - lag;
-        self.place(&mut ego, first);
-        if let Some(second) = ego.frames.get(1).filter(|_| lag == options.lag_frames) {
-            self.anchor = second.world_from_camera;
-        }
+        self.carry_uncertainty(&mut ego, first);
+        let in_window: Vec<usize> = rows.iter().map(|row| row - first).collect();
+        let mut ego = ego.of_rows(&in_window);
+        self.place(&mut ego, from);
         let start_ns = view.frames[0].timestamp_ns;
-        let grounds = ground_frames(&ego, &view.frames[first..], start_ns);
-        Window { first, ego, grounds }
+        let infos: Vec<FrameInfo> = rows.iter().map(|row| view.frames[*row].clone()).collect();
+        let grounds = ground_frames(&ego, &infos, start_ns);
+        Window { first: from, rows, infos, ego, grounds }
     }
 
     /// Metric trajectory of an external one whose unit vehicles gave, where no road was seen.
@@ -199,11 +261,15 @@ impl SlidingEstimator {
     }
 
     /// Puts into each frame what is known of its pose in the world: what was known where the window begins, row `first`, and
-    /// the window's own steps. With `leaves` that frame is not in the next window.
-    fn carry_uncertainty(&mut self, ego: &mut EgoTrajectory, first: usize, leaves: bool) {
-        let mut uncertainty = self.entry.clone();
+    /// the window's own steps.
+    fn carry_uncertainty(&mut self, ego: &mut EgoTrajectory, first: usize) {
+        let (earlier, known) = &self.entries;
+        let entry = first.checked_sub(*earlier).and_then(|k| known.get(k)).cloned();
+        let begun = entry.is_some() && first > 0;
+        let mut uncertainty = entry.filter(|_| first > 0).unwrap_or_default();
+        let mut entries = VecDeque::with_capacity(ego.frames.len());
         for k in 0..ego.frames.len() {
-            let covariance = if k == 0 && first > 0 {
+            let covariance = if k == 0 && begun {
                 uncertainty.covariance()
             } else {
                 let before = ego.frames[k.saturating_sub(1)].world_from_camera;
@@ -211,10 +277,9 @@ impl SlidingEstimator {
                 uncertainty.advance(&ego.frames[k], &step)
             };
             ego.frames[k].covariance = covariance;
-            if leaves && k == 1 {
-                self.entry = uncertainty.clone();
-            }
+            entries.push_back(uncertainty.clone());
         }
+        self.entries = (first, entries);
     }
 
     fn remember(&mut self, segment: usize, newest: Option<&EgoFrame>, height_m: f64) {
@@ -251,16 +316,18 @@ impl SlidingEstimator {
         self.remembered = Some(Remembered { segment, measurement });
     }
 
-    /// Moves a window to where its first frame is in the world.
-    fn place(&self, ego: &mut EgoTrajectory, first: usize) {
+    /// Moves a window to where its first frame, `first` among the estimated rows, is in the world.
+    fn place(&mut self, ego: &mut EgoTrajectory, first: usize) {
         let Some(begin) = ego.frames.first().map(|f| f.world_from_camera) else { return };
         let free = self.graph.as_ref().filter(|graph| !graph.cameras_are_held());
-        let known = free.and_then(|graph| graph.camera(first)).unwrap_or(self.anchor);
+        let placed = first.checked_sub(self.placed.first).and_then(|k| self.placed.poses.get(k)).copied();
+        let known = free.and_then(|graph| graph.camera(first)).or(placed).unwrap_or_default();
         let world_from_window: Pose<World, World> = (known * begin.inverse()).cast();
         for frame in &mut ego.frames {
             let placed: Pose<World, Camera> = world_from_window * frame.world_from_camera;
             frame.world_from_camera = placed;
         }
+        self.placed = Placed { first, poses: ego.frames.iter().map(|f| f.world_from_camera).collect() };
     }
 
     /// Vehicles of the window; frames count from its first.
@@ -270,22 +337,24 @@ impl SlidingEstimator {
         window: &Window,
         settings: &Settings,
     ) -> Vec<VehicleTrajectory> {
-        let (newest, first, grounds) = (view.frames.len() - 1, window.first, &window.grounds);
-        let Some(ground) = grounds.last() else { return Vec::new() };
+        let Window { rows, infos, grounds, .. } = window;
+        let (Some(ground), Some(&newest)) = (grounds.last(), rows.last()) else { return Vec::new() };
         let tracker = &mut self.tracker;
+        let in_window = |row: usize| rows.binary_search(&row).ok();
         let track = || {
-            let ground_of = |row: usize| grounds.get(row.checked_sub(first)?).copied();
+            let ground_of = |row: usize| grounds.get(in_window(row)?).copied();
             tracker.advance(newest, ground, &view.detections[newest], ground_of);
-            let mut tracks = tracker.present(first);
-            tracks.iter_mut().flat_map(|t| &mut t.boxes).for_each(|b| b.frame -= first);
+            let mut tracks = tracker.present(rows[0]);
+            for track in &mut tracks {
+                track.boxes.retain_mut(|b| in_window(b.frame).map(|k| b.frame = k).is_some());
+            }
+            tracks.retain(|track| !track.boxes.is_empty());
             tracks
         };
-        let input = VehicleInput {
-            frames: &view.frames[first..],
-            detections: &view.detections[first..],
-            keypoints: &view.keypoints[first..],
-            grounds,
-        };
+        let detections: Vec<_> = rows.iter().map(|row| view.detections[*row].clone()).collect();
+        let keypoints: Vec<_> = rows.iter().map(|row| view.keypoints[*row].clone()).collect();
+        let input =
+            VehicleInput { frames: infos, detections: &detections, keypoints: &keypoints, grounds };
         estimate_vehicles(&input, settings, track)
     }
 
@@ -299,6 +368,7 @@ impl SlidingEstimator {
     ) {
         let Some(trajectory) = settings.external.trajectory.as_ref().filter(|t| !t.metric) else { return };
         if view.road_measurements.is_empty() {
+            // Beside an external trajectory every row is estimated.
             let poses = trajectory.world_from_camera.get(window.first..view.frames.len());
             self.units.update(vehicles, poses.unwrap_or_default());
             self.unit = self.units.unit();
@@ -308,12 +378,11 @@ impl SlidingEstimator {
     /// Optimises the window. A graph that cannot be solved is begun anew from where the camera stands.
     fn solve(
         &mut self,
-        view: &FrontEndView<'_>,
         window: &mut Window,
         vehicles: &mut [VehicleTrajectory],
         settings: &Settings,
     ) {
-        let times_s = times_s(&view.frames[window.first..]);
+        let times_s = times_s(&window.infos);
         let frames = WindowFrames { first: window.first, times_s: &times_s };
         let (options, iterations) = (&settings.config.graph, settings.config.online.iterations);
         let graph = self.graph.take().map_or_else(|| MultibodyGraph::sliding(options, iterations), Ok);
@@ -330,12 +399,13 @@ impl SlidingEstimator {
         }
     }
 
-    /// Adds the newest state of a vehicle to its trajectory, when it was seen in the newest frame.
-    fn keep(&mut self, window: VehicleTrajectory, first: usize, newest: usize) {
+    /// Adds the newest state of a vehicle to its trajectory, when it was seen in the newest of the window's `rows`.
+    fn keep(&mut self, window: VehicleTrajectory, rows: &[usize]) {
         let VehicleTrajectory { id, class, size, size_covariance, p_moving, states } = window;
-        let Some(mut state) = states.into_iter().next_back().filter(|s| s.frame + first == newest) else {
+        let (Some(mut state), Some(&newest)) = (states.into_iter().next_back(), rows.last()) else { return };
+        if state.frame + 1 != rows.len() {
             return;
-        };
+        }
         state.frame = newest;
         let empty = || VehicleTrajectory { id, class, size, size_covariance, p_moving, states: Vec::new() };
         let kept = self.vehicles.entry(id).or_insert_with(empty);
@@ -343,4 +413,9 @@ impl SlidingEstimator {
             (class, size, size_covariance, p_moving);
         kept.states.push(state);
     }
+}
+
+/// Time from one row to a later one \[s\].
+fn seconds(view: &FrontEndView<'_>, from: usize, to: usize) -> f64 {
+    (view.frames[to].timestamp_ns - view.frames[from].timestamp_ns) as f64 * 1e-9
 }
