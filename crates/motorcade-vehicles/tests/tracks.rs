@@ -295,3 +295,30 @@ fn reversed_external_headings_are_turned() {
         assert_eq!(state.source, Source::External);
     }
 }
+
+/// A van, 2.1 m high, that the detector calls a car, oncoming: its size alone would place it a quarter too near, its lower edge
+/// says where it stands.
+#[test]
+fn a_van_called_a_car_stands_where_it_is() {
+    let (frames, class) = (20, VehicleClass::Van);
+    let grounds = grounds(frames, CAMERA_HEIGHT_M);
+    let size = size_prior(class).mean;
+    let ahead_m = |k: usize| 45.0 - 1.7 * k as f64;
+    let one = |k: usize| {
+        let ground = &grounds[0];
+        let pose = upright_pose(&ground.point(ahead_m(k), 1.0, 0.0), &-ground.ahead(), &ground.up);
+        detected(image_box(&CAMERA, &pose, class, BoxConvention::VisibleExtent, &size).unwrap())
+    };
+    let detections: Vec<Vec<Detection>> = (0..frames).map(|k| vec![one(k)]).collect();
+    let tracks = linked(&grounds, &detections);
+    assert_eq!(tracks.len(), 1);
+    assert_eq!(tracks[0].class, VehicleClass::Car);
+    let none = ExternalTrack::default();
+    let found = estimate_track(&CAMERA, &grounds, &tracks[0], &none, &VehicleOptions::default()).unwrap();
+    assert_eq!(found.class, class);
+    for state in &found.states {
+        let in_camera = grounds[state.frame].world_from_camera.inverse() * state.world_from_vehicle;
+        let error = in_camera.translation().z / ahead_m(state.frame) - 1.0;
+        assert!(error.abs() < 0.06, "frame {}: {error}", state.frame);
+    }
+}
