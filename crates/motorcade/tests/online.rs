@@ -9,6 +9,7 @@ use std::time::Instant;
 use common::{HEIGHT_M, drive, gap_m, pose, settings};
 use motorcade::{Config, FrontEndRecord, NoProgress, RunResult, SlidingEstimator, estimate_drive};
 use motorcade_geometry::robust::quantile;
+use motorcade_vehicles::Source;
 
 /// Takes the frames one by one; returns the line of each, the milliseconds each took, and the result.
 fn online(record: FrontEndRecord, config: &Config) -> (Vec<String>, Vec<f64>, RunResult) {
@@ -70,6 +71,25 @@ fn the_whole_drive_at_once_is_not_worse() {
             assert!(state.covariance.symmetric_eigenvalues().min() > 0.0);
         }
     }
+}
+
+/// With every third frame estimated in full, as at 30 frames/s, the frames between are told at once and nearly as well.
+#[test]
+fn frames_between_estimated_ones_are_predicted() {
+    let mut config = Config::default();
+    let (.., full) = online(drive(150), &config);
+    config.online.interval_s = 0.25;
+    let (lines, _, sparse) = online(drive(150), &config);
+    assert_eq!((lines.len(), sparse.ego.frames.len()), (150, 150));
+    let (every, third) = (errors(&full, 10), errors(&sparse, 10));
+    println!("camera and car ahead [m]: every frame {every:?}, every third {third:?}");
+    assert!(third.0 < 1.3 * every.0 + 0.05 && third.1 < 1.3 * every.1 + 0.05, "{every:?}, {third:?}");
+    let states: Vec<_> = sparse.vehicles.iter().flat_map(|v| &v.states).collect();
+    let predicted = states.iter().filter(|s| s.source == Source::Predicted).count();
+    assert!((0.5..0.8).contains(&(predicted as f64 / states.len() as f64)), "{predicted} of {}", states.len());
+    assert!(states.iter().all(|s| s.covariance.symmetric_eigenvalues().min() > 0.0));
+    let last: serde_json::Value = serde_json::from_str(&lines[148]).unwrap();
+    assert!(!last["vehicles"].as_array().unwrap().is_empty(), "{last}");
 }
 
 #[test]
