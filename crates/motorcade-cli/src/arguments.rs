@@ -182,9 +182,10 @@ pub struct RunArguments {
     /// Directory of the results, new or empty; made whole or not at all.
     #[arg(long)]
     pub out: PathBuf,
-    /// Height of the camera above the road in metres; KITTI input knows its own (1.65).
-    #[arg(long)]
-    pub height: Option<f64>,
+    /// Height of the camera above the road in metres, or `auto`: by the sizes of the cars that are seen. KITTI input knows its own
+    /// (1.65).
+    #[arg(long, value_name = "METRES|auto")]
+    pub height: Option<CameraHeight>,
     /// Folder of ONNX networks, or `none`; the networks inside the program by default.
     #[arg(long, env = "MOTORCADE_MODELS")]
     pub models: Option<PathBuf>,
@@ -304,4 +305,23 @@ fn parse_frames(text: &str) -> Result<usize, String> {
 fn parse_threads(text: &str) -> Result<usize, String> {
     let most = 1024;
     text.parse().ok().filter(|n| *n <= most).ok_or_else(|| format!("a number from 0 to {most}"))
+}
+
+/// Height of the camera above the road.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CameraHeight {
+    /// Stated \[m\].
+    Metres(f64),
+    /// To be estimated.
+    Auto,
+}
+
+impl std::str::FromStr for CameraHeight {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "auto" {
+            return Ok(Self::Auto);
+        }
+        text.parse().map(Self::Metres).map_err(|_| format!("`{text}` is neither a number of metres nor `auto`"))
+    }
 }

@@ -11,7 +11,7 @@ use motorcade_perception::{
     ModelOptions, ModelSource, Observations, Perception, PerceptionOptions, Recording,
 };
 
-use crate::arguments::RunArguments;
+use crate::arguments::{CameraHeight, RunArguments};
 use crate::frameless::{self, Files};
 use crate::progress::Reporter;
 use crate::{external, models, probe, threads::threads};
@@ -25,8 +25,8 @@ enum Source {
 /// A drive, recognised; nothing large is loaded yet.
 pub struct Drive {
     source: Source,
-    /// Height of the camera \[m\].
-    pub height_m: f64,
+    /// Height of the camera \[m\]; `None` where it is to be estimated.
+    pub height_m: Option<f64>,
 }
 
 /// Detectors of a run, or their recorded output for several runs.
@@ -49,11 +49,24 @@ impl Drive {
     /// Recognises the drive of a run.
     pub fn open(arguments: &RunArguments) -> anyhow::Result<Self> {
         if let Some(files) = frameless::open(arguments)? {
-            let height_m = arguments.height.unwrap_or(KITTI_HEIGHT_M);
+            let height_m = match arguments.height {
+                None => Some(KITTI_HEIGHT_M),
+                Some(CameraHeight::Metres(height_m)) => Some(height_m),
+                Some(CameraHeight::Auto) => anyhow::bail!(motorcade_dataset::Error::Usage(
+                    "--height auto needs frames: without them the road is not seen; give the height in metres".into()
+                )),
+            };
             return Ok(Self { source: Source::Files(Box::new(files)), height_m });
         }
         let sequence = Sequence::open(&arguments.input.input, &arguments.input.options())?;
-        let height_m = sequence.height_m(arguments.height)?;
+        let height_m = match arguments.height {
+            Some(CameraHeight::Auto) if arguments.online => anyhow::bail!(motorcade_dataset::Error::Usage(
+                "--height auto is known at the end of a drive only; with --online give the height in metres".into()
+            )),
+            Some(CameraHeight::Auto) => None,
+            Some(CameraHeight::Metres(height_m)) => Some(sequence.height_m(Some(height_m))?),
+            None => Some(sequence.height_m(None)?),
+        };
         Ok(Self { source: Source::Frames(Box::new(sequence)), height_m })
     }
 
@@ -110,7 +123,12 @@ impl LoadedDrive {
             Detectors::Live(perception) => std::mem::take(perception),
             Detectors::Recorded(recording) => recording.replay(),
         };
-        let builder = Motorcade::builder(self.camera()?).height_m(self.drive.height_m).config(*config);
+        let builder = Motorcade::builder(self.camera()?);
+        let builder = match self.drive.height_m {
+            Some(height_m) => builder.height_m(height_m),
+            None => builder.height_by_vehicles(),
+        };
+        let builder = builder.config(*config);
         let builder = builder.external(self.external.clone()).perception(perception).threads(self.threads);
         Ok(builder.build()?)
     }

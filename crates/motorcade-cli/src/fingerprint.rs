@@ -36,11 +36,11 @@ impl Fnv {
 }
 
 /// The fingerprint of a run: program, input, configuration, height, perception. Threads and progress do not matter.
-pub fn fingerprint(arguments: &RunArguments, input_hash: &str, height_m: f64, config: &Config) -> String {
+pub fn fingerprint(arguments: &RunArguments, input_hash: &str, height_m: Option<f64>, config: &Config) -> String {
     let mut hash = Fnv(0xcbf2_9ce4_8422_2325);
     hash.add(env!("CARGO_PKG_VERSION").as_bytes());
     hash.add(input_hash.as_bytes());
-    hash.add(&height_m.to_le_bytes());
+    hash.add(&height_m.unwrap_or(f64::NAN).to_le_bytes());
     hash.add(serde_json::to_string(config).unwrap_or_default().as_bytes());
     hash.add(format!("{:?}", arguments.trajectory_scale).as_bytes());
     // Engines differ by rounding, which is enough to make another run.

@@ -121,7 +121,7 @@ impl Sequence {
             }
             None if self.format().is_kitti() => Ok(KITTI_HEIGHT_M),
             None => Err(Error::Usage(
-                "the height of the camera above the road is not known; give it with --height METRES, it sets the scale".into(),
+                "the height of the camera above the road is not known; give it with --height METRES, it sets the scale, or --height auto".into(),
             )),
         }
     }

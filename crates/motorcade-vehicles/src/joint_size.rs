@@ -1,16 +1,61 @@
 //! The size that all frames of a track agree on.
 
+use motorcade_perception::VehicleClass;
 use motorcade_shape::{Dimensions, SizePrior};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::box_fit::SingleView;
 use crate::options::SizeOptions;
+use crate::size_prior::size_prior;
 
 /// A size and its covariance (3×3) \[m²\].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct JointSize {
     pub(crate) size: Dimensions,
     pub(crate) covariance: Matrix3<f64>,
+}
+
+/// Size of a vehicle by the road alone: its edges and the place where it touches the road, without any prior of its size.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SizeByRoad {
+    /// Class that the detector calls it.
+    pub class: VehicleClass,
+    /// Boxes it was seen in.
+    pub views: usize,
+    /// Logarithm of the factor on the mean size of that class.
+    pub log_factor: f64,
+    /// Variance of it: of the boxes and of the road's plane, not of the class.
+    pub variance: f64,
+}
+
+impl SizeByRoad {
+    /// The factor on the mean size of `class` that explains the views best. All views together have the weight of `independent_views`. `None` when
+    /// they tell nothing.
+    pub(crate) fn from_views(
+        views: &[(usize, SingleView)],
+        class: VehicleClass,
+        independent_views: f64,
+    ) -> Option<Self> {
+        let weight = independent_views / views.len().max(1) as f64;
+        let d = size_prior(class).mean.to_vector();
+        let (mut information, mut gradient) = (0.0, 0.0);
+        for (reduced, rhs) in views.iter().filter_map(|(_, view)| reduced(view)) {
+            information += d.dot(&(reduced * d)) * weight;
+            gradient += d.dot(&(rhs - reduced * d)) * weight;
+        }
+        let log_factor = (1.0 + gradient / information).ln();
+        (information > 0.0 && log_factor.is_finite())
+            .then(|| Self { class, views: views.len(), log_factor, variance: 1.0 / information })
+    }
+}
+
+/// Normal equations of the size (3×3, 3) from one view, its position eliminated by the Schur complement.
+fn reduced(view: &SingleView) -> Option<(Matrix3<f64>, Vector3<f64>)> {
+    let block = |r: usize, c: usize| view.information.fixed_view::<3, 3>(r, c).into_owned();
+    let eliminate = block(3, 0) * block(0, 0).try_inverse()?;
+    let reduced = block(3, 3) - eliminate * block(0, 3);
+    let g = view.gradient.fixed_rows::<3>(3) - eliminate * view.gradient.fixed_rows::<3>(0);
+    Some((reduced, reduced * view.state.fixed_rows::<3>(3) - g))
 }
 
 impl JointSize {
@@ -26,14 +71,9 @@ impl JointSize {
         let sigma = prior.sigma.to_vector();
         let mut h = Matrix3::from_diagonal(&sigma.map(|s| 1.0 / (s * s)));
         let mut rhs = h * prior.mean.to_vector();
-        for (_, view) in views {
-            let block = |r: usize, c: usize| view.information.fixed_view::<3, 3>(r, c).into_owned();
-            let Some(inverse) = block(0, 0).try_inverse() else { continue };
-            let eliminate = block(3, 0) * inverse;
-            let reduced = block(3, 3) - eliminate * block(0, 3);
-            let g = view.gradient.fixed_rows::<3>(3) - eliminate * view.gradient.fixed_rows::<3>(0);
+        for (reduced, of_view) in views.iter().filter_map(|(_, view)| reduced(view)) {
             h += reduced * weight;
-            rhs += (reduced * view.state.fixed_rows::<3>(3) - g) * weight;
+            rhs += of_view * weight;
         }
         let covariance = h.try_inverse()?;
         let limit = options.limit_sigmas;

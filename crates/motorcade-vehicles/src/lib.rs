@@ -54,4 +54,5 @@ pub use outline::{image_box, upright_pose};
 pub use size_prior::size_prior;
 pub use track::{Track, TrackBox};
 pub use tracker::{AdvancedTrackerOptions, Tracker, TrackerOptions, track_vehicles};
+pub use joint_size::SizeByRoad;
 pub use trajectory::{PoseObservation, Scaling, Source, VehicleMeasurement, VehicleState, VehicleTrajectory};

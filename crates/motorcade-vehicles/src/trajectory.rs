@@ -1,6 +1,6 @@
 //! Trajectory of one vehicle: states, single-frame measurements and size.
 
-use crate::joint_size::scale_variance;
+use crate::joint_size::{SizeByRoad, scale_variance};
 use motorcade_geometry::{Camera, Pose, Vehicle, World};
 use motorcade_perception::{BoundingBox, VehicleClass};
 use motorcade_shape::Dimensions;
@@ -95,6 +95,8 @@ pub struct VehicleTrajectory {
     pub size: Dimensions,
     /// Covariance of the size (3×3) \[m²\].
     pub size_covariance: Matrix3<f64>,
+    /// Its size by the road alone; `None` where the road does not tell it.
+    pub size_by_road: Option<SizeByRoad>,
     /// Probability that it moves during the track.
     pub p_moving: f64,
     /// States, one per frame from the first measurement to the last.

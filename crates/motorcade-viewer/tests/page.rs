@@ -87,6 +87,7 @@ fn a_vehicle_is_seen_whatever_tells_of_it() {
         class: VehicleClass::Car,
         size: Dimensions { length_m: 4.2, width_m: 1.7, height_m: 1.5 },
         size_covariance: Matrix3::identity(),
+        size_by_road: None,
         p_moving: 0.9,
         states: sources.map(state).to_vec(),
     };

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use crate::error::{Error, Result};
-use crate::estimator_options::{OnlineOptions, UnitOptions};
+use crate::estimator_options::{OnlineOptions, UnitOptions, VehicleHeightOptions};
 
 /// Ready-made configurations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -80,6 +80,8 @@ pub struct ScaleOptions {
     pub matching: AdvancedClosedFormOptions,
     /// Unit of an external trajectory, from static vehicles; rarely needs a change.
     pub unit: UnitOptions,
+    /// Height of the camera by vehicles.
+    pub height: VehicleHeightOptions,
     /// Settings that rarely need a change.
     pub advanced: MetricOptions,
 }
@@ -93,6 +95,7 @@ impl Default for ScaleOptions {
             smoothed: true,
             matching: AdvancedClosedFormOptions::default(),
             unit: UnitOptions::default(),
+            height: VehicleHeightOptions::default(),
             advanced: MetricOptions::default(),
         }
     }

@@ -50,7 +50,7 @@ pub use config::{Config, Preset, RunOptions, ScaleOptions, VehicleMask};
 pub use error::{Error, Result};
 pub use estimate::{Estimate, VehicleEstimate};
 pub use estimator::{SlidingEstimator, estimate_drive};
-pub use estimator_options::{OnlineOptions, UnitOptions};
+pub use estimator_options::{OnlineOptions, UnitOptions, VehicleHeightOptions};
 pub use external::External;
 pub use motion_source::ExternalTrajectory;
 pub use motorcade::{Motorcade, MotorcadeBuilder};

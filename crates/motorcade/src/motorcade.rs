@@ -12,7 +12,7 @@ use motorcade_perception::{
 use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::estimate::Estimate;
-use crate::estimator::{SlidingEstimator, estimate_drive};
+use crate::estimator::{SlidingEstimator, camera_height, estimate_drive};
 use crate::external::External;
 use crate::fixed_parts::FixedParts;
 use crate::front_end::FrontEnd;
@@ -58,7 +58,15 @@ impl Motorcade {
     /// A builder for a camera.
     pub fn builder(camera: PinholeCamera) -> MotorcadeBuilder {
         let (config, external, perception) = (Config::default(), External::default(), Perception::none());
-        MotorcadeBuilder { camera, height_m: None, config, external, perception, threads: 1 }
+        MotorcadeBuilder {
+            camera,
+            height_m: None,
+            height_unknown: false,
+            config,
+            external,
+            perception,
+            threads: 1,
+        }
     }
 
     /// Settings of the drive.
@@ -257,6 +265,7 @@ impl Motorcade {
 pub struct MotorcadeBuilder {
     camera: PinholeCamera,
     height_m: Option<f64>,
+    height_unknown: bool,
     config: Config,
     external: External,
     perception: Perception,
@@ -268,6 +277,15 @@ impl MotorcadeBuilder {
     #[must_use]
     pub fn height_m(mut self, height_m: f64) -> Self {
         self.height_m = Some(height_m);
+        self.height_unknown = false;
+        self
+    }
+    /// The height is not known: [`finish`](Motorcade::finish) estimates it from the sizes of cars, with a standard deviation that enters
+    /// all covariances. Until then, and online, lengths assume 1.5 m.
+    #[must_use]
+    pub fn height_by_vehicles(mut self) -> Self {
+        self.height_m = Some(camera_height::GUESS_M);
+        self.height_unknown = true;
         self
     }
     /// Configuration in place of the default one.
@@ -318,13 +336,13 @@ impl MotorcadeBuilder {
     /// # Errors
     /// No height, or one that no camera has; intrinsics that are none; a configuration out of range.
     pub fn build(self) -> Result<Motorcade> {
-        let Self { camera, height_m, config, external, perception, threads } = self;
+        let Self { camera, height_m, height_unknown, config, external, perception, threads } = self;
         let height_m = height_m.filter(|h| HEIGHT_RANGE_M.contains(h)).ok_or_else(|| {
             Error::Config("the height of the camera above the road must lie in [0.01, 1000] m".to_owned())
         })?;
         camera.validate().map_err(|e| Error::Config(e.to_string()))?;
         config.validate().map_err(Error::Config)?;
-        let settings = Settings { camera, height_m, config, external, threads };
+        let settings = Settings { camera, height_m, height_unknown, config, external, threads };
         let mut front_end = FrontEnd::new(&settings);
         front_end.record_mut().detects_vehicles |= perception.detects_vehicles();
         front_end.record_mut().warnings.extend(plausibility::of_camera(&settings.camera, settings.height_m));

@@ -12,6 +12,8 @@ pub struct Settings {
     pub camera: PinholeCamera,
     /// Height of the camera above the road \[m\].
     pub height_m: f64,
+    /// True where that height is a guess, to be replaced by what vehicles tell at the end of the drive.
+    pub height_unknown: bool,
     /// Configuration.
     pub config: Config,
     /// Inputs from files in place of stages.
@@ -23,7 +25,8 @@ pub struct Settings {
 impl Settings {
     /// Default configuration, no external inputs, one thread.
     pub fn new(camera: PinholeCamera, height_m: f64) -> Self {
-        Self { camera, height_m, config: Config::default(), external: External::default(), threads: 1 }
+        let (config, external) = (Config::default(), External::default());
+        Self { camera, height_m, height_unknown: false, config, external, threads: 1 }
     }
 
     /// True when the camera's motion comes in metres.

@@ -39,6 +39,7 @@ fn ego() -> EgoTrajectory {
 fn vehicle(
     start: impl Fn(usize) -> Pose<World, Vehicle>,
     observations: impl Fn(usize) -> Vec<PoseObservation>,
+    size_by_road: None,
     p_moving: f64,
 ) -> VehicleTrajectory {
     let state = |frame: usize| VehicleState {

@@ -91,6 +91,7 @@ fn trajectory(input: &TrackInput<'_>, best: &TrackHypothesis) -> VehicleTrajecto
         class: input.track.class,
         size: best.views.size.size,
         size_covariance: best.views.size.covariance,
+        size_by_road: best.views.size_by_road,
         p_moving: best.p_moving,
         states: assemble(input, &best.views, &best.states, &best.headings),
     }

@@ -7,7 +7,7 @@ use super::input::TrackInput;
 use crate::box_fit::SingleView;
 use crate::external::ExternalView;
 use crate::ground::GroundFrame;
-use crate::joint_size::JointSize;
+use crate::joint_size::{JointSize, SizeByRoad};
 use crate::motion::PositionMeasurement;
 use crate::track::TrackBox;
 
@@ -25,6 +25,7 @@ pub(super) struct Views {
     /// In order of frames.
     pub(super) views: Vec<View>,
     pub(super) size: JointSize,
+    pub(super) size_by_road: Option<SizeByRoad>,
     /// χ² of the boxes and the size.
     pub(super) chi2: f64,
     /// Square root of the reduced χ², at least 1: factor on the standard deviations.
@@ -42,10 +43,11 @@ impl Views {
         let first = fit_all(&input.prior);
         let independent = input.independent_views(first.len(), span(&first), sizes.independent_views);
         let size = JointSize::from_views(&first, &input.prior, independent, sizes)?;
+        let size_by_road = SizeByRoad::from_views(&first, input.track.votes.class(), independent);
         let boxes = fit_all(&size.as_prior(sizes));
         let (chi2, inflation) = goodness_of_fit(input, &boxes, &size);
         let views = fuse(&boxes, &input.external.views);
-        (!views.is_empty()).then_some(Self { views, size, chi2, inflation })
+        (!views.is_empty()).then_some(Self { views, size, size_by_road, chi2, inflation })
     }
 
     /// The view of a frame.

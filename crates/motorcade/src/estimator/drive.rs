@@ -5,6 +5,7 @@ use motorcade_multibody::{MultibodyGraph, WindowFrames};
 use motorcade_odometry::EgoTrajectory;
 use motorcade_vehicles::{VehicleTrajectory, track_vehicles};
 
+use super::camera_height::HeightByVehicles;
 use super::unit::{self, Unit};
 use super::vehicles::{VehicleInput, estimate_vehicles, ground_frames, times_s};
 use crate::assembly::Estimated;
@@ -14,12 +15,17 @@ use crate::result::RunResult;
 use crate::scale_source;
 use crate::settings::Settings;
 
+/// Estimates of an unknown height, each from the one before.
+const HEIGHT_ROUNDS: usize = 4;
+
 /// Estimates a drive from all the front end knows of it: metres, vehicles, the multi-object graph.
 ///
 /// # Panics
 /// Never: numerical failures leave the estimates of the stage before and are reported as warnings.
 pub fn estimate_drive(mut record: FrontEndRecord, settings: &Settings, progress: &dyn Progress) -> RunResult {
     let mut stopwatch = std::mem::take(&mut record.stopwatch);
+    let (known, by_vehicles) = stopwatch.time("vehicles", || known_height(&record, settings));
+    let settings = &known;
     let mut ego = stopwatch.time("scale", || metric_trajectory(&record, settings));
     progress.begin("vehicles", None);
     let mut vehicles = stopwatch.time("vehicles", || vehicles_of_drive(&record, &ego, settings));
@@ -27,6 +33,7 @@ pub fn estimate_drive(mut record: FrontEndRecord, settings: &Settings, progress:
     progress.begin("graph", None);
     let solved = stopwatch.time("graph", || solve_graph(&record, &mut ego, &mut vehicles, settings));
     let mut warnings: Vec<String> = unit.iter().map(Unit::to_string).collect();
+    warnings.extend(by_vehicles.or_else(|| doubt(&vehicles, settings)));
     let graph = solved.unwrap_or_else(|error| {
         warnings.push(format!("the multi-object graph was not solved ({error}); front-end estimates stand"));
         None
@@ -38,6 +45,45 @@ pub fn estimate_drive(mut record: FrontEndRecord, settings: &Settings, progress:
         Estimated { camera: settings.camera, ego, vehicles, graph, warnings, metric },
         progress,
     )
+}
+
+/// Settings with the height that vehicles tell where it is unknown, and what there is to say of it.
+fn known_height(record: &FrontEndRecord, settings: &Settings) -> (Settings, Option<String>) {
+    let mut known = settings.clone();
+    if !settings.height_unknown {
+        return (known, None);
+    }
+    let options = &settings.config.scale.height;
+    let bias_sigma = settings.config.scale.advanced.bias_sigma;
+    let mut found = None;
+    // Sizes are linear in the height only near the right one.
+    for _ in 0..HEIGHT_ROUNDS {
+        let ego = metric_trajectory(record, &known);
+        let vehicles = vehicles_of_drive(record, &ego, &known);
+        let Some(height) = HeightByVehicles::new(&vehicles, options) else { break };
+        (known.height_m, _) = height.metres(known.height_m);
+        found = Some(height);
+    }
+    let sigma = found.map_or(options.guess_sigma, |height| height.sigma);
+    known.config.scale.advanced.bias_sigma = bias_sigma.hypot(sigma);
+    let (height_m, sigma_m) = (known.height_m, known.height_m * sigma);
+    let words = match found {
+        Some(HeightByVehicles { vehicles, .. }) => {
+            format!("height of the camera by the size of {vehicles} cars: {height_m:.2} ± {sigma_m:.2} m")
+        }
+        None => format!(
+            "height of the camera guessed, {height_m:.2} ± {sigma_m:.2} m: fewer than {} cars tell it; give it with --height",
+            options.least_vehicles
+        ),
+    };
+    (known, Some(words))
+}
+
+/// A warning where vehicles contradict the stated height.
+fn doubt(vehicles: &[VehicleTrajectory], settings: &Settings) -> Option<String> {
+    let options = &settings.config.scale.height;
+    let found = HeightByVehicles::new(vehicles, options).filter(|_| !settings.metric())?;
+    found.disagreement(settings.height_m, options)
 }
 
 fn metric_trajectory(record: &FrontEndRecord, settings: &Settings) -> EgoTrajectory {

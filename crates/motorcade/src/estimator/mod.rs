@@ -4,6 +4,7 @@
 //! through the same steps: metric trajectory, [`vehicles`], [`unit`] of an external trajectory, multi-object graph. At high frame
 //! rates the last seconds are estimated every few frames, and [`prediction`] covers those between.
 
+pub(crate) mod camera_height;
 pub(crate) mod drive;
 pub(crate) mod prediction;
 pub(crate) mod sliding;

@@ -192,7 +192,11 @@ impl SlidingEstimator {
         progress: &dyn Progress,
     ) -> RunResult {
         record.stopwatch.join(&self.stopwatch);
-        let warnings = self.warnings.into_iter().chain(self.unit.iter().map(Unit::to_string)).collect();
+        let unknown = settings.height_unknown.then(|| {
+            format!("height of the camera guessed, {:.2} m: it is estimated at the end of a drive only", settings.height_m)
+        });
+        let unit = self.unit.iter().map(Unit::to_string);
+        let warnings = self.warnings.into_iter().chain(unit).chain(unknown).collect();
         let estimated = Estimated {
             camera: settings.camera,
             ego: EgoTrajectory { frames: self.ego, height_m: settings.height_m, noise: Vec::new() },
@@ -401,16 +405,24 @@ impl SlidingEstimator {
 
     /// Adds the newest state of a vehicle to its trajectory, when it was seen in the newest of the window's `rows`.
     fn keep(&mut self, window: VehicleTrajectory, rows: &[usize]) {
-        let VehicleTrajectory { id, class, size, size_covariance, p_moving, states } = window;
+        let VehicleTrajectory { id, class, size, size_covariance, size_by_road, p_moving, states } = window;
         let (Some(mut state), Some(&newest)) = (states.into_iter().next_back(), rows.last()) else { return };
         if state.frame + 1 != rows.len() {
             return;
         }
         state.frame = newest;
-        let empty = || VehicleTrajectory { id, class, size, size_covariance, p_moving, states: Vec::new() };
+        let empty = || VehicleTrajectory {
+            id,
+            class,
+            size,
+            size_covariance,
+            size_by_road,
+            p_moving,
+            states: Vec::new(),
+        };
         let kept = self.vehicles.entry(id).or_insert_with(empty);
-        (kept.class, kept.size, kept.size_covariance, kept.p_moving) =
-            (class, size, size_covariance, p_moving);
+        (kept.class, kept.size, kept.size_covariance) = (class, size, size_covariance);
+        (kept.size_by_road, kept.p_moving) = (size_by_road, p_moving);
         kept.states.push(state);
     }
 }

@@ -181,6 +181,7 @@ mod tests {
             class: VehicleClass::Car,
             size: Dimensions { length_m: 4.2, width_m: 1.7, height_m: 1.5 },
             size_covariance: Matrix3::identity() * 0.01,
+            size_by_road: None,
             p_moving: 0.5,
             states: (0..20).map(state).collect(),
         }

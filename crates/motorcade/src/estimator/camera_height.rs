@@ -1,0 +1,121 @@
+//! Height of the camera by the sizes of vehicles.
+//!
+//! All lengths are proportional to the height. A car that stands on the road at the distance of its tyres is as large as cars are
+//! if the height is right; if the height is stated a tenth too great, cars come out a tenth too large.
+
+use motorcade_geometry::robust::median;
+use motorcade_perception::VehicleClass;
+use motorcade_vehicles::VehicleTrajectory;
+
+use crate::estimator_options::VehicleHeightOptions;
+
+/// Height from which an unknown one is sought \[m\]: a dash-cam's in a car.
+pub(crate) const GUESS_M: f64 = 1.5;
+/// Rounds of reweighting.
+const ROUNDS: usize = 20;
+
+/// The camera's height as vehicles tell it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeightByVehicles {
+    /// Logarithm of the height over the one that was assumed.
+    pub log_factor: f64,
+    /// Its standard deviation.
+    pub sigma: f64,
+    /// Vehicles that tell it.
+    pub vehicles: usize,
+}
+
+impl HeightByVehicles {
+    /// The height by vehicles whose size is known by the road; `None` when they are too few. Outliers (other classes, wrong
+    /// headings, parts of vehicles) have little weight: a mean with Cauchy weights from the median on.
+    pub fn new(vehicles: &[VehicleTrajectory], options: &VehicleHeightOptions) -> Option<Self> {
+        let sized = |v: &VehicleTrajectory| {
+            let size = v.size_by_road.filter(|size| size.class == VehicleClass::Car)?;
+            let enough = size.views >= options.least_views && size.variance.sqrt() < options.most_sigma;
+            enough.then(|| (size.log_factor, 1.0 / (size.variance + options.vehicle_sigma.powi(2))))
+        };
+        let sizes: Vec<(f64, f64)> = vehicles.iter().filter_map(sized).collect();
+        if sizes.len() < options.least_vehicles {
+            return None;
+        }
+        let mut factors: Vec<f64> = sizes.iter().map(|(factor, _)| *factor).collect();
+        let mut mean = median(&mut factors)?;
+        let mut sum = 0.0;
+        for _ in 0..ROUNDS {
+            let weight = |(factor, w): &(f64, f64)| {
+                let off = (factor - mean) / options.kernel_sigmas;
+                w / (1.0 + off * off * w)
+            };
+            sum = sizes.iter().map(weight).sum();
+            mean = sizes.iter().map(|s| weight(s) * s.0).sum::<f64>() / sum;
+        }
+        let sigma = (1.0 / sum).sqrt().hypot(options.common_sigma);
+        // Vehicles that look too large tell of a height that is stated too great.
+        Some(Self { log_factor: -mean, sigma, vehicles: sizes.len() })
+    }
+
+    /// A warning where a stated height (m) disagrees.
+    pub fn disagreement(&self, stated_m: f64, options: &VehicleHeightOptions) -> Option<String> {
+        let surprising = self.log_factor.abs() > options.disagreement_sigmas * self.sigma;
+        (surprising && self.vehicles >= options.least_for_disagreement).then(|| {
+            let (height_m, sigma_m) = self.metres(stated_m);
+            format!(
+                "the height {stated_m:.2} m disagrees with {} vehicles: they say {height_m:.2} ± {sigma_m:.2} m; all lengths are \
+                 proportional to it",
+                self.vehicles
+            )
+        })
+    }
+
+    /// Height and standard deviation \[m\] for the one that was assumed.
+    pub fn metres(&self, assumed_m: f64) -> (f64, f64) {
+        let height_m = assumed_m * self.log_factor.exp();
+        (height_m, height_m * self.sigma)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use motorcade_vehicles::{SizeByRoad, size_prior};
+    use nalgebra::Matrix3;
+
+    fn car(id: usize, log_factor: f64) -> VehicleTrajectory {
+        VehicleTrajectory {
+            id,
+            class: VehicleClass::Car,
+            size: size_prior(VehicleClass::Car).mean,
+            size_covariance: Matrix3::identity() * 0.01,
+            size_by_road: Some(SizeByRoad {
+                class: VehicleClass::Car,
+                views: 20,
+                log_factor,
+                variance: 0.0025,
+            }),
+            p_moving: 0.5,
+            states: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn a_wrong_height_is_told_in_spite_of_outliers() {
+        let options = VehicleHeightOptions::default();
+        let mut cars: Vec<VehicleTrajectory> = (0..14).map(|k| car(k, 0.3 + 0.02 * (k % 5) as f64 - 0.04)).collect();
+        cars.extend([car(14, 1.4), car(15, -0.9)]);
+        let found = HeightByVehicles::new(&cars, &options).unwrap();
+        assert!((found.log_factor + 0.3).abs() < 0.03, "{found:?}");
+        let (height_m, sigma_m) = found.metres(1.65);
+        assert!((height_m - 1.65 * (-0.3_f64).exp()).abs() < sigma_m, "{found:?}");
+        let warning = found.disagreement(1.65, &options).unwrap();
+        assert!(warning.contains("1.65 m disagrees with 16 vehicles"), "{warning}");
+    }
+
+    #[test]
+    fn few_vehicles_and_right_heights_say_nothing() {
+        let options = VehicleHeightOptions::default();
+        assert_eq!(HeightByVehicles::new(&[car(0, 0.0), car(1, 0.0)], &options), None);
+        let cars: Vec<VehicleTrajectory> = (0..12).map(|k| car(k, 0.06)).collect();
+        let found = HeightByVehicles::new(&cars, &options).unwrap();
+        assert_eq!(found.disagreement(1.2, &options), None);
+    }
+}
