@@ -184,7 +184,7 @@ pub struct RunArguments {
     pub out: PathBuf,
     /// Height of the camera above the road in metres, or `auto`: by the sizes of the cars that are seen. KITTI input knows its own
     /// (1.65).
-    #[arg(long, value_name = "METRES|auto")]
+    #[arg(long, value_name = "METRES|auto", allow_negative_numbers = true)]
     pub height: Option<CameraHeight>,
     /// Folder of ONNX networks, or `none`; the networks inside the program by default.
     #[arg(long, env = "MOTORCADE_MODELS")]
@@ -322,6 +322,8 @@ impl std::str::FromStr for CameraHeight {
         if text == "auto" {
             return Ok(Self::Auto);
         }
-        text.parse().map(Self::Metres).map_err(|_| format!("`{text}` is neither a number of metres nor `auto`"))
+        text.parse()
+            .map(Self::Metres)
+            .map_err(|_| format!("`{text}` is neither a number of metres nor `auto`"))
     }
 }

@@ -61,7 +61,8 @@ impl Drive {
         let sequence = Sequence::open(&arguments.input.input, &arguments.input.options())?;
         let height_m = match arguments.height {
             Some(CameraHeight::Auto) if arguments.online => anyhow::bail!(motorcade_dataset::Error::Usage(
-                "--height auto is known at the end of a drive only; with --online give the height in metres".into()
+                "--height auto is known at the end of a drive only; with --online give the height in metres"
+                    .into()
             )),
             Some(CameraHeight::Auto) => None,
             Some(CameraHeight::Metres(height_m)) => Some(sequence.height_m(Some(height_m))?),

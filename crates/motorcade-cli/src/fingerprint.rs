@@ -36,7 +36,12 @@ impl Fnv {
 }
 
 /// The fingerprint of a run: program, input, configuration, height, perception. Threads and progress do not matter.
-pub fn fingerprint(arguments: &RunArguments, input_hash: &str, height_m: Option<f64>, config: &Config) -> String {
+pub fn fingerprint(
+    arguments: &RunArguments,
+    input_hash: &str,
+    height_m: Option<f64>,
+    config: &Config,
+) -> String {
     let mut hash = Fnv(0xcbf2_9ce4_8422_2325);
     hash.add(env!("CARGO_PKG_VERSION").as_bytes());
     hash.add(input_hash.as_bytes());

@@ -295,3 +295,16 @@ fn shorter_drives_leave_no_frames_of_longer_ones() {
     }
     no_leftovers(folder.path());
 }
+
+#[test]
+fn an_unknown_height_needs_frames_and_their_end() {
+    let folder = drive(3);
+    let auto = RUN.replace("--height 1.5", "--height auto");
+    soon(folder.path(), &format!("{auto} --online")).expect(1, &["--height auto", "--online"]);
+    soon(folder.path(), &RUN.replace("--height 1.5", "--height tall")).expect(1, &["tall", "auto"]);
+    soon(folder.path(), &RUN.replace("--height 1.5", "--height -1")).expect(1, &["--height", "-1"]);
+    // Nothing to tell it by: a guess that says so.
+    let told = soon(folder.path(), &format!("{auto} --models none"));
+    told.expect(told.code, &["height of the camera guessed"]);
+    assert_eq!(json(&folder.path().join("out/run.json"))["camera_height_m"], 1.5);
+}

@@ -44,8 +44,12 @@ impl SizeByRoad {
             gradient += d.dot(&(rhs - reduced * d)) * weight;
         }
         let log_factor = (1.0 + gradient / information).ln();
-        (information > 0.0 && log_factor.is_finite())
-            .then(|| Self { class, views: views.len(), log_factor, variance: 1.0 / information })
+        (information > 0.0 && log_factor.is_finite()).then(|| Self {
+            class,
+            views: views.len(),
+            log_factor,
+            variance: 1.0 / information,
+        })
     }
 }
 

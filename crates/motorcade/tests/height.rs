@@ -44,3 +44,34 @@ proptest! {
         prop_assert!((wrong.ego.length_m() / right.ego.length_m() / factor - 1.0).abs() < 1e-7);
     }
 }
+
+/// Nine cars, 1.5 m high, parked along the way.
+const FRAMES: usize = 1350;
+
+#[test]
+fn an_unknown_height_is_told_by_cars() {
+    let settings = Settings { height_m: 1.5, height_unknown: true, ..settings(Config::default()) };
+    let found = estimate_drive(drive(FRAMES), &settings, &NoProgress);
+    let way = (found.ego.length_m(), run(FRAMES, 1.0, CameraCoupling::default()).ego.length_m());
+    let off = (found.ego.height_m / HEIGHT_M).ln();
+    assert!(off.abs() < 0.12, "{} m", found.ego.height_m);
+    assert!(((way.0 / way.1).ln() - off).abs() < 0.01, "{way:?}");
+    let told = found.warnings.iter().find(|w| w.contains("by the size of")).unwrap();
+    assert!(told.contains(&format!("{:.2} ±", found.ego.height_m)), "{told}");
+    // The way is as uncertain as the height.
+    let last = found.ego.frames.last().unwrap();
+    let (sigma_m, far_m) =
+        (last.covariance.view((3, 3), (3, 3)).trace().sqrt(), last.world_from_camera.translation().norm());
+    assert!((0.05..0.15).contains(&(sigma_m / far_m)), "{sigma_m} m of {far_m} m");
+    assert!(off.abs() < 2.0 * sigma_m / far_m);
+}
+
+#[test]
+fn a_height_that_cars_contradict_is_reported() {
+    let doubts = |factor: f64| -> Vec<String> {
+        let found = run(FRAMES, factor, CameraCoupling::default());
+        found.warnings.into_iter().filter(|w| w.contains("disagrees with")).collect()
+    };
+    assert_eq!(doubts(1.0), Vec::<String>::new());
+    assert_eq!(doubts(1.5).len(), 1);
+}

@@ -86,7 +86,11 @@ fn frames_between_estimated_ones_are_predicted() {
     assert!(third.0 < 1.3 * every.0 + 0.05 && third.1 < 1.3 * every.1 + 0.05, "{every:?}, {third:?}");
     let states: Vec<_> = sparse.vehicles.iter().flat_map(|v| &v.states).collect();
     let predicted = states.iter().filter(|s| s.source == Source::Predicted).count();
-    assert!((0.5..0.8).contains(&(predicted as f64 / states.len() as f64)), "{predicted} of {}", states.len());
+    assert!(
+        (0.5..0.8).contains(&(predicted as f64 / states.len() as f64)),
+        "{predicted} of {}",
+        states.len()
+    );
     assert!(states.iter().all(|s| s.covariance.symmetric_eigenvalues().min() > 0.0));
     let last: serde_json::Value = serde_json::from_str(&lines[148]).unwrap();
     assert!(!last["vehicles"].as_array().unwrap().is_empty(), "{last}");

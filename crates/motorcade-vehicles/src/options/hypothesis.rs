@@ -21,6 +21,13 @@ pub struct HypothesisOptions {
 
 impl Default for HypothesisOptions {
     fn default() -> Self {
-        Self { rounds: 3, preference_chi2: 6.0, independent_views: 12.0, expected_chi2: 2.0, agreed_class_share: 0.8, class_preference_chi2: 2.0 }
+        Self {
+            rounds: 3,
+            preference_chi2: 6.0,
+            independent_views: 12.0,
+            expected_chi2: 2.0,
+            agreed_class_share: 0.8,
+            class_preference_chi2: 2.0,
+        }
     }
 }

@@ -100,7 +100,8 @@ mod tests {
     #[test]
     fn a_wrong_height_is_told_in_spite_of_outliers() {
         let options = VehicleHeightOptions::default();
-        let mut cars: Vec<VehicleTrajectory> = (0..14).map(|k| car(k, 0.3 + 0.02 * (k % 5) as f64 - 0.04)).collect();
+        let mut cars: Vec<VehicleTrajectory> =
+            (0..14).map(|k| car(k, 0.3 + 0.02 * (k % 5) as f64 - 0.04)).collect();
         cars.extend([car(14, 1.4), car(15, -0.9)]);
         let found = HeightByVehicles::new(&cars, &options).unwrap();
         assert!((found.log_factor + 0.3).abs() < 0.03, "{found:?}");

@@ -51,7 +51,8 @@ pub(super) fn vehicle(
     let tangent = Vector6::new(0.0, 0.0, turned_rad, way_m, 0.0, 0.0);
     let transport = adjoint(Pose::<Camera, Camera>::exp(&tangent).inverse().isometry());
     let mut covariance = transport * state.covariance * transport.transpose();
-    let accelerated_m = if state.speed_mps == 0.0 { 0.0 } else { 0.5 * ACCELERATION_SIGMA_MPS2 * elapsed_s.powi(2) };
+    let accelerated_m =
+        if state.speed_mps == 0.0 { 0.0 } else { 0.5 * ACCELERATION_SIGMA_MPS2 * elapsed_s.powi(2) };
     covariance[(3, 3)] += (state.speed_sigma_mps * elapsed_s).powi(2) + accelerated_m.powi(2);
     VehicleState {
         frame,

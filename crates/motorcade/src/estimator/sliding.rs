@@ -193,7 +193,10 @@ impl SlidingEstimator {
     ) -> RunResult {
         record.stopwatch.join(&self.stopwatch);
         let unknown = settings.height_unknown.then(|| {
-            format!("height of the camera guessed, {:.2} m: it is estimated at the end of a drive only", settings.height_m)
+            format!(
+                "height of the camera guessed, {:.2} m: it is estimated at the end of a drive only",
+                settings.height_m
+            )
         });
         let unit = self.unit.iter().map(Unit::to_string);
         let warnings = self.warnings.into_iter().chain(unit).chain(unknown).collect();
@@ -357,8 +360,7 @@ impl SlidingEstimator {
         };
         let detections: Vec<_> = rows.iter().map(|row| view.detections[*row].clone()).collect();
         let keypoints: Vec<_> = rows.iter().map(|row| view.keypoints[*row].clone()).collect();
-        let input =
-            VehicleInput { frames: infos, detections: &detections, keypoints: &keypoints, grounds };
+        let input = VehicleInput { frames: infos, detections: &detections, keypoints: &keypoints, grounds };
         estimate_vehicles(&input, settings, track)
     }
 
@@ -380,12 +382,7 @@ impl SlidingEstimator {
     }
 
     /// Optimises the window. A graph that cannot be solved is begun anew from where the camera stands.
-    fn solve(
-        &mut self,
-        window: &mut Window,
-        vehicles: &mut [VehicleTrajectory],
-        settings: &Settings,
-    ) {
+    fn solve(&mut self, window: &mut Window, vehicles: &mut [VehicleTrajectory], settings: &Settings) {
         let times_s = times_s(&window.infos);
         let frames = WindowFrames { first: window.first, times_s: &times_s };
         let (options, iterations) = (&settings.config.graph, settings.config.online.iterations);
