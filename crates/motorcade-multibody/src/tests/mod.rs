@@ -39,7 +39,6 @@ fn ego() -> EgoTrajectory {
 fn vehicle(
     start: impl Fn(usize) -> Pose<World, Vehicle>,
     observations: impl Fn(usize) -> Vec<PoseObservation>,
-    size_by_road: None,
     p_moving: f64,
 ) -> VehicleTrajectory {
     let state = |frame: usize| VehicleState {
@@ -60,6 +59,7 @@ fn vehicle(
         class: VehicleClass::Car,
         size: SIZE,
         size_covariance: Matrix3::from_diagonal(&Vector3::new(0.2, 0.01, 0.01)),
+        size_by_road: None,
         p_moving,
         states: (0..FRAMES).map(state).collect(),
     }
