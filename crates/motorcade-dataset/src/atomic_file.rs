@@ -160,14 +160,16 @@ fn open_stream(path: &Path) -> io::Result<fs::File> {
     {
         use std::os::unix::fs::OpenOptionsExt;
         let probe = options.clone().custom_flags(libc::O_NONBLOCK).open(path);
-        match probe {
-            Err(e) if e.raw_os_error() == Some(libc::ENXIO) => {
-                return Err(io::Error::new(io::ErrorKind::BrokenPipe, "no process reads from this FIFO"));
-            }
-            // The reader is there while the probe is open, so the next call does not wait.
-            probe => drop((options.open(path)?, probe)),
+        if probe.as_ref().is_err_and(|e| e.raw_os_error() == Some(libc::ENXIO)) {
+            return Err(io::Error::new(io::ErrorKind::BrokenPipe, "no process reads from this FIFO"));
         }
+        // While the probe is open this call does not wait, and the reader does not meet an end: it would leave, and the
+        // next open would wait for ever.
+        let file = options.open(path);
+        drop(probe);
+        file
     }
+    #[cfg(not(unix))]
     options.open(path)
 }
 
