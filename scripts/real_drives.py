@@ -85,7 +85,8 @@ for name, drive, most_se3, most_origin in drives:
     if vehicles:
         mean = result["vehicles_mean"]
         check(name, "vehicle coverage", mean["coverage"], least=0.85)
-        check(name, "vehicle ATE, first poses id. [m]", mean["ate_origin_m"], most=1.5)
+        # 1.43 m on 0005 with the edge noise of boxes that was assumed before, 1.50 m with the one that was measured.
+        check(name, "vehicle ATE, first poses id. [m]", mean["ate_origin_m"], most=1.6)
 # The same boxes, no road mask: told frame by frame, and as a whole, which must not be worse.
 for name, sequence, camera, first, arguments in (
     ("0005", "0005", 3, 0, ("--camera", 3)),
