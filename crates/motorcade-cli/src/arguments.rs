@@ -195,6 +195,12 @@ pub struct RunArguments {
     /// Folder of road masks by frame number instead of a network.
     #[arg(long)]
     pub road_masks: Option<PathBuf>,
+    /// Perception of an earlier run, as --keep-perception wrote it: no network runs.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["detections", "road_masks", "keypoints"])]
+    pub perception: Option<PathBuf>,
+    /// Write the output of all detectors too (perception.jsonl), for runs with --perception.
+    #[arg(long)]
+    pub keep_perception: bool,
     /// Camera trajectory (TUM or KITTI, of the processed camera) instead of odometry.
     #[arg(long)]
     pub trajectory: Option<PathBuf>,

@@ -2,19 +2,20 @@
 
 use std::sync::Arc;
 
+use motorcade::output::Extra;
 use motorcade::{
     Config, External, FrameCallback, Motorcade, Progress, RunContext, push_sequence, survey_sequence,
 };
 use motorcade_dataset::{KITTI_HEIGHT_M, Sequence, Summary};
 use motorcade_geometry::PinholeCamera;
 use motorcade_perception::{
-    ModelOptions, ModelSource, Observations, Perception, PerceptionOptions, Recording,
+    KeptObservations, ModelOptions, ModelSource, Observations, Perception, PerceptionOptions, Recording,
 };
 
 use crate::arguments::{CameraHeight, RunArguments};
 use crate::frameless::{self, Files};
 use crate::progress::Reporter;
-use crate::{external, models, probe, threads::threads};
+use crate::{exit, external, models, probe, threads::threads};
 
 /// Source of the drive.
 enum Source {
@@ -43,6 +44,8 @@ pub struct LoadedDrive {
     perception: (String, String),
     external: External,
     threads: usize,
+    /// Output of the detectors as text, where it is kept.
+    kept: Option<KeptObservations>,
 }
 
 impl Drive {
@@ -81,18 +84,19 @@ impl Drive {
 
     /// Loads networks and given files.
     pub fn load(self, arguments: &RunArguments) -> anyhow::Result<LoadedDrive> {
-        let (perception, numbers, times): (_, Vec<u64>, Vec<i64>) = match &self.source {
+        let (mut perception, numbers, times): (_, Vec<u64>, Vec<i64>) = match &self.source {
             Source::Frames(sequence) => {
                 // Asked for before the first network is loaded: without it nothing can run.
                 sequence.camera()?;
-                let options = perception_options(arguments);
-                if let ModelSource::Folder(folder) = &options.models {
-                    probe::check(folder, sequence.size())?;
-                }
-                let perception = Perception::open(&options, sequence.size())?;
+                let perception = open_perception(arguments, sequence)?;
                 (perception, sequence.numbers().collect(), sequence.timestamps_ns().collect())
             }
             Source::Files(files) => {
+                if arguments.keep_perception || arguments.perception.is_some() {
+                    let problem =
+                        "--keep-perception and --perception need frames: without them nothing is detected";
+                    anyhow::bail!(motorcade_dataset::Error::Usage(problem.into()));
+                }
                 let frames = &files.frames;
                 let numbers = frames.iter().map(|f| f.number).collect();
                 (Perception::none(), numbers, frames.iter().map(|f| f.timestamp_ns).collect())
@@ -100,8 +104,9 @@ impl Drive {
         };
         let external = external::read(arguments, &numbers, &times)?;
         let words = perception.describe();
+        let kept = arguments.keep_perception.then(|| perception.keep());
         let (detectors, threads) = (Detectors::Live(perception), threads(arguments.threads));
-        Ok(LoadedDrive { drive: self, detectors, perception: words, external, threads })
+        Ok(LoadedDrive { drive: self, detectors, perception: words, external, threads, kept })
     }
 }
 
@@ -168,6 +173,12 @@ impl LoadedDrive {
         Ok(())
     }
 
+    /// Files of the run beside its own: what was kept of perception.
+    pub fn kept(&self) -> Option<Extra> {
+        let text = self.kept.as_ref()?.text();
+        Some(Extra { name: "perception.jsonl".into(), content: text.into_bytes() })
+    }
+
     fn camera(&self) -> anyhow::Result<PinholeCamera> {
         Ok(match &self.drive.source {
             Source::Frames(sequence) => sequence.camera()?,
@@ -191,6 +202,26 @@ impl LoadedDrive {
 /// The command line; bytes that are no UTF-8 are replaced.
 pub fn command_line() -> Vec<String> {
     std::env::args_os().map(|argument| argument.to_string_lossy().into_owned()).collect()
+}
+
+fn open_perception(arguments: &RunArguments, sequence: &Sequence) -> anyhow::Result<Perception> {
+    if let Some(path) = &arguments.perception {
+        let recording = Recording::read(path)?;
+        let missing: Vec<u64> = sequence.numbers().filter(|number| !recording.has(*number)).collect();
+        if let Some(first) = missing.first() {
+            let (missing, all) = (missing.len(), sequence.len());
+            let name = path.display();
+            let problem = format!("{name} knows nothing of {missing} of {all} frames, the first one {first}");
+            anyhow::ensure!(missing < all, motorcade_dataset::Error::Usage(problem));
+            exit::eprint(&format!("warning: {problem}; nothing is detected in them"));
+        }
+        return Ok(Arc::new(recording).replay());
+    }
+    let options = perception_options(arguments);
+    if let ModelSource::Folder(folder) = &options.models {
+        probe::check(folder, sequence.size())?;
+    }
+    Ok(Perception::open(&options, sequence.size())?)
 }
 
 fn perception_options(arguments: &RunArguments) -> PerceptionOptions {

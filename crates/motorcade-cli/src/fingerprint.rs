@@ -53,10 +53,12 @@ pub fn fingerprint(
     arguments.shape_prior.iter().for_each(|path| hash.add_path(path));
     arguments.keypoints.iter().for_each(|path| hash.add_path(path));
     arguments.vehicle_poses.iter().for_each(|path| hash.add_path(path));
+    hash.add(&[u8::from(arguments.keep_perception)]);
     let files = [
         &arguments.models,
         &arguments.detections,
         &arguments.road_masks,
+        &arguments.perception,
         &arguments.input.ignore,
         &arguments.trajectory,
     ];

@@ -34,7 +34,8 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
         slam.finish_with(&reporter)
     };
     reporter.finish();
-    let code = write(&directory, arguments, &result, &drive.context(config, fingerprint))?;
+    let context = drive.context(config, fingerprint);
+    let code = write(&directory, arguments, &result, &context, drive.kept())?;
     // After the results are safe: a frame that stdout did not take is an error of an online run.
     reporter.printed()?;
     Ok(code)
@@ -62,9 +63,11 @@ fn write(
     arguments: &RunArguments,
     result: &RunResult,
     context: &RunContext,
+    kept: Option<Extra>,
 ) -> anyhow::Result<u8> {
     let report = motorcade_viewer::report(result, context, None).into_bytes();
-    let extras = [Extra { name: "report.html".into(), content: report }];
+    let mut extras = vec![Extra { name: "report.html".into(), content: report }];
+    extras.extend(kept);
     write_run(directory, result, context, &extras)?;
     let summary = summary(result, arguments);
     // Stdout then holds a JSON object a line.

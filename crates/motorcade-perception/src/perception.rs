@@ -6,10 +6,11 @@ use motorcade_dataset::Frame;
 
 use crate::detectors::{KeypointDetector, RoadSegmenter, VehicleDetector};
 use crate::error::Result;
-use crate::files::{DetectionTable, RoadMaskFolder};
+use crate::files::{DetectionTable, KeptObservations, RoadMaskFolder};
 use crate::models::{ModelSet, ModelSource};
 use crate::network::ModelOptions;
 use crate::observations::Observations;
+use crate::recording::Descriptions;
 
 /// Networks and files to open. Files take the place of networks; with neither there is no detector.
 #[derive(Clone, Debug, Default)]
@@ -32,6 +33,7 @@ pub struct Perception {
     vehicles: Option<Box<dyn VehicleDetector>>,
     road: Option<Box<dyn RoadSegmenter>>,
     keypoints: Option<Box<dyn KeypointDetector>>,
+    kept: Option<KeptObservations>,
 }
 
 impl std::fmt::Debug for Perception {
@@ -58,7 +60,7 @@ impl Perception {
         let source = if needed { &options.models } else { &ModelSource::None };
         let set = ModelSet::open(source, image_size, &options.networks)?;
         let keypoints = set.keypoints.filter(|_| !options.without_keypoints);
-        let mut perception = Self { vehicles: set.vehicles, road: set.road, keypoints };
+        let mut perception = Self { vehicles: set.vehicles, road: set.road, keypoints, kept: None };
         if let Some(path) = &options.detections {
             perception = perception.with_detector(DetectionTable::read(path)?);
         }
@@ -95,9 +97,20 @@ impl Perception {
     pub fn segments_road(&self) -> bool {
         self.road.is_some()
     }
-    /// Detectors that are there: vehicles, road, keypoints.
-    pub(crate) fn present(&self) -> [bool; 3] {
-        [self.vehicles.is_some(), self.road.is_some(), self.keypoints.is_some()]
+    /// Detectors that are there, in words.
+    pub(crate) fn descriptions(&self) -> Descriptions {
+        Descriptions {
+            vehicles: self.vehicles.as_ref().map(|d| d.description()),
+            road: self.road.as_ref().map(|d| d.description()),
+            keypoints: self.keypoints.as_ref().map(|d| d.description()),
+        }
+    }
+
+    /// Keeps the output of the detectors, frame by frame, as text of a recording's file; it grows as frames are observed.
+    pub fn keep(&mut self) -> KeptObservations {
+        let kept = KeptObservations::new(&self.descriptions());
+        self.kept = Some(kept.clone());
+        kept
     }
     /// Sources in words, for the record of a run: vehicles with their keypoints, road.
     pub fn describe(&self) -> (String, String) {
@@ -113,7 +126,7 @@ impl Perception {
     /// Runs the detectors on a frame.
     ///
     /// # Errors
-    /// A detector that fails.
+    /// A detector that fails; output that cannot be kept.
     pub fn observe(&mut self, frame: &Frame) -> Result<Observations> {
         let detections = match &mut self.vehicles {
             Some(detector) => detector.detect(frame)?,
@@ -127,6 +140,10 @@ impl Perception {
             Some(detector) => detector.keypoints(frame, &detections)?,
             None => Vec::new(),
         };
-        Ok(Observations { detections, road, keypoints })
+        let observations = Observations { detections, road, keypoints };
+        if let Some(kept) = &self.kept {
+            kept.add(frame.number, &observations)?;
+        }
+        Ok(observations)
     }
 }

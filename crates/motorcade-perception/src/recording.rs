@@ -1,4 +1,4 @@
-//! Output of the detectors over a drive, kept in memory.
+//! Output of the detectors over a drive, kept in memory. Its file is in `files/recording.rs`.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -14,34 +14,56 @@ use crate::perception::Perception;
 use crate::road::RoadMask;
 
 /// Output of the detectors by the input's own frame number.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     frames: BTreeMap<u64, Observations>,
-    description: (String, String),
-    /// Detectors that were there: vehicles, road, keypoints.
-    present: [bool; 3],
+    detectors: Descriptions,
+}
+
+/// Detectors that were there, in words.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub(crate) struct Descriptions {
+    pub(crate) vehicles: Option<String>,
+    pub(crate) road: Option<String>,
+    pub(crate) keypoints: Option<String>,
 }
 
 impl Recording {
-    fn new(description: (String, String), present: [bool; 3]) -> Self {
-        Self { frames: BTreeMap::new(), description, present }
+    pub(crate) fn new(detectors: Descriptions) -> Self {
+        Self { frames: BTreeMap::new(), detectors }
     }
 
-    fn insert(&mut self, number: u64, observations: Observations) {
-        self.frames.insert(number, observations);
+    /// False when the frame was there already.
+    pub(crate) fn insert(&mut self, number: u64, observations: Observations) -> bool {
+        self.frames.insert(number, observations).is_none()
+    }
+
+    /// True when it has the frame with this number.
+    pub fn has(&self, number: u64) -> bool {
+        self.frames.contains_key(&number)
+    }
+
+    /// Number of frames.
+    pub fn len(&self) -> usize {
+        self.frames.len()
+    }
+
+    /// True without a frame.
+    pub fn is_empty(&self) -> bool {
+        self.frames.is_empty()
     }
 
     /// Detectors that answer from the recording.
     pub fn replay(self: &Arc<Self>) -> Perception {
-        let [vehicles, road, keypoints] = self.present;
+        let Descriptions { vehicles, road, keypoints } = &self.detectors;
         let mut perception = Perception::none();
-        if vehicles {
+        if vehicles.is_some() {
             perception = perception.with_detector(Replay(Arc::clone(self)));
         }
-        if road {
+        if road.is_some() {
             perception = perception.with_segmenter(Replay(Arc::clone(self)));
         }
-        if keypoints {
+        if keypoints.is_some() {
             perception = perception.with_keypoints(Replay(Arc::clone(self)));
         }
         perception
@@ -54,7 +76,7 @@ impl Perception {
     /// # Errors
     /// A detector that fails.
     pub fn record(&mut self, frames: impl Iterator<Item = Frame>) -> Result<Recording> {
-        let mut recording = Recording::new(self.describe(), self.present());
+        let mut recording = Recording::new(self.descriptions());
         for frame in frames {
             recording.insert(frame.number, self.observe(&frame)?);
         }
@@ -69,7 +91,7 @@ impl VehicleDetector for Replay {
         Ok(self.0.frames.get(&frame.number).map_or_else(Vec::new, |o| o.detections.clone()))
     }
     fn description(&self) -> String {
-        self.0.description.0.clone()
+        self.0.detectors.vehicles.clone().unwrap_or_default()
     }
 }
 
@@ -78,7 +100,7 @@ impl RoadSegmenter for Replay {
         Ok(self.0.frames.get(&frame.number).and_then(|o| o.road.clone()))
     }
     fn description(&self) -> String {
-        self.0.description.1.clone()
+        self.0.detectors.road.clone().unwrap_or_default()
     }
 }
 
@@ -87,6 +109,6 @@ impl KeypointDetector for Replay {
         Ok(self.0.frames.get(&frame.number).map_or_else(Vec::new, |o| o.keypoints.clone()))
     }
     fn description(&self) -> String {
-        "recorded keypoints".to_owned()
+        self.0.detectors.keypoints.clone().unwrap_or_default()
     }
 }

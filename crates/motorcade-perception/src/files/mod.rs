@@ -1,9 +1,11 @@
-//! Detections, keypoints and road masks from files.
+//! Detections, keypoints, road masks and recordings of all of them from files.
 
 mod detections;
 mod keypoints;
+mod recording;
 mod road_masks;
 
 pub use detections::{DetectionFormat, DetectionTable};
 pub use keypoints::KeypointTable;
+pub use recording::KeptObservations;
 pub use road_masks::RoadMaskFolder;

@@ -23,6 +23,18 @@ impl HeadingEvidence {
         Some(Self { bins })
     }
 
+    /// Probabilities of the bins as [`Self::bins`] gave them; `None` where they are not probabilities.
+    pub fn from_probabilities(bins: Vec<f64>) -> Option<Self> {
+        let total: f64 = bins.iter().sum();
+        let valid = bins.len() >= 4 && bins.iter().all(|b| (0.0..=1.0).contains(b));
+        (valid && (total - 1.0).abs() < 1e-6).then_some(Self { bins })
+    }
+
+    /// Probabilities of the bins.
+    pub fn bins(&self) -> &[f64] {
+        &self.bins
+    }
+
     /// Certain that the heading is within a quarter turn of that of a pose.
     pub fn half_turn_about(camera_from_vehicle: &Pose<Camera, Vehicle>, up: &Vector3<f64>) -> Self {
         const BINS: usize = 24;

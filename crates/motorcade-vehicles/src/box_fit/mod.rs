@@ -51,6 +51,7 @@ struct Linearised {
     g: Vector6<f64>,
     g_by_heading: Vector6<f64>,
     chi2: f64,
+    cost: f64,
 }
 
 impl BoxFit<'_> {
@@ -107,6 +108,7 @@ impl BoxFit<'_> {
             covariance: axes * factor.inverse().fixed_view::<3, 3>(0, 0) * axes.transpose(),
             size: Dimensions::from_vector(&state.fixed_rows::<3>(3).into_owned()),
             chi2: edges.chi2,
+            cost: edges.cost,
             information: edges.h,
             gradient: edges.g,
             state,
@@ -129,13 +131,15 @@ impl BoxFit<'_> {
         let outline = (observed.class, observed.convention);
         let predicted = extreme_points(camera, rotation, &position, outline, &size)?;
         let measured = observed.bbox.to_array();
-        let (mut h, mut g, mut chi2) = (Matrix6::zeros(), Vector6::zeros(), 0.0);
+        let (mut h, mut g) = (Matrix6::zeros(), Vector6::zeros());
+        let (mut chi2, mut cost) = (0.0, 0.0);
         let mut g_by_heading = Vector6::zeros();
         for edge in 0..4 {
             let offset_px = predicted[edge].pixel - measured[edge];
             let Some(s) = edge_deviation_px(camera, observed, edge, offset_px, options) else { continue };
             let r = offset_px / s;
-            let w = 1.0 / (1.0 + r * r / options.cauchy_scale.powi(2));
+            let softened = 1.0 + r * r / options.cauchy_scale.powi(2);
+            let w = 1.0 / softened;
             let j = edge_by_state(camera, edge, &predicted[edge], axes, rotation) / s;
             // Derivative of the extreme point by the heading: up × (X − position).
             let turned = ground.up.cross(&(predicted[edge].point.coords - position));
@@ -144,11 +148,13 @@ impl BoxFit<'_> {
             h += j.transpose() * j * w;
             g += j.transpose() * (r * w);
             chi2 += r * r;
+            cost += options.cauchy_scale.powi(2) * softened.ln() + 2.0 * s.ln();
         }
         let height_weight = 1.0 / road_height_sigma_m(ground, x[0], x[1], options).powi(2);
+        cost += x[2] * x[2] * height_weight - height_weight.ln();
         h[(2, 2)] += height_weight;
         g[2] += height_weight * x[2];
-        Some(Linearised { h, g, g_by_heading, chi2 })
+        Some(Linearised { h, g, g_by_heading, chi2, cost })
     }
 
     /// Equation (1) at the bottom edge, or depth from the vehicle's height where that edge is not measured; size at its mean.

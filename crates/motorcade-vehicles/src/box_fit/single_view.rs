@@ -14,6 +14,8 @@ pub struct SingleView {
     pub size: Dimensions,
     /// Squared whitened residual of the edges.
     pub chi2: f64,
+    /// Twice the negative logarithm of the likelihood of edges and road, up to a constant: to compare noise models.
+    pub(crate) cost: f64,
     /// Normal matrix in (ahead, left, above | l, w, h) without the size prior (6×6), to combine the frames of a track.
     pub(crate) information: Matrix6<f64>,
     /// Gradient in the same order, without the size prior.

@@ -39,12 +39,12 @@ pub(super) fn log_prior(votes: &ClassVotes, class: VehicleClass) -> Option<f64> 
     Some(SHARES[row].1.ln() + votes?)
 }
 
-/// Twice the negative logarithm of the evidence of a fit, without the class's own probability: χ² of boxes and size, and by
-/// Laplace's approximation how much the boxes narrow the size prior.
+/// Twice the negative logarithm of the evidence of a fit, without the class's own probability: the likelihood of boxes, road and
+/// size, and by Laplace's approximation how much the boxes narrow the size prior.
 pub(super) fn cost(input: &TrackInput<'_>, fit: &TrackHypothesis) -> f64 {
     let prior = input.prior.sigma.to_vector().map(|s| (s * s).ln()).sum();
     let posterior = fit.views.size.covariance.determinant().max(f64::MIN_POSITIVE).ln();
-    fit.views.chi2 + prior - posterior
+    fit.views.cost + prior - posterior
 }
 
 /// The other classes worth a try.

@@ -12,7 +12,7 @@ use crate::track::TrackBox;
 /// Headings from external views, averaged over the nearest in time; `None` when there are none. Reversed views are turned to the
 /// medoid.
 pub(super) fn external_headings(input: &TrackInput<'_>, count: usize) -> Option<Vec<f64>> {
-    let (grounds, views) = (input.grounds, &input.external.views);
+    let (grounds, views) = (input.grounds, &input.external_headings.views);
     let options = &input.options.advanced.heading;
     let times = times_s(grounds.get(input.start..input.start + count)?);
     let interval_s = frame_interval_s(&times).unwrap_or(options.averaging_time_s);

@@ -17,6 +17,8 @@ pub(super) struct TrackInput<'a> {
     pub(super) grounds: &'a [GroundFrame],
     pub(super) track: &'a Track,
     pub(super) external: &'a ExternalTrack,
+    /// External views whose headings are taken; those of `external`, but where their positions and size hold for another class.
+    pub(super) external_headings: &'a ExternalTrack,
     /// Size prior of the class, or that of the external views.
     pub(super) prior: SizePrior,
     /// First frame.

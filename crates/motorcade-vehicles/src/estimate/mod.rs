@@ -9,6 +9,7 @@ mod states;
 mod views;
 
 use motorcade_geometry::PinholeCamera;
+use motorcade_perception::VehicleClass;
 
 use crate::external::ExternalTrack;
 use crate::ground::GroundFrame;
@@ -41,20 +42,24 @@ pub fn estimate_track(
     let (start, end) = (frames().min()?, frames().max()?);
     let times: Vec<f64> = grounds.get(start..=end)?.iter().map(|g| g.time_s).collect();
     let prior = external.size.unwrap_or_else(|| size_prior(track.class));
-    let input = TrackInput { camera, grounds, track, external, prior, start, options };
+    let input =
+        TrackInput { camera, grounds, track, external, external_headings: external, prior, start, options };
     let best = best_headings(&input, &times)?;
+    // Compared on the same data: positions and sizes of external views follow from the shape of a car, their headings do not.
     let none = ExternalTrack::default();
-    let (mut least, mut other) = (class_cost(&input, &best), None);
-    for class in class::others(&track.votes, track.class).into_iter().filter(|_| doubtful(&input, &best)) {
+    let cost_as = |class: VehicleClass| {
         let track = track.as_class(class);
         let input = TrackInput { track: &track, external: &none, prior: size_prior(class), ..input };
-        let Some(found) = best_headings(&input, &times) else { continue };
-        let cost = class_cost(&input, &found) + options.advanced.hypothesis.class_preference_chi2;
-        if cost < least {
-            (least, other) = (cost, Some(trajectory(&input, &found)));
-        }
-    }
-    Some(other.unwrap_or_else(|| trajectory(&input, &best)))
+        let found = best_headings(&input, &times)?;
+        Some((class_cost(&input, &found), trajectory(&input, &found)))
+    };
+    let own = if doubtful(&input, &best) { cost_as(track.class) } else { None };
+    let preference = options.advanced.hypothesis.class_preference_chi2;
+    let better = own.and_then(|(own, _)| {
+        let others = class::others(&track.votes, track.class).into_iter().filter_map(cost_as);
+        others.filter(|(cost, _)| cost + preference < own).min_by(|a, b| a.0.total_cmp(&b.0))
+    });
+    Some(better.map_or_else(|| trajectory(&input, &best), |(_, found)| found))
 }
 
 /// True when the detector's class may be wrong: its votes disagree, or the boxes fit it badly.

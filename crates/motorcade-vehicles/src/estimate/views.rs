@@ -28,6 +28,8 @@ pub(super) struct Views {
     pub(super) size_by_road: Option<SizeByRoad>,
     /// χ² of the boxes and the size.
     pub(super) chi2: f64,
+    /// Twice the negative logarithm of the likelihood of boxes, road and size, up to a constant.
+    pub(super) cost: f64,
     /// Square root of the reduced χ², at least 1: factor on the standard deviations.
     pub(super) inflation: f64,
 }
@@ -45,9 +47,9 @@ impl Views {
         let size = JointSize::from_views(&first, &input.prior, independent, sizes)?;
         let size_by_road = SizeByRoad::from_views(&first, input.track.votes.class(), independent);
         let boxes = fit_all(&size.as_prior(sizes));
-        let (chi2, inflation) = goodness_of_fit(input, &boxes, &size);
+        let GoodnessOfFit { chi2, cost, inflation } = GoodnessOfFit::new(input, &boxes, &size);
         let views = fuse(&boxes, &input.external.views);
-        (!views.is_empty()).then_some(Self { views, size, size_by_road, chi2, inflation })
+        (!views.is_empty()).then_some(Self { views, size, size_by_road, chi2, cost, inflation })
     }
 
     /// The view of a frame.
@@ -78,22 +80,36 @@ fn span(boxes: &[(usize, SingleView)]) -> (usize, usize) {
     (frame(boxes.first()), frame(boxes.last()))
 }
 
-/// χ² of the edges of all sufficient boxes, counted as a limited number of independent ones, and of the size against its prior;
-/// and the square root of the reduced χ², at least 1.
-fn goodness_of_fit(input: &TrackInput<'_>, boxes: &[(usize, SingleView)], size: &JointSize) -> (f64, f64) {
-    let advanced = &input.options.advanced;
-    let (hypothesis, saturation) = (&advanced.hypothesis, advanced.box_fit.saturation_chi2);
-    let count = input.track.boxes.iter().filter(|b| b.observed.is_sufficient()).count().max(boxes.len());
-    let unexplained = (count - boxes.len()) as f64 * saturation;
-    let edges = boxes.iter().map(|(_, view)| view.chi2.min(saturation)).sum::<f64>() + unexplained;
-    let difference = size.size.to_vector() - input.prior.mean.to_vector();
-    let of_size = difference.component_div(&input.prior.sigma.to_vector()).norm_squared();
-    let boxes_of_track = &input.track.boxes;
-    let frame = |b: Option<&TrackBox>| b.map_or(0, |b| b.frame);
-    let span = (frame(boxes_of_track.first()), frame(boxes_of_track.last()));
-    let independent = input.independent_views(count.max(1), span, hypothesis.independent_views);
-    let chi2 = edges * independent / count.max(1) as f64 + of_size;
-    (chi2, (chi2 / (hypothesis.expected_chi2 * independent)).max(1.0).sqrt())
+/// How well the boxes of a track fit, counted as a limited number of independent ones.
+struct GoodnessOfFit {
+    /// χ² of the edges and of the size against its prior.
+    chi2: f64,
+    /// As [`Views::cost`].
+    cost: f64,
+    /// Square root of the reduced χ², at least 1.
+    inflation: f64,
+}
+
+impl GoodnessOfFit {
+    fn new(input: &TrackInput<'_>, boxes: &[(usize, SingleView)], size: &JointSize) -> Self {
+        let advanced = &input.options.advanced;
+        let (hypothesis, saturation) = (&advanced.hypothesis, advanced.box_fit.saturation_chi2);
+        let count = input.track.boxes.iter().filter(|b| b.observed.is_sufficient()).count().max(boxes.len());
+        // A box without a fit counts as the worst one.
+        let unexplained = (count - boxes.len()) as f64 * saturation;
+        let edges = boxes.iter().map(|(_, view)| view.chi2.min(saturation)).sum::<f64>() + unexplained;
+        let costs = boxes.iter().map(|(_, view)| view.cost).sum::<f64>() + unexplained;
+        let difference = size.size.to_vector() - input.prior.mean.to_vector();
+        let of_size = difference.component_div(&input.prior.sigma.to_vector()).norm_squared();
+        let boxes_of_track = &input.track.boxes;
+        let frame = |b: Option<&TrackBox>| b.map_or(0, |b| b.frame);
+        let span = (frame(boxes_of_track.first()), frame(boxes_of_track.last()));
+        let independent = input.independent_views(count.max(1), span, hypothesis.independent_views);
+        let of_all = |sum: f64| sum * independent / count.max(1) as f64 + of_size;
+        let chi2 = of_all(edges);
+        let inflation = (chi2 / (hypothesis.expected_chi2 * independent)).max(1.0).sqrt();
+        Self { chi2, cost: of_all(costs), inflation }
+    }
 }
 
 /// One view per frame: boxes and external views, weighted by their information.

@@ -1,5 +1,6 @@
 //! `vehicles/<id>.tum`, `tracks.csv`, `tracks.kitti.txt`.
 
+use std::f64::consts::SQRT_2;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -146,10 +147,19 @@ pub fn track_labels(result: &RunResult, camera_from_cam0: Pose<Camera, Cam0>) ->
             size_hwl_m: [vehicle.size.height_m, vehicle.size.width_m, vehicle.size.length_m],
             location_m: [location.x, location.y, location.z],
             ry_rad,
-            score: Some(s.score),
+            score: Some(s.score * probability_right(vehicle, s)),
         });
     }
     labels
+}
+
+/// Probability that the box is within a third of its length, width and height of the vehicle, by the standard deviations. KITTI's
+/// evaluators rank boxes by score, and count those that overlap by half or more.
+fn probability_right(vehicle: &VehicleTrajectory, state: &VehicleState) -> f64 {
+    let sigma = |k: usize| state.covariance[(k, k)].max(0.0).sqrt();
+    let size = vehicle.size;
+    let within = |extent_m: f64, k: usize| libm::erf(extent_m / 3.0 / (SQRT_2 * sigma(k).max(1e-3)));
+    within(size.length_m, 3) * within(size.width_m, 4) * within(size.height_m, 5)
 }
 
 /// Name of a class in KITTI's list, which has neither buses nor motorcycles; `tracks.csv` has our own names.
