@@ -19,7 +19,9 @@ fn a_folder_of_frames_becomes_a_metric_trajectory() {
         table.iter().skip(4).filter(|row| row[2] == "tracked").map(|row| row[4].parse().unwrap()).collect();
     assert!(speeds.len() >= 18, "{} frames tracked", speeds.len());
     assert!(speeds.iter().all(|v| (v / (10.0 * STEP_M) - 1.0).abs() < 0.1), "{speeds:?} m/s");
-    for (file, lines) in [("ego.tum", 24), ("ego.kitti.txt", 24), ("frames.csv", 25), ("tracks.csv", 1)] {
+    for (file, lines) in
+        [("ego.tum", 24), ("ego.kitti.txt", 24), ("frames.csv", 25), ("speeds.csv", 25), ("tracks.csv", 1)]
+    {
         assert_eq!(std::fs::read_to_string(out.join(file)).unwrap().lines().count(), lines, "{file}");
     }
     let page = std::fs::read_to_string(out.join("report.html")).unwrap();

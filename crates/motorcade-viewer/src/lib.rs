@@ -10,6 +10,7 @@
 //! # }
 //! ```
 
+mod ahead;
 mod axis;
 mod chart;
 mod details;

@@ -3,15 +3,17 @@
 use motorcade::{RunContext, RunResult};
 use motorcade_evaluate::Report;
 
-use crate::{details, evaluation, headline, map, road, speed, strip, vehicles};
+use crate::{ahead, details, evaluation, headline, map, road, speed, strip, vehicles};
 
 /// A run as one self-contained HTML page. Lengths are in metres; the map shows the world of the first camera (x right, y down,
 /// z forward) from above. With an evaluation it shows the errors and the true path.
 pub fn report(result: &RunResult, context: &RunContext, evaluation: Option<&Report>) -> String {
     let truth = evaluation.map(|e| e.truth_path_m.as_slice()).unwrap_or_default();
+    let speeds = motorcade::speeds(result);
     let body = [
         headline::headline(result, context),
         details::warnings(result),
+        ahead::quoted(result, &speeds),
         "<section><h2>Top view</h2>\n".to_owned(),
         map::map(result, truth),
         "</section>\n".to_owned(),
@@ -19,6 +21,7 @@ pub fn report(result: &RunResult, context: &RunContext, evaluation: Option<&Repo
         "<section><h2>Over time</h2>\n".to_owned(),
         strip::strip(result),
         speed::speeds(result),
+        ahead::distances(result, &speeds),
         road::road(result),
         "</section>\n<section><h2>Vehicles</h2>\n".to_owned(),
         vehicles::table(result),

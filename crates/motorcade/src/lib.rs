@@ -36,6 +36,7 @@ mod front_end;
 mod motion_source;
 mod motorcade;
 pub mod output;
+mod path_ahead;
 mod plausibility;
 mod progress;
 mod record;
@@ -44,6 +45,7 @@ mod result;
 mod run;
 mod scale_source;
 mod settings;
+mod speeds;
 mod timing;
 
 pub use config::{Config, Preset, RunOptions, ScaleOptions, VehicleMask};
@@ -65,6 +67,7 @@ pub use record::{FrameInfo, FrontEndRecord, FrontEndView};
 pub use result::RunResult;
 pub use run::{FrameCallback, push_sequence, survey_sequence};
 pub use settings::Settings;
+pub use speeds::{Estimated, FrameSpeeds, VehicleAhead, speeds};
 pub use timing::{StageTime, Stopwatch};
 
 // The crates whose types stand in this one's interface.

@@ -6,6 +6,7 @@ mod directory;
 mod graph;
 mod listing;
 mod record;
+mod speeds;
 mod tracks;
 
 pub(crate) use camera::status_name;
@@ -75,6 +76,7 @@ pub fn write_run(
     let fill = |folder: &Path| -> Result<()> {
         camera::write(folder, result)?;
         tracks::write(folder, result, context)?;
+        speeds::write(folder, result)?;
         detections::write(folder, result)?;
         graph::write(folder, result)?;
         for extra in extras {

@@ -1,0 +1,86 @@
+//! The vehicle ahead of the camera: its distance over time, and what of it is quoted.
+
+use motorcade::{Estimated, FrameSpeeds, RunResult};
+
+use crate::chart::{Chart, Series};
+use crate::hue::hue;
+use crate::speed::times_s;
+use crate::text::{escape, number};
+
+/// The chart of distances; nothing where no vehicle was ever ahead.
+pub(crate) fn distances(result: &RunResult, speeds: &[FrameSpeeds]) -> String {
+    let times = times_s(result);
+    let mut series: Vec<Series> = Vec::new();
+    for (k, vehicle) in result.vehicles.iter().enumerate() {
+        let rows = times.iter().zip(speeds).map(|(time, row)| {
+            let distance = row.ahead.as_ref().filter(|a| a.id == vehicle.id).map(|a| a.distance_m);
+            (*time, distance.unwrap_or(Estimated { value: f64::NAN, sigma: 0.0 }))
+        });
+        let (values, sigmas): (Vec<_>, Vec<_>) = rows.map(|(time, d)| ((time, d.value), d.sigma)).unzip();
+        if values.iter().any(|(_, value)| value.is_finite()) {
+            series.push(Series {
+                name: format!("{} {}", vehicle.class.name(), vehicle.id),
+                class: "vehicle",
+                hue: Some(hue(k)),
+                vehicle: Some(vehicle.id),
+                values,
+                sigmas,
+            });
+        }
+    }
+    let title = "Distance to the vehicle ahead, with its standard deviation";
+    Chart { title, label: "distance [m]", unit: "m", least: 5.0, from_zero: true, series }.figure()
+}
+
+/// Table of the numbers of a drive that are quoted: speeds, and the extremes of the vehicle ahead.
+pub(crate) fn quoted(result: &RunResult, speeds: &[FrameSpeeds]) -> String {
+    let times = times_s(result);
+    let duration_s = times.last().copied().unwrap_or(0.0);
+    let mut rows: Vec<(&str, String, String)> = Vec::new();
+    if duration_s > 0.0 {
+        let mean = result.ego.length_m() / duration_s;
+        rows.push(("mean speed", kmh(mean), String::new()));
+    }
+    let fastest = speeds.iter().zip(&times).filter(|(row, _)| row.speed_mps.sigma.is_finite());
+    if let Some((row, time)) = fastest.max_by(|a, b| a.0.speed_mps.value.total_cmp(&b.0.speed_mps.value)) {
+        let value = format!("{} ± {}", kmh(row.speed_mps.value), kmh(row.speed_mps.sigma));
+        rows.push(("highest speed", value, at(*time)));
+    }
+    let ahead = || speeds.iter().zip(&times).filter_map(|(row, time)| Some((row.ahead.as_ref()?, *time)));
+    let seen = ahead().count() as f64 / speeds.len().max(1) as f64;
+    rows.push(("frames with a vehicle ahead", format!("{} %", number(100.0 * seen, 0)), String::new()));
+    let least = |values: Vec<(Estimated, usize, f64)>| {
+        values.into_iter().min_by(|a, b| a.0.value.total_cmp(&b.0.value))
+    };
+    for (name, unit, found) in [
+        ("shortest distance ahead", "m", least(ahead().map(|(a, t)| (a.distance_m, a.id, t)).collect())),
+        (
+            "shortest time gap",
+            "s",
+            least(ahead().filter_map(|(a, t)| Some((a.time_gap_s?, a.id, t))).collect()),
+        ),
+        (
+            "shortest time to collision",
+            "s",
+            least(ahead().filter_map(|(a, t)| Some((a.time_to_collision_s?, a.id, t))).collect()),
+        ),
+    ] {
+        if let Some((e, id, time)) = found {
+            let value = format!("{} ± {} {unit}", number(e.value, 2), number(e.sigma, 2));
+            rows.push((name, value, format!("vehicle {id}, {}", at(time))));
+        }
+    }
+    let row = |(name, value, note): &(&str, String, String)| {
+        format!("<tr><th>{}</th><td>{}</td><td>{}</td></tr>", escape(name), escape(value), escape(note))
+    };
+    let body: String = rows.iter().map(row).collect();
+    format!("<section><h2>In short</h2><table>{body}</table></section>\n")
+}
+
+fn kmh(mps: f64) -> String {
+    format!("{} km/h", number(3.6 * mps, 1))
+}
+
+fn at(time_s: f64) -> String {
+    format!("at {} s", number(time_s, 1))
+}

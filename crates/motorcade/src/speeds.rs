@@ -1,0 +1,154 @@
+//! Speed of the camera, and the vehicle ahead of it: distance, closing speed, time to collision.
+
+use motorcade_geometry::{Pose, World};
+use motorcade_perception::VehicleClass;
+use motorcade_vehicles::{VehicleState, VehicleTrajectory};
+use nalgebra::Point2;
+
+use crate::path_ahead::PathAhead;
+use crate::result::RunResult;
+
+/// Time over which the camera's speed is taken, centred on the frame \[s\].
+const SPEED_TIME_S: f64 = 0.4;
+
+/// Largest distance between the centre of a vehicle and the camera's path for it to be in the same lane \[m\]: half a lane.
+const LANE_HALF_WIDTH_M: f64 = 1.8;
+
+/// Speed below which no time is told \[m/s\].
+const STANDING_MPS: f64 = 0.5;
+
+/// A value and its standard deviation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimated {
+    /// Value.
+    pub value: f64,
+    /// Standard deviation.
+    pub sigma: f64,
+}
+
+/// Speeds in one frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameSpeeds {
+    /// Speed of the camera \[m/s\].
+    pub speed_mps: Estimated,
+    /// The nearest vehicle in the path of the camera.
+    pub ahead: Option<VehicleAhead>,
+}
+
+/// The vehicle ahead.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VehicleAhead {
+    /// Its identity.
+    pub id: usize,
+    /// Kind of vehicle.
+    pub class: VehicleClass,
+    /// Way along the path from the camera to its nearest end \[m\].
+    pub distance_m: Estimated,
+    /// Speed at which the distance shrinks \[m/s\].
+    pub closing_mps: Estimated,
+    /// Distance over the camera's speed \[s\]; `None` when the camera stands.
+    pub time_gap_s: Option<Estimated>,
+    /// Distance over the closing speed \[s\]; `None` when the distance does not shrink by more than one standard deviation.
+    pub time_to_collision_s: Option<Estimated>,
+}
+
+/// Speeds in every frame. The path of the camera is where it drove later, and straight on at the end of the drive.
+pub fn speeds(result: &RunResult) -> Vec<FrameSpeeds> {
+    let path = PathAhead::new(result);
+    let mut by_frame: Vec<Vec<(&VehicleTrajectory, &VehicleState)>> = vec![Vec::new(); result.frames.len()];
+    for vehicle in &result.vehicles {
+        for state in &vehicle.states {
+            if let Some(frame) = by_frame.get_mut(state.frame) {
+                frame.push((vehicle, state));
+            }
+        }
+    }
+    let one = |(frame, vehicles): (usize, &Vec<(&VehicleTrajectory, &VehicleState)>)| {
+        let speed_mps = camera_speed(result, frame);
+        let ahead = vehicles.iter().filter_map(|(v, s)| ahead(&path, frame, v, s, speed_mps));
+        let ahead = ahead.min_by(|a, b| a.distance_m.value.total_cmp(&b.distance_m.value));
+        FrameSpeeds { speed_mps, ahead }
+    };
+    by_frame.iter().enumerate().map(one).collect()
+}
+
+/// Speed of the camera around a frame. Errors of the scale are common to neighbouring frames, those of its steps are not.
+fn camera_speed(result: &RunResult, frame: usize) -> Estimated {
+    let time_s = |k: usize| result.frames[k].timestamp_ns as f64 * 1e-9;
+    let now = time_s(frame);
+    let near = |k: &usize| (time_s(*k) - now).abs() <= 0.5 * SPEED_TIME_S + 1e-6;
+    let last_frame = result.frames.len().saturating_sub(1);
+    let mut first = (0..frame).rev().take_while(near).last().unwrap_or(frame);
+    let mut last = (frame + 1..=last_frame).take_while(near).last().unwrap_or(frame);
+    if first == last {
+        (first, last) = (frame.saturating_sub(1), (frame + 1).min(last_frame));
+    }
+    let duration_s = time_s(last) - time_s(first);
+    if duration_s <= 0.0 {
+        return Estimated { value: 0.0, sigma: f64::INFINITY };
+    }
+    let frames = &result.ego.frames[first..=last];
+    let position = |k: usize| frames[k].world_from_camera.translation();
+    let way_m: f64 = (1..frames.len()).map(|k| (position(k) - position(k - 1)).norm()).sum();
+    let variance: f64 = frames[1..].iter().map(|f| f.step_covariance[(5, 5)].max(0.0)).sum();
+    let scale = frames.iter().map(|f| f.scale_sigma.hypot(f.scale_bias_sigma)).fold(0.0, f64::max);
+    let value = way_m / duration_s;
+    Estimated { value, sigma: (variance.sqrt() / duration_s).hypot(scale * value) }
+}
+
+/// A vehicle as the one ahead; `None` when it is beside or behind, or comes the other way.
+fn ahead(
+    path: &PathAhead,
+    frame: usize,
+    vehicle: &VehicleTrajectory,
+    state: &VehicleState,
+    own: Estimated,
+) -> Option<VehicleAhead> {
+    let pose = &state.world_from_vehicle;
+    let place = path.locate(frame, &ground(pose))?;
+    let forward = pose.rotation_matrix().column(0).into_owned();
+    let along = (forward.x * place.direction.x + forward.z * place.direction.y)
+        / forward.x.hypot(forward.z).max(1e-9);
+    let oncoming = along < 0.0 && vehicle.p_moving > 0.5;
+    if place.offset_m.abs() > LANE_HALF_WIDTH_M || oncoming {
+        return None;
+    }
+    let across = (1.0 - along * along).max(0.0).sqrt();
+    let size = &vehicle.size;
+    let reach_m = 0.5 * (size.length_m * along.abs() + size.width_m * across);
+    let centre_m = place.way_m;
+    if centre_m + reach_m <= 0.0 {
+        return None;
+    }
+    let variance = |k: usize| state.covariance[(k, k)].max(0.0);
+    let sigma = (variance(3) * along * along
+        + variance(4) * across * across
+        + 0.25 * vehicle.size_covariance[(0, 0)].max(0.0))
+    .sqrt();
+    let distance_m = Estimated { value: (centre_m - reach_m).max(0.0), sigma };
+    let closing_mps = Estimated {
+        value: own.value - state.speed_mps * along,
+        sigma: own.sigma.hypot(state.speed_sigma_mps * along),
+    };
+    Some(VehicleAhead {
+        id: vehicle.id,
+        class: vehicle.class,
+        distance_m,
+        closing_mps,
+        time_gap_s: (own.value > STANDING_MPS).then(|| ratio(distance_m, own)),
+        time_to_collision_s: (closing_mps.value > closing_mps.sigma.max(STANDING_MPS))
+            .then(|| ratio(distance_m, closing_mps)),
+    })
+}
+
+/// Coordinates in the horizontal plane of the world, whose y axis points down.
+fn ground<From>(pose: &Pose<World, From>) -> Point2<f64> {
+    let t = pose.translation();
+    Point2::new(t.x, t.z)
+}
+
+/// a / b, to first order.
+fn ratio(a: Estimated, b: Estimated) -> Estimated {
+    let value = a.value / b.value;
+    Estimated { value, sigma: (a.sigma / b.value).hypot(value * b.sigma / b.value) }
+}
