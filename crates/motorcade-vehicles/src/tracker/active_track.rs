@@ -1,10 +1,11 @@
 //! A track that is being followed.
 
 use motorcade_perception::BoundingBox;
-use nalgebra::{Matrix3, Point3};
+use nalgebra::Point3;
 
 use super::localizer::{Localizer, WorldPosition};
 use super::options::AdvancedTrackerOptions;
+use super::standing::Standing;
 use crate::ground::GroundFrame;
 use crate::motion::MotionFilter;
 use crate::time::{correlation_factor, interval_s};
@@ -23,10 +24,13 @@ pub(super) struct ActiveTrack {
     in_camera: Point3<f64>,
     /// Position and velocity in the world at the last box.
     motion: MotionFilter,
+    standing: Standing,
     /// Frame of the last box.
     last_frame: usize,
     /// Camera and road of that frame.
     last_ground: GroundFrame,
+    /// Time of the last box that could start a track \[s\].
+    confident_s: f64,
     /// Boxes, counted as at most one per correlation time.
     independent_boxes: f64,
     votes: ClassVotes,
@@ -46,8 +50,20 @@ impl ActiveTrack {
         let track = Track::new(id, first.observed.class, vec![first]);
         let mut votes = ClassVotes::default();
         votes.add(&first);
-        let (last_frame, last_ground, independent_boxes) = (first.frame, *ground, 1.0);
-        Some(Self { track, in_camera, motion, last_frame, last_ground, independent_boxes, votes })
+        let (last_frame, last_ground, confident_s) = (first.frame, *ground, ground.time_s);
+        let independent_boxes = 1.0;
+        let standing = Standing::new(in_camera, covariance);
+        Some(Self {
+            track,
+            in_camera,
+            motion,
+            standing,
+            last_frame,
+            last_ground,
+            confident_s,
+            independent_boxes,
+            votes,
+        })
     }
 
     /// True when the track has enough boxes, counted as at most one per correlation time.
@@ -77,12 +93,36 @@ impl ActiveTrack {
         now.time_s - self.last_ground.time_s
     }
 
+    /// Time since the last box that could start a track \[s\].
+    pub(super) fn unconfident_s(&self, now: &GroundFrame) -> f64 {
+        now.time_s - self.confident_s
+    }
+
+    /// Notes that a box which could start a track was assigned.
+    pub(super) fn confirm_at(&mut self, now: &GroundFrame) {
+        self.confident_s = now.time_s;
+    }
+
     /// Predicted motion at the time of a frame.
     fn predict(&self, localizer: &Localizer, now: &GroundFrame) -> MotionFilter {
         let up = now.world_from_camera.transform_vector(&now.up);
         let mut motion = self.motion;
         motion.predict(self.unseen_s(now).max(LEAST_STEP_S), &up, &localizer.motion);
         motion
+    }
+
+    /// Predicted position at the time of a frame, by the more likely of the two hypotheses.
+    fn predict_position(
+        &self,
+        localizer: &Localizer,
+        now: &GroundFrame,
+        options: &AdvancedTrackerOptions,
+    ) -> WorldPosition {
+        if self.standing.is_likely() {
+            self.standing.predict(&self.last_ground, now, options)
+        } else {
+            position_of(&self.predict(localizer, now))
+        }
     }
 
     /// Squared Mahalanobis distance of a position from the predicted one; `None` beyond the gate, and where the prediction is
@@ -94,9 +134,8 @@ impl ActiveTrack {
         (position, covariance): &WorldPosition,
         options: &AdvancedTrackerOptions,
     ) -> Option<f64> {
-        let predicted = self.predict(localizer, ground);
-        let spread: Matrix3<f64> = predicted.p.fixed_view::<3, 3>(0, 0).into_owned();
-        let difference = position - predicted.x.fixed_rows::<3>(0);
+        let (predicted, spread) = self.predict_position(localizer, ground, options);
+        let difference = position - predicted;
         let d2 = difference.dot(&((spread + covariance).try_inverse()? * difference));
         let largest_m = difference.norm().max(spread.trace().sqrt());
         (d2 < options.reidentify_chi2 && largest_m < options.reidentify_m).then_some(d2)
@@ -110,7 +149,8 @@ impl ActiveTrack {
         options: &AdvancedTrackerOptions,
     ) -> Option<BoundingBox> {
         let last = self.track.boxes.last()?;
-        let position = Point3::from(self.predict(localizer, ground).x.fixed_rows::<3>(0).into_owned());
+        let (position, _) = self.predict_position(localizer, ground, options);
+        let position = Point3::from(position);
         let now = ground.world_from_camera.inverse().transform_point(&position);
         let (a, b) = (localizer.camera.project(&self.in_camera)?, localizer.camera.project(&now)?);
         let most = options.largest_scale_change;
@@ -124,15 +164,26 @@ impl ActiveTrack {
     }
 
     /// Appends a box and updates the motion with its position.
-    pub(super) fn extend(&mut self, localizer: &Localizer, ground: &GroundFrame, next: TrackBox) {
+    pub(super) fn extend(
+        &mut self,
+        localizer: &Localizer,
+        ground: &GroundFrame,
+        next: TrackBox,
+        options: &AdvancedTrackerOptions,
+    ) {
         self.track.boxes.push(next);
         let mut motion = self.predict(localizer, ground);
         let elapsed_s = interval_s(self.last_ground.time_s, ground.time_s);
         self.independent_boxes += (elapsed_s / localizer.correlation_time_s).min(1.0);
         self.votes.add(&next);
+        let standing = self.standing.predict(&self.last_ground, ground, options);
         if let Some((position, covariance)) = localizer.position(ground, &next.observed) {
             let correlation = correlation_factor(localizer.correlation_time_s, elapsed_s);
-            motion.update(&position, &(covariance * correlation), &localizer.motion);
+            let measured = (position, covariance * correlation);
+            self.standing.update(ground, &standing, &position_of(&motion), &measured, options);
+            motion.update(&measured.0, &measured.1, &localizer.motion);
+        } else {
+            self.standing.keep(ground, &standing);
         }
         let speed = motion.x.fixed_rows::<3>(3).norm();
         let largest = localizer.motion.largest_speed_mps;
@@ -143,4 +194,9 @@ impl ActiveTrack {
         self.in_camera = ground.world_from_camera.inverse().transform_point(&position);
         (self.motion, self.last_frame, self.last_ground) = (motion, next.frame, *ground);
     }
+}
+
+/// Position of a filter and its covariance.
+fn position_of(motion: &MotionFilter) -> WorldPosition {
+    (motion.x.fixed_rows::<3>(0).into_owned(), motion.p.fixed_view::<3, 3>(0, 0).into_owned())
 }

@@ -24,22 +24,35 @@ pub(super) fn greedy(mut candidates: Vec<Candidate>) -> Vec<(usize, usize)> {
     pairs
 }
 
-/// Pairs of track and box by overlap with the predicted box: boxes that may start a track first, then weaker ones.
+/// Pairs of track and box by overlap with the predicted box: boxes that may start a track first, then weaker ones. Where a box
+/// is that of several tracks by its overlap, the track of the lowest level gets it, which had such a box most recently (a matching
+/// cascade: Wojke et al., DeepSORT, ICIP 2017): one that lives on weak boxes beside a vehicle does not take that vehicle's box.
 pub(super) fn by_overlap(
     predicted: &[Option<BoundingBox>],
+    levels: &[usize],
     boxes: &[&Detection],
     options: &TrackerOptions,
 ) -> Vec<(usize, usize)> {
+    let mut cascade = levels.to_vec();
+    cascade.sort_unstable();
+    cascade.dedup();
+    let clear = options.least_iou.max(options.advanced.duplicate_iou);
+    let by_level = cascade.into_iter().map(|level| (true, Some(level), clear));
+    let all = [(true, None, options.least_iou), (false, None, options.least_iou)];
     let mut pairs: Vec<(usize, usize)> = Vec::new();
-    for confident in [true, false] {
+    for (confident, level, least_iou) in by_level.chain(all) {
         let mut candidates = Vec::new();
         for (track, expected) in predicted.iter().enumerate() {
-            let Some(expected) = expected.filter(|_| pairs.iter().all(|(t, _)| *t != track)) else {
-                continue;
-            };
+            let free = level.is_none_or(|l| levels[track] == l) && pairs.iter().all(|(t, _)| *t != track);
+            let Some(expected) = expected.filter(|_| free) else { continue };
             for (detection, found) in boxes.iter().enumerate() {
+                // A weak box on a vehicle that has its box is a second box of that vehicle.
+                let limit = if confident { 1.0 } else { options.advanced.duplicate_iou };
+                let free = |d: usize| d != detection && boxes[d].bbox.iou(&found.bbox) <= limit;
+                let suits =
+                    (found.score >= options.begin_score) == confident && pairs.iter().all(|(_, d)| free(*d));
                 let iou = expected.iou(&found.bbox);
-                if (found.score >= options.begin_score) == confident && iou >= options.least_iou {
+                if suits && iou >= least_iou {
                     candidates.push(Candidate { cost: -iou, track, detection });
                 }
             }

@@ -1,12 +1,13 @@
 //! Data association: boxes of a drive to vehicles.
 //!
-//! Each track is filtered on the road; its predicted position, seen from the new camera pose, predicts its next box. Boxes are
+//! Each track is filtered on the road, under the hypotheses that it moves and that it stands; its predicted position, seen from the new camera pose, predicts its next box. Boxes are
 //! assigned by overlap, confident ones first; occluded tracks are re-identified by position.
 
 mod active_track;
 mod association;
 mod localizer;
 mod options;
+mod standing;
 
 use motorcade_geometry::PinholeCamera;
 use motorcade_perception::{BoundingBox, Detection};
@@ -77,14 +78,21 @@ impl Tracker {
         let all: Vec<BoundingBox> = boxes.iter().map(|d| d.bbox).collect();
         let predict = |t: &ActiveTrack| t.predicted_box(localizer, ground, &options.advanced);
         let predicted: Vec<Option<BoundingBox>> = self.active.iter().map(predict).collect();
-        let mut pairs = by_overlap(&predicted, &boxes, options);
+        let level = |t: &ActiveTrack| {
+            (t.unconfident_s(ground) / options.advanced.occluded_after_s.max(ROUNDING_S)) as usize
+        };
+        let levels: Vec<usize> = self.active.iter().map(level).collect();
+        let mut pairs = by_overlap(&predicted, &levels, &boxes, options);
         pairs.extend(self.reidentify(ground, &boxes, &all, &pairs));
         let mut assigned = vec![false; boxes.len()];
         for (track, index) in pairs {
             assigned[index] = true;
             let observed = localizer.observe(boxes[index], &all);
             let next = TrackBox { frame, observed, score: boxes[index].score };
-            self.active[track].extend(localizer, ground, next);
+            self.active[track].extend(localizer, ground, next, &options.advanced);
+            if boxes[index].score >= options.begin_score {
+                self.active[track].confirm_at(ground);
+            }
         }
         for (index, detection) in boxes.iter().enumerate() {
             // A second box on a tracked vehicle (another class, a looser fit) does not start a track.

@@ -48,6 +48,11 @@ pub struct AdvancedTrackerOptions {
     /// Largest distance, and largest standard deviation of the predicted position, of a re-identification \[m\]: a car's length
     /// and a little; another vehicle in the same lane is further away.
     pub reidentify_m: f64,
+    /// Apparent motion of a vehicle that stands, as a share of the camera's way: errors of the size or of the road's height that
+    /// all its boxes share shrink with the distance. Parked cars of KITTI 0005 are placed up to a tenth too near or too far.
+    pub apparent_motion_share: f64,
+    /// Largest evidence for motion or standing that is kept (twice the logarithm of the likelihood ratio): vehicles stop and start.
+    pub most_evidence: f64,
     /// Largest change of the predicted box's scale between two boxes.
     pub largest_scale_change: f64,
 }
@@ -60,6 +65,8 @@ impl Default for AdvancedTrackerOptions {
             duplicate_iou: 0.5,
             reidentify_chi2: 7.8,
             reidentify_m: 5.0,
+            apparent_motion_share: 0.1,
+            most_evidence: 12.0,
             largest_scale_change: 2.0,
         }
     }
