@@ -71,6 +71,14 @@ impl Drive {
         Ok(Self { source: Source::Frames(Box::new(sequence)), height_m })
     }
 
+    /// The frames; `None` for a drive known from files only.
+    pub fn sequence(&self) -> Option<&Sequence> {
+        match &self.source {
+            Source::Frames(sequence) => Some(sequence),
+            Source::Files(_) => None,
+        }
+    }
+
     /// Description of the recognised input.
     pub fn summary(&self) -> Summary {
         match &self.source {
@@ -166,6 +174,11 @@ impl LoadedDrive {
             }
         }
         Ok(())
+    }
+
+    /// The frames; `None` for a drive known from files only.
+    pub fn sequence(&self) -> Option<&Sequence> {
+        self.drive.sequence()
     }
 
     fn camera(&self) -> anyhow::Result<PinholeCamera> {

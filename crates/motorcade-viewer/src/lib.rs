@@ -26,4 +26,6 @@ mod strip;
 mod text;
 mod vehicles;
 
+pub use hue::hue;
+pub use outline::MOVING;
 pub use page::report;
