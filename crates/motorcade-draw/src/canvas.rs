@@ -2,8 +2,7 @@
 
 use image::RgbImage;
 use tiny_skia::{
-    FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, PremultipliedColorU8, Rect, Stroke,
-    StrokeDash, Transform,
+    FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Rect, Stroke, StrokeDash, Transform,
 };
 
 use crate::colour::{BLACK, Colour};
@@ -45,12 +44,13 @@ impl Canvas {
     /// A canvas of this size with the image in its upper left corner; black elsewhere. `None` for a size that does not exist.
     pub(crate) fn new(image: &RgbImage, width: u32, height: u32) -> Option<Self> {
         let mut pixmap = Pixmap::new(width, height)?;
-        let opaque = |p: &[u8]| PremultipliedColorU8::from_rgba(p[0], p[1], p[2], 255);
-        let black = opaque(&[0, 0, 0])?;
         let mut rows = image.chunks_exact(3 * image.width().max(1) as usize);
-        for to in pixmap.pixels_mut().chunks_exact_mut(width as usize) {
-            let mut from = rows.next().unwrap_or_default().chunks_exact(3);
-            to.fill_with(|| from.next().and_then(opaque).unwrap_or(black));
+        for to in pixmap.data_mut().chunks_exact_mut(4 * width as usize) {
+            to.iter_mut().skip(3).step_by(4).for_each(|opacity| *opacity = 255);
+            let from = rows.next().unwrap_or_default();
+            for (to, from) in to.chunks_exact_mut(4).zip(from.chunks_exact(3)) {
+                to[..3].copy_from_slice(from);
+            }
         }
         Some(Self { pixmap })
     }
@@ -59,8 +59,8 @@ impl Canvas {
     pub(crate) fn into_rgb(self) -> RgbImage {
         let mut image = RgbImage::new(self.pixmap.width(), self.pixmap.height());
         // The image below is opaque, so what is drawn on it is too: nothing to divide by.
-        for (to, from) in image.chunks_exact_mut(3).zip(self.pixmap.pixels()) {
-            to.copy_from_slice(&[from.red(), from.green(), from.blue()]);
+        for (to, from) in image.chunks_exact_mut(3).zip(self.pixmap.data().chunks_exact(4)) {
+            to.copy_from_slice(&from[..3]);
         }
         image
     }

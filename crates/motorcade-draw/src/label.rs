@@ -12,6 +12,11 @@ use crate::vehicle::{Placed, colour};
 /// Vehicles lower than this in the image have one line \[capital heights\].
 const SMALL: f64 = 2.5;
 
+/// Margin around the text, width of the coloured bar at its left, distance of two baselines \[capital heights\].
+const MARGIN: f64 = 0.5;
+const BAR: f64 = 0.5;
+const PITCH: f64 = 1.6;
+
 /// Identity, class and speed; distance ahead along the road with its standard deviation.
 fn lines(vehicle: &SceneVehicle, road: &Road, small: bool) -> Vec<String> {
     let (ahead, _) = road.axes();
@@ -32,36 +37,55 @@ pub(crate) fn kmh(speed_mps: f64) -> String {
     format!("{:.0} km/h", if rounded == 0.0 { 0.0 } else { rounded })
 }
 
-/// Draws the label of a vehicle where there is room.
-pub(crate) fn draw(
-    canvas: &mut Canvas,
-    placed: &Placed<'_>,
-    road: &Road,
-    layout: &Layout,
-    placement: &mut Placement,
-) {
-    let capital = layout.capital_px;
-    let small = placed.height_px < SMALL * capital;
-    let lines = lines(placed.vehicle, road, small);
-    let capital = if small { 0.85 * capital } else { capital };
-    let (margin, pitch) = (0.5 * capital, 1.6 * capital);
-    let widest = lines.iter().map(|line| width_px(line, capital)).fold(0.0, f64::max);
-    let size =
-        (widest + 2.0 * margin + 0.5 * capital, pitch * (lines.len() - 1) as f64 + capital + 2.0 * margin);
-    let Some(place) = placement.around(&placed.bounds, size) else { return };
-    let colour = colour(placed.vehicle);
-    let middle = |r: &Rectangle| 0.5 * (r.x1 + r.x2);
-    if placed.bounds.y1 - place.y2 > size.1 {
-        let leader = [[middle(&place), place.y2], [middle(&placed.bounds), placed.bounds.y1]];
-        canvas.lines([leader.as_slice()], &Pen::new(colour.faded(0.8), layout.line_px).seamed(0.4));
+/// A label with its place.
+pub(crate) struct Label<'a> {
+    placed: &'a Placed<'a>,
+    lines: Vec<String>,
+    /// Height of capitals \[px\].
+    capital: f64,
+    place: Rectangle,
+}
+
+impl<'a> Label<'a> {
+    /// The label of a vehicle where there is room.
+    pub(crate) fn new(
+        placed: &'a Placed<'a>,
+        road: &Road,
+        layout: &Layout,
+        placement: &mut Placement,
+    ) -> Option<Self> {
+        let small = placed.height_px < SMALL * layout.capital_px;
+        let lines = lines(placed.vehicle, road, small);
+        let capital = if small { 0.85 } else { 1.0 } * layout.capital_px;
+        let widest = lines.iter().map(|line| width_px(line, capital)).fold(0.0, f64::max);
+        let width = widest + 2.0 * MARGIN * capital + BAR * capital;
+        let height = capital * (PITCH * (lines.len() - 1) as f64 + 1.0 + 2.0 * MARGIN);
+        let place = placement.around(&placed.bounds, (width, height))?;
+        Some(Self { placed, lines, capital, place })
     }
-    canvas.rectangle(&place, BLACK.faded(0.5));
-    let bar = Rectangle::new(place.x1, place.y1, place.x1 + 0.35 * capital, place.y2);
-    canvas.rectangle(&bar, colour);
-    let ink = if placed.vehicle.predicted { WHITE.faded(0.75) } else { WHITE };
-    for (k, line) in lines.iter().enumerate() {
-        let baseline = place.y1 + margin + capital + pitch * k as f64;
-        canvas.text(line, [place.x1 + margin + 0.5 * capital, baseline], capital, ink);
+
+    /// Draws a line from a label to its vehicle, where they are apart.
+    pub(crate) fn draw_leader(&self, canvas: &mut Canvas, layout: &Layout) {
+        let (place, bounds) = (&self.place, &self.placed.bounds);
+        let middle = |r: &Rectangle| 0.5 * (r.x1 + r.x2);
+        if bounds.y1 - place.y2 > self.capital {
+            let line = [[middle(place), place.y2], [middle(bounds), bounds.y1]];
+            let pen = Pen::new(colour(self.placed.vehicle).faded(0.8), layout.line_px).seamed(0.4);
+            canvas.lines([line.as_slice()], &pen);
+        }
+    }
+
+    /// Draws the label.
+    pub(crate) fn draw(&self, canvas: &mut Canvas) {
+        let (place, capital) = (&self.place, self.capital);
+        canvas.rectangle(place, BLACK.faded(0.6));
+        let bar = Rectangle::new(place.x1, place.y1, place.x1 + 0.7 * BAR * capital, place.y2);
+        canvas.rectangle(&bar, colour(self.placed.vehicle));
+        let ink = if self.placed.vehicle.predicted { WHITE.faded(0.75) } else { WHITE };
+        for (k, line) in self.lines.iter().enumerate() {
+            let baseline = place.y1 + capital * (MARGIN + 1.0 + PITCH * k as f64);
+            canvas.plain_text(line, [place.x1 + capital * (MARGIN + BAR), baseline], capital, ink);
+        }
     }
 }
 

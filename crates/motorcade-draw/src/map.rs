@@ -16,6 +16,8 @@ const AHEAD_M: f64 = 60.0;
 const BEHIND_M: f64 = 5.0;
 /// Distance between two rings \[m\].
 const RING_M: f64 = 20.0;
+/// Direction of the numbers on the rings, to the right of ahead \[rad\].
+const NUMBERS_RAD: f64 = 0.3;
 /// Half axes of the ellipses in standard deviations.
 const ELLIPSE_SIGMAS: f64 = 2.0;
 
@@ -69,8 +71,10 @@ impl Map<'_> {
             let points: Vec<Pixel> = (-35..=35).map(on_ring).collect();
             self.line(canvas, &points, &pen);
             let text = format!("{radius_m:.0} m");
-            let [x, y] = self.at([radius_m, 0.0]);
-            let start = [x - 0.5 * width_px(&text, size), y + 1.4 * size];
+            // Beside the way ahead, where vehicles are.
+            let (sin, cos) = NUMBERS_RAD.sin_cos();
+            let [x, y] = self.at([radius_m * cos, radius_m * sin]);
+            let start = [x - 0.5 * width_px(&text, size), y + 1.7 * size];
             canvas.text(&text, start, size, WHITE.faded(0.55));
         }
     }

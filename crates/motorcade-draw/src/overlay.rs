@@ -4,13 +4,14 @@ use image::RgbImage;
 use motorcade_geometry::PinholeCamera;
 
 use crate::canvas::Canvas;
+use crate::label::Label;
 use crate::layout::Layout;
 use crate::placement::Placement;
 use crate::scene::Scene;
 use crate::segment::Rectangle;
 use crate::vehicle::{Placed, colour};
 use crate::view::View;
-use crate::{grid, label, panel, trail};
+use crate::{grid, panel, trail};
 
 /// Draws estimates into the frames of one camera.
 #[derive(Clone, Copy, Debug)]
@@ -52,9 +53,10 @@ impl Overlay {
         }
         // Near ones first: they take the best places.
         let mut placement = Placement::new(view.image(), bounds);
-        for placed in &vehicles {
-            label::draw(&mut canvas, placed, &scene.road, layout, &mut placement);
-        }
+        let labels: Vec<Label<'_>> =
+            vehicles.iter().filter_map(|v| Label::new(v, &scene.road, layout, &mut placement)).collect();
+        labels.iter().for_each(|label| label.draw_leader(&mut canvas, layout));
+        labels.iter().for_each(|label| label.draw(&mut canvas));
         panel::draw(&mut canvas, scene, layout);
         canvas.into_rgb()
     }

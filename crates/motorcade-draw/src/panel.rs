@@ -24,13 +24,13 @@ pub(crate) fn draw(canvas: &mut Canvas, scene: &Scene, layout: &Layout) {
     legend(canvas, [left, legend_y], layout);
     let small = 0.85 * capital;
     let frame = format!("frame {}   {:.2} s", scene.number, scene.time_s);
-    canvas.text(&frame, [left, legend_y - pitch], small, WHITE.faded(0.8));
+    canvas.plain_text(&frame, [left, legend_y - pitch], small, WHITE.faded(0.8));
     if let Some(status) = &scene.status {
         let start = [left + width_px(&frame, small) + capital, legend_y - pitch];
-        canvas.text(status, start, small, WARNING);
+        canvas.plain_text(status, start, small, WARNING);
     }
     let speed_y = legend_y - 2.2 * pitch;
-    canvas.text(&speed(scene), [left, speed_y], 1.3 * capital, WHITE);
+    canvas.plain_text(&speed(scene), [left, speed_y], 1.3 * capital, WHITE);
     let top = speed_y - 2.2 * capital;
     map::draw(canvas, scene, Rectangle::new(panel.x1 + 2.0, panel.y1 + 2.0, panel.x2 - 2.0, top), layout);
 }
@@ -51,13 +51,13 @@ fn legend(canvas: &mut Canvas, [mut x, y]: Pixel, layout: &Layout) {
     let ink = WHITE.faded(0.7);
     for (word, dash) in [("moving", None), ("parked", Some([3.0 * line, 2.0 * line]))] {
         let width = width_px(word, size);
-        canvas.text(word, [x, y], size, ink);
+        canvas.plain_text(word, [x, y], size, ink);
         let under = [[x, y + 0.8 * size], [x + width, y + 0.8 * size]];
         canvas.lines([under.as_slice()], &Pen::new(WHITE, 1.3 * line).dashed(dash));
         x += width + 1.5 * size;
     }
     canvas.ellipse([x + size, y - 0.5 * size], [size, 0.6 * size], 0.0, &Pen::new(ink, line));
-    canvas.text("2σ", [x + 2.6 * size, y], size, ink);
+    canvas.plain_text("2σ", [x + 2.6 * size, y], size, ink);
 }
 
 #[cfg(test)]

@@ -36,9 +36,18 @@ fn strokes(text: &str, start: Pixel, capital_px: f64) -> Vec<Vec<Pixel>> {
 impl Canvas {
     /// A text whose capitals are `capital_px` high, from the left end of its baseline, with a dark seam.
     pub(crate) fn text(&mut self, text: &str, start: Pixel, capital_px: f64, colour: Colour) {
+        self.write(text, start, capital_px, colour, 0.6);
+    }
+
+    /// The same without a seam, for a dark background.
+    pub(crate) fn plain_text(&mut self, text: &str, start: Pixel, capital_px: f64, colour: Colour) {
+        self.write(text, start, capital_px, colour, 0.0);
+    }
+
+    fn write(&mut self, text: &str, start: Pixel, capital_px: f64, colour: Colour, seam: f64) {
         let lines = strokes(text, start, capital_px);
         let width = (0.15 * capital_px).max(1.2);
-        let pen = Pen::new(colour, width).seamed(0.6 * width);
+        let pen = Pen::new(colour, width).seamed(seam * width);
         self.lines(lines.iter().map(Vec::as_slice), &pen);
     }
 }

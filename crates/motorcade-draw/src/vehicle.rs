@@ -64,7 +64,7 @@ impl<'a> Placed<'a> {
         let dash =
             (!self.vehicle.moving).then_some([3.0 * layout.line_px + width, 2.0 * layout.line_px + width]);
         let front = view.polygon(&self.cuboid.front());
-        canvas.polygon(&front, colour.faded(if self.cuboid.front_is_seen() { 0.35 } else { 0.15 }));
+        canvas.polygon(&front, colour.faded(if self.cuboid.front_is_seen() { 0.28 } else { 0.12 }));
         let segments = |edges: &mut dyn Iterator<Item = [Point3<f64>; 2]>| -> Vec<Segment> {
             edges.filter_map(|[a, b]| view.segment(&a, &b)).collect()
         };
