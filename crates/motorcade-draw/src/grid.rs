@@ -16,8 +16,8 @@ const STEP_AHEAD_M: f64 = 5.0;
 const ASIDE: i32 = 4;
 const STEP_ASIDE_M: f64 = 1.75;
 /// Opacity of the lines, and of every second distance, which has a number.
-const FAINT: f64 = 0.4;
-const CLEARER: f64 = 0.65;
+const FAINT: f64 = 0.34;
+const CLEARER: f64 = 0.55;
 
 /// Draws the grid but where vehicles are.
 pub(crate) fn draw(canvas: &mut Canvas, view: &View, road: &Road, layout: &Layout, vehicles: &[Rectangle]) {
