@@ -1,5 +1,8 @@
 //! `motorcade draw` and `motorcade run --overlay`.
 
+#![cfg(unix)]
+#![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly too")]
+
 mod common;
 
 use std::fs;
@@ -14,7 +17,6 @@ fn boxes(folder: &Path, frames: u64) {
 }
 
 /// Runs the program with nothing but these programs in its path.
-#[cfg(unix)]
 fn with_path(folder: &Path, path: &str, arguments: &str) -> Answer {
     program(folder, arguments).env("PATH", path).output().unwrap().into()
 }
@@ -77,7 +79,6 @@ fn the_input_is_that_of_the_run_or_the_one_given() {
     no_leftovers(folder.path());
 }
 
-#[cfg(unix)]
 #[test]
 fn without_ffmpeg_pictures_take_the_place_of_a_video() {
     let folder = drive(12);
@@ -94,7 +95,6 @@ fn without_ffmpeg_pictures_take_the_place_of_a_video() {
     no_leftovers(folder.path());
 }
 
-#[cfg(unix)]
 #[test]
 fn an_ffmpeg_that_fails_leaves_nothing() {
     use std::os::unix::fs::PermissionsExt;

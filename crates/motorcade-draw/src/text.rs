@@ -6,7 +6,7 @@ use crate::glyphs::{BASELINE, CAPITAL, GAP, glyph};
 use crate::segment::Pixel;
 
 /// Length of a dot in units of the strokes: a line of no length has no direction.
-const DOT: f64 = 0.2;
+const DOT: f64 = 0.6;
 
 /// Width of a text whose capitals are `capital_px` high \[px\].
 pub(crate) fn width_px(text: &str, capital_px: f64) -> f64 {

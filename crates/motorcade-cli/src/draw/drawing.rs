@@ -15,7 +15,7 @@ use crate::exit::Stopped;
 use crate::progress::Reporter;
 
 /// Frames in memory per thread.
-const FRAMES_A_THREAD: usize = 3;
+const FRAMES_A_THREAD: usize = 2;
 /// Stands for a frame that does not read.
 const GREY: Rgb<u8> = Rgb([60; 3]);
 

@@ -102,3 +102,43 @@ fn relative_sigma_m(
         (world - direction.dot(&(by_camera * direction))).max(least).sqrt()
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use motorcade_geometry::World;
+    use nalgebra::Matrix6;
+
+    #[test]
+    fn the_drift_of_the_camera_is_left_out() {
+        // Heading along the view, 20 m ahead; the camera 0.3 m uncertain along its axis and 0.01 rad about the vertical.
+        let rotation = Matrix3::new(0.0, -1.0, 0.0, 0.0, 0.0, -1.0, 1.0, 0.0, 0.0);
+        let pose = Pose::<World, Vehicle>::from_matrix(&rotation, &Vector3::new(0.0, 1.5, 20.0));
+        let mut covariance = Matrix6::zeros();
+        covariance[(5, 5)] = 0.09;
+        covariance[(1, 1)] = 1e-4;
+        let frame = RecordedFrame {
+            number: 0,
+            timestamp_ns: 0,
+            status: "tracked".into(),
+            speed_mps: 0.0,
+            scale_sigma_rel: 0.0,
+            road_normal: -Vector3::y(),
+            world_from_camera: Pose::identity(),
+            covariance,
+        };
+        let state = |sigma_m| RecordedState {
+            row: 0,
+            world_from_vehicle: pose,
+            speed_mps: 0.0,
+            sigma_m,
+            predicted: false,
+        };
+        let [forward, left] = relative_sigma_m(&frame, &pose.cast(), &state([0.5, 0.25, 0.0]));
+        assert!((forward - 0.4).abs() < 1e-9, "{forward}");
+        assert!((left - 0.15).abs() < 1e-9, "20 m at 0.01 rad are 0.2 m: {left}");
+        // Known better in the world than the camera is: not nothing.
+        let [forward, _] = relative_sigma_m(&frame, &pose.cast(), &state([0.2, 0.25, 0.0]));
+        assert!((forward - 0.02).abs() < 1e-9, "{forward}");
+    }
+}
