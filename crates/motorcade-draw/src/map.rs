@@ -128,7 +128,10 @@ impl Map<'_> {
         let (x, y) = (around.x2 + 0.5 * size, 0.5 * (around.y1 + around.y2 + size));
         let place = Rectangle::new(x, y - size, x + width_px(&text, size), y);
         if self.area.common(&place) == Some(place) {
-            canvas.text(&text, [x, y], size, colour(vehicle));
+            // Lighter than the body: dark blue letters would not be read on the panel.
+            let ink =
+                Colour { opacity: colour(vehicle).opacity, ..Colour::from_hue(vehicle.hue_deg, 0.9, 0.75) };
+            canvas.text(&text, [x, y], size, ink);
         }
     }
 

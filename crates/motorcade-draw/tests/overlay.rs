@@ -47,7 +47,10 @@ fn the_same_scene_gives_the_same_bytes_in_any_order_of_vehicles() {
     let (a, b) = (vehicle(1, -3.0, 12.0), vehicle(2, 3.0, 18.0));
     let one = overlay.draw(&gray(120), &scene(vec![a.clone(), b.clone()]));
     assert_eq!(one.dimensions(), overlay.size());
-    assert!(one.width() % 2 == 0 && one.height() % 2 == 0, "video codecs ask for even sizes");
+    assert!(
+        one.width().is_multiple_of(2) && one.height().is_multiple_of(2),
+        "video codecs ask for even sizes"
+    );
     assert!(one == overlay.draw(&gray(120), &scene(vec![b, a])));
 }
 
