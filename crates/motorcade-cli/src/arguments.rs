@@ -1,6 +1,7 @@
 //! The command line.
 
 mod ablate;
+mod draw;
 mod evaluate;
 mod graph;
 mod kernel;
@@ -13,6 +14,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use motorcade_dataset::{Format, FrameRange};
 
 pub use self::ablate::{AblateArguments, AblateCommand};
+pub use self::draw::DrawArguments;
 pub use self::evaluate::EvaluateArguments;
 pub use self::graph::{CompareArguments, GraphCommand, InfoArguments, OptimiseArguments};
 pub use self::kernel::KernelChoice;
@@ -27,6 +29,7 @@ pub use self::simulate::{DemoArguments, SimulateArguments, Training};
   motorcade inspect drive.mp4
   motorcade run drive.mp4 --calibration camera.toml --height 1.4 --models models --out runs/drive
   motorcade run kitti/training --sequence 0005 --camera 3 --models models --out runs/0005
+  motorcade draw runs/drive --out overlay.mp4
   motorcade evaluate runs/0005 --kitti kitti/training --sequence 0005 --camera 3
   motorcade graph optimise sphere.g2o --out solved.g2o
 
@@ -45,6 +48,8 @@ pub enum Command {
     Run(Box<RunArguments>),
     /// Describes an input: frames, size, calibration, gaps, duplicates.
     Inspect(InspectArguments),
+    /// Draws what a run estimated into the frames of its drive: a video, or pictures.
+    Draw(DrawArguments),
     /// Errors of a run against the ground truth of a KITTI tracking sequence.
     Evaluate(EvaluateArguments),
     /// Tables of what each choice of the method gives, on a drive with ground truth.
@@ -174,6 +179,9 @@ Without any frame, from files alone (a KITTI split with calib/ but no images):
   motorcade run kitti/training --sequence 0003 --frames 10..133 --trajectory ego.txt --trajectory-scale metric \\
       --detections kitti/training/label_02/0003.txt --vehicle-poses poses/3_*.csv --out runs/files
 
+With the estimates drawn into the frames:
+  motorcade run drive.mp4 --calibration camera.toml --height 1.4 --out runs/drive --overlay runs/drive/overlay.mp4
+
 Without --models and --detections no vehicles are looked for; the camera's trajectory is still metric.")]
 pub struct RunArguments {
     /// The input.
@@ -182,6 +190,10 @@ pub struct RunArguments {
     /// Directory of the results, new or empty; made whole or not at all.
     #[arg(long)]
     pub out: PathBuf,
+    /// Also draw the estimates into the frames, as `motorcade draw` does: a video (.mp4, .m4v, .mov, .mkv, .avi), or a folder of
+    /// PNG pictures.
+    #[arg(long, value_name = "FILE")]
+    pub overlay: Option<PathBuf>,
     /// Height of the camera above the road in metres, or `auto`: by the sizes of the cars that are seen. KITTI input knows its own
     /// (1.65).
     #[arg(long, value_name = "METRES|auto", allow_negative_numbers = true)]

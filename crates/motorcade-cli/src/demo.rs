@@ -1,22 +1,24 @@
 //! `motorcade demo`: renders a drive, runs everything on it, evaluates, writes the report.
 
-use std::path::{Path, PathBuf};
-
 use motorcade::output::{Extra, OutputDirectory, RUN_RECORD};
-use motorcade::{Config, Motorcade, RunContext, push_sequence, survey_sequence, write_run};
+use motorcade::{Config, Motorcade, RunContext, push_sequence, survey_sequence};
 use motorcade_dataset::{Sequence, SequenceOptions};
 use motorcade_perception::{Perception, PerceptionOptions};
 use motorcade_simulate::{RenderOptions, WriteOptions};
 
 use crate::arguments::DemoArguments;
+use crate::draw::{self, Frames, Place, Results};
 use crate::drive::command_line;
 use crate::evaluation::evaluate_result;
 use crate::exit;
+use crate::files::demo_drive;
 use crate::progress::Reporter;
 use crate::run::code;
 use crate::simulate;
 use crate::threads::threads;
 
+/// Name of the drawing.
+const OVERLAY: &str = "overlay.mp4";
 /// Scenario of the demo.
 const SCENARIO: &str = "demo";
 
@@ -24,7 +26,7 @@ const SCENARIO: &str = "demo";
 pub fn demo(arguments: &DemoArguments) -> anyhow::Result<u8> {
     // An earlier demo in the same place is replaced; anything else is left alone.
     let directory = OutputDirectory::open(&arguments.out, RUN_RECORD, true)?;
-    let drive = beside(&arguments.out);
+    let drive = demo_drive(&arguments.out);
     let drive_directory = OutputDirectory::open(&drive, simulate::DRIVE_RECORD, true)?;
     let reporter = Reporter::new(arguments.progress);
     let planned = simulate::built_in(SCENARIO, arguments.frames, arguments.seed, &RenderOptions::default())?;
@@ -66,7 +68,15 @@ pub fn demo(arguments: &DemoArguments) -> anyhow::Result<u8> {
     if let Some(evaluation) = &evaluation {
         extras.push(extra("evaluation.json", serde_json::to_string_pretty(evaluation)?));
     }
-    write_run(&directory, &result, &context, &extras)?;
+    let results = Results {
+        directory: &directory,
+        out: &arguments.out,
+        result: &result,
+        context: &context,
+        extras: &extras,
+    };
+    let frames = Frames { sequence: &sequence, threads, reporter: &reporter };
+    let drawn = draw::write(&results, Some((Place::Inside(OVERLAY.into()), frames)))?;
     if let Some(evaluation) = &evaluation {
         exit::say(evaluation.to_string().trim_end());
     }
@@ -75,19 +85,12 @@ pub fn demo(arguments: &DemoArguments) -> anyhow::Result<u8> {
         drive.display(),
         arguments.out.join("report.html").display()
     ));
+    if let Some(path) = drawn? {
+        exit::say(&format!("overlay {}", path.display()));
+    }
     Ok(code(&result, &config))
 }
 
 fn extra(name: &str, content: String) -> Extra {
     Extra { name: name.to_owned(), content: content.into_bytes() }
-}
-
-/// `runs/demo` → `runs/demo-drive`.
-fn beside(out: &Path) -> PathBuf {
-    // `.` has no name of its own.
-    let out =
-        if out.file_name().is_none() { out.canonicalize().unwrap_or_default() } else { out.to_path_buf() };
-    let mut name = out.file_name().unwrap_or("demo".as_ref()).to_owned();
-    name.push("-drive");
-    out.with_file_name(name)
 }

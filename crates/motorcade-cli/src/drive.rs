@@ -74,6 +74,14 @@ impl Drive {
         Ok(Self { source: Source::Frames(Box::new(sequence)), height_m })
     }
 
+    /// The frames; `None` for a drive known from files only.
+    pub fn sequence(&self) -> Option<&Sequence> {
+        match &self.source {
+            Source::Frames(sequence) => Some(sequence),
+            Source::Files(_) => None,
+        }
+    }
+
     /// Description of the recognised input.
     pub fn summary(&self) -> Summary {
         match &self.source {
@@ -177,6 +185,11 @@ impl LoadedDrive {
     pub fn kept(&self) -> Option<Extra> {
         let text = self.kept.as_ref()?.text();
         Some(Extra { name: "perception.jsonl".into(), content: text.into_bytes() })
+    }
+
+    /// The frames; `None` for a drive known from files only.
+    pub fn sequence(&self) -> Option<&Sequence> {
+        self.drive.sequence()
     }
 
     fn camera(&self) -> anyhow::Result<PinholeCamera> {

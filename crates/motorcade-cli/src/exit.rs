@@ -12,6 +12,18 @@ pub const TRACKING_FAILED: u8 = 4;
 /// Interrupted, with what there was written.
 pub const INTERRUPTED: u8 = 130;
 
+/// A drawing that was stopped.
+#[derive(Debug)]
+pub struct Stopped;
+
+impl std::fmt::Display for Stopped {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("stopped before the last frame was drawn; the drawing was not written")
+    }
+}
+
+impl std::error::Error for Stopped {}
+
 /// Prints clap's message; help and version are fine, all else is usage.
 pub fn usage(error: &clap::Error) -> ExitCode {
     // Nothing can be done about a closed terminal.
@@ -87,6 +99,9 @@ fn code_of(error: &anyhow::Error) -> u8 {
         // A prior that does not read, or does not hold what it must.
         if cause.downcast_ref::<motorcade_shape::PriorError>().is_some() {
             return 3;
+        }
+        if cause.downcast_ref::<Stopped>().is_some() {
+            return INTERRUPTED;
         }
         if let Some(Simulation::Cancelled) = cause.downcast_ref() {
             return INTERRUPTED;

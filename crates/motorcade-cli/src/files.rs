@@ -31,6 +31,16 @@ impl OutFile {
     }
 }
 
+/// Directory of the drive of a demo: `runs/demo` → `runs/demo-drive`.
+pub fn demo_drive(out: &Path) -> PathBuf {
+    // `.` has no name of its own.
+    let out =
+        if out.file_name().is_none() { out.canonicalize().unwrap_or_default() } else { out.to_path_buf() };
+    let mut name = out.file_name().unwrap_or("demo".as_ref()).to_owned();
+    name.push("-drive");
+    out.with_file_name(name)
+}
+
 /// A path in JSON; bytes that are no UTF-8 are replaced.
 pub fn lossy<S: Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(&path.to_string_lossy())

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use motorcade::Config;
+use motorcade::{Config, RunRecord};
 use motorcade_dataset::regular_file;
 use motorcade_perception::ModelOptions;
 
@@ -73,7 +73,6 @@ pub fn fingerprint(
 
 /// True when `directory` holds a finished run with this fingerprint.
 pub fn already_done(directory: &Path, fingerprint: &str) -> bool {
-    let Ok(text) = regular_file::read_to_string(&directory.join("run.json")) else { return false };
-    let Ok(record) = serde_json::from_str::<serde_json::Value>(&text) else { return false };
-    record["fingerprint"] == fingerprint && record["interrupted"] == false
+    let Ok(record) = RunRecord::read(directory) else { return false };
+    record.fingerprint.as_deref() == Some(fingerprint) && record.interrupted == Some(false)
 }

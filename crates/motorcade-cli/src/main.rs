@@ -3,6 +3,7 @@
 mod ablate;
 mod arguments;
 mod demo;
+mod draw;
 mod drive;
 mod evaluate;
 mod evaluation;
@@ -44,6 +45,7 @@ fn main() -> ExitCode {
         Command::Ablate(command) => ablate::ablate(&command),
         Command::Demo(arguments) => demo::demo(&arguments),
         Command::Simulate(arguments) => simulate::simulate(&arguments),
+        Command::Draw(arguments) => draw::draw(&arguments),
         Command::Evaluate(arguments) => evaluate::evaluate(&arguments),
         Command::Shape(command) => shape::shape(&command),
         Command::Graph(command) => graph::graph(&command),

@@ -4,14 +4,16 @@ use std::path::Path;
 
 use anyhow::Context;
 use motorcade::output::{Extra, OutputDirectory, RUN_RECORD};
-use motorcade::{Config, Motorcade, Preset, RunContext, RunResult, write_run};
-use motorcade_dataset::regular_file;
+use motorcade::{Config, Motorcade, Preset, RunRecord, RunResult};
+use motorcade_dataset::{Sequence, regular_file};
 
 use crate::arguments::{ConfigArguments, PresetName, RunArguments};
+use crate::draw::{self, Frames, Place, Results, Target};
 use crate::drive::Drive;
 use crate::exit;
 use crate::fingerprint::{already_done, fingerprint};
 use crate::progress::Reporter;
+use crate::threads::threads;
 
 /// Runs the pipeline and writes its directory.
 pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
@@ -19,9 +21,10 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     let drive = Drive::open(arguments)?;
     let fingerprint = fingerprint(arguments, &drive.summary().input_hash, drive.height_m, &config);
     if finished_before(arguments, &fingerprint) {
-        return Ok(exit::FINE);
+        return draw_finished(arguments, &drive);
     }
     let directory = OutputDirectory::open(&arguments.out, RUN_RECORD, arguments.force)?;
+    let overlay = overlay(arguments, &drive)?;
     let mut drive = drive.load(arguments)?;
     let reporter = Reporter::new(arguments.progress);
     let mut slam = drive.slam(&config)?;
@@ -35,10 +38,50 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     };
     reporter.finish();
     let context = drive.context(config, fingerprint);
-    let code = write(&directory, arguments, &result, &context, drive.kept())?;
+    let report = motorcade_viewer::report(&result, &context, None).into_bytes();
+    let mut extras = vec![Extra { name: "report.html".into(), content: report }];
+    extras.extend(drive.kept());
+    let (directory, out) = (&directory, arguments.out.as_path());
+    let results = Results { directory, out, result: &result, context: &context, extras: &extras };
+    let drawn = draw::write(&results, overlay.zip(frames(arguments, drive.sequence(), &reporter)))?;
+    tell(&summary(&result, arguments), &config);
+    if let Some(path) = drawn? {
+        tell(&path.display().to_string(), &config);
+    }
     // After the results are safe: a frame that stdout did not take is an error of an online run.
     reporter.printed()?;
-    Ok(code)
+    Ok(code(&result, &config))
+}
+
+/// Place of the drawing, where one is asked for.
+fn overlay(arguments: &RunArguments, drive: &Drive) -> anyhow::Result<Option<Place>> {
+    let Some(path) = &arguments.overlay else { return Ok(None) };
+    if drive.sequence().is_none() {
+        anyhow::bail!(motorcade::Error::Config(
+            "--overlay needs frames to draw into; this run has none".into()
+        ));
+    }
+    Place::open(path, &arguments.out, arguments.force).map(Some)
+}
+
+fn frames<'a>(
+    arguments: &RunArguments,
+    sequence: Option<&'a Sequence>,
+    reporter: &'a Reporter,
+) -> Option<Frames<'a>> {
+    Some(Frames { sequence: sequence?, threads: threads(arguments.threads), reporter })
+}
+
+/// The drawing of a run that is there already, unless it is there too.
+fn draw_finished(arguments: &RunArguments, drive: &Drive) -> anyhow::Result<u8> {
+    let Some(path) = arguments.overlay.as_ref().filter(|path| !path.exists()) else { return Ok(exit::FINE) };
+    let height_m = RunRecord::read(&arguments.out)?.camera_height_m.or(drive.height_m);
+    let reporter = Reporter::new(arguments.progress);
+    if let Some((frames, height_m)) = frames(arguments, drive.sequence(), &reporter).zip(height_m) {
+        let drawn = frames.draw(&arguments.out, height_m, Target::open(path, false)?)?;
+        exit::say(&drawn.display().to_string());
+    }
+    Ok(exit::FINE)
 }
 
 /// The newest frame as a line on stdout.
@@ -57,26 +100,9 @@ fn finished_before(arguments: &RunArguments, fingerprint: &str) -> bool {
     done
 }
 
-/// Writes the results and says where they are.
-fn write(
-    directory: &OutputDirectory,
-    arguments: &RunArguments,
-    result: &RunResult,
-    context: &RunContext,
-    kept: Option<Extra>,
-) -> anyhow::Result<u8> {
-    let report = motorcade_viewer::report(result, context, None).into_bytes();
-    let mut extras = vec![Extra { name: "report.html".into(), content: report }];
-    extras.extend(kept);
-    write_run(directory, result, context, &extras)?;
-    let summary = summary(result, arguments);
-    // Stdout then holds a JSON object a line.
-    if context.config.online.enabled {
-        exit::eprint(&summary);
-    } else {
-        exit::say(&summary);
-    }
-    Ok(code(result, &context.config))
+/// A line on stdout; on stderr where stdout holds a JSON object a line.
+fn tell(line: &str, config: &Config) {
+    if config.online.enabled { exit::eprint(line) } else { exit::say(line) }
 }
 
 /// 130 when interrupted, 4 when too many frames were not tracked, else 0; results are written in every case.

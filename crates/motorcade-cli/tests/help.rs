@@ -12,6 +12,7 @@ fn every_command_shows_examples() {
         "",
         "run",
         "inspect",
+        "draw",
         "evaluate",
         "ablate",
         "ablate odometry",

@@ -43,6 +43,22 @@ impl PendingFile {
         Ok(Self { place })
     }
 
+    /// The temporary file, for another program to write to; then [`finish`](Self::finish) puts it in its place. `None` for streams.
+    pub fn staged_path(&self) -> Option<&Path> {
+        match &self.place {
+            Place::Beside { staged, .. } => Some(staged.path()),
+            Place::Stream(_) | Place::Stdout => None,
+        }
+    }
+
+    /// Puts the temporary file in its place, as another program wrote it.
+    ///
+    /// # Errors
+    /// As [`write`](Self::write).
+    pub fn finish(self) -> io::Result<()> {
+        self.write([])
+    }
+
     /// Writes the content and puts the file in its place.
     ///
     /// # Errors

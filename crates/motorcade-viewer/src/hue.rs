@@ -1,7 +1,7 @@
 //! A colour for every vehicle.
 
 /// Hue of the `index`-th vehicle \[deg\], in steps of the golden angle: all hues differ, and the first ones are far apart.
-pub(crate) fn hue(index: usize) -> u32 {
+pub fn hue(index: usize) -> u32 {
     ((20.0 + index as f64 * 137.507_764).rem_euclid(360.0)) as u32
 }
 

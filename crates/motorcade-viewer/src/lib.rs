@@ -27,4 +27,6 @@ mod strip;
 mod text;
 mod vehicles;
 
+pub use hue::hue;
+pub use outline::MOVING;
 pub use page::report;

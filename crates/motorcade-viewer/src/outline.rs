@@ -4,7 +4,7 @@ use motorcade_vehicles::{VehicleState, VehicleTrajectory};
 use nalgebra::{Point3, Vector2};
 
 /// P(moving) from which a vehicle is drawn as moving.
-pub(crate) const MOVING: f64 = 0.5;
+pub const MOVING: f64 = 0.5;
 
 /// True when a vehicle is drawn as a path.
 pub(crate) fn is_moving(vehicle: &VehicleTrajectory) -> bool {

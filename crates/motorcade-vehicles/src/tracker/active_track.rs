@@ -111,22 +111,28 @@ impl ActiveTrack {
         motion
     }
 
-    /// Predicted position at the time of a frame, by the more likely of the two hypotheses.
-    fn predict_position(
+    /// Predicted positions at the time of a frame, by motion and by standing, the more likely one first. Only that one where the
+    /// boxes decide between the two.
+    fn predicted_positions(
         &self,
         localizer: &Localizer,
         now: &GroundFrame,
         options: &AdvancedTrackerOptions,
-    ) -> WorldPosition {
-        if self.standing.is_likely() {
-            self.standing.predict(&self.last_ground, now, options)
+    ) -> Vec<WorldPosition> {
+        let standing = || self.standing.predict(&self.last_ground, now, options);
+        let moving = || position_of(&self.predict(localizer, now));
+        let evidence = self.standing.motion_evidence();
+        if evidence.abs() < options.decisive_evidence {
+            if evidence < 0.0 { vec![standing(), moving()] } else { vec![moving(), standing()] }
+        } else if evidence < 0.0 {
+            vec![standing()]
         } else {
-            position_of(&self.predict(localizer, now))
+            vec![moving()]
         }
     }
 
-    /// Squared Mahalanobis distance of a position from the predicted one; `None` beyond the gate, and where the prediction is
-    /// so uncertain that another vehicle would fit too.
+    /// Squared Mahalanobis distance of a position from the one predicted by motion or standing, unless the boxes decide between
+    /// the two; `None` beyond the gate, and where the prediction is so uncertain that another vehicle would fit too.
     pub(super) fn distance(
         &self,
         localizer: &Localizer,
@@ -134,33 +140,37 @@ impl ActiveTrack {
         (position, covariance): &WorldPosition,
         options: &AdvancedTrackerOptions,
     ) -> Option<f64> {
-        let (predicted, spread) = self.predict_position(localizer, ground, options);
-        let difference = position - predicted;
-        let d2 = difference.dot(&((spread + covariance).try_inverse()? * difference));
-        let largest_m = difference.norm().max(spread.trace().sqrt());
-        (d2 < options.reidentify_chi2 && largest_m < options.reidentify_m).then_some(d2)
+        let distance = |(predicted, spread): WorldPosition| {
+            let difference = position - predicted;
+            let d2 = difference.dot(&((spread + covariance).try_inverse()? * difference));
+            let largest_m = difference.norm().max(spread.trace().sqrt());
+            (d2 < options.reidentify_chi2 && largest_m < options.reidentify_m).then_some(d2)
+        };
+        let predicted = self.predicted_positions(localizer, ground, options);
+        predicted.into_iter().filter_map(distance).min_by(f64::total_cmp)
     }
 
-    /// Predicted box: the last one, moved and scaled as its position on the road moves in the image.
-    pub(super) fn predicted_box(
+    /// Predicted boxes, one a predicted position: the last one, moved and scaled as its position on the road moves in the image.
+    pub(super) fn predicted_boxes(
         &self,
         localizer: &Localizer,
         ground: &GroundFrame,
         options: &AdvancedTrackerOptions,
-    ) -> Option<BoundingBox> {
-        let last = self.track.boxes.last()?;
-        let (position, _) = self.predict_position(localizer, ground, options);
-        let position = Point3::from(position);
-        let now = ground.world_from_camera.inverse().transform_point(&position);
-        let (a, b) = (localizer.camera.project(&self.in_camera)?, localizer.camera.project(&now)?);
-        let most = options.largest_scale_change;
-        let scale = (self.in_camera.z / now.z).clamp(1.0 / most, most);
-        let (x, y) = last.observed.bbox.centre();
-        // The position is the bottom centre: offsets of the box from its projection scale with the inverse distance.
-        let (cx, cy) = (b.x + (x - a.x) * scale, b.y + (y - a.y) * scale);
+    ) -> Vec<BoundingBox> {
+        let Some(last) = self.track.boxes.last() else { return Vec::new() };
         let bbox = &last.observed.bbox;
-        let (w, h) = (0.5 * bbox.width() * scale, 0.5 * bbox.height() * scale);
-        Some(BoundingBox { x1: cx - w, y1: cy - h, x2: cx + w, y2: cy + h })
+        let one = |(position, _): WorldPosition| {
+            let now = ground.world_from_camera.inverse().transform_point(&Point3::from(position));
+            let (a, b) = (localizer.camera.project(&self.in_camera)?, localizer.camera.project(&now)?);
+            let most = options.largest_scale_change;
+            let scale = (self.in_camera.z / now.z).clamp(1.0 / most, most);
+            let (x, y) = bbox.centre();
+            // The position is the bottom centre: offsets of the box from its projection scale with the inverse distance.
+            let (cx, cy) = (b.x + (x - a.x) * scale, b.y + (y - a.y) * scale);
+            let (w, h) = (0.5 * bbox.width() * scale, 0.5 * bbox.height() * scale);
+            Some(BoundingBox { x1: cx - w, y1: cy - h, x2: cx + w, y2: cy + h })
+        };
+        self.predicted_positions(localizer, ground, options).into_iter().filter_map(one).collect()
     }
 
     /// Appends a box and updates the motion with its position.

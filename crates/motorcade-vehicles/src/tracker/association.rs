@@ -28,7 +28,7 @@ pub(super) fn greedy(mut candidates: Vec<Candidate>) -> Vec<(usize, usize)> {
 /// is that of several tracks by its overlap, the track of the lowest level gets it, which had such a box most recently (a matching
 /// cascade: Wojke et al., DeepSORT, ICIP 2017): one that lives on weak boxes beside a vehicle does not take that vehicle's box.
 pub(super) fn by_overlap(
-    predicted: &[Option<BoundingBox>],
+    predicted: &[Vec<BoundingBox>],
     levels: &[usize],
     boxes: &[&Detection],
     options: &TrackerOptions,
@@ -44,14 +44,16 @@ pub(super) fn by_overlap(
         let mut candidates = Vec::new();
         for (track, expected) in predicted.iter().enumerate() {
             let free = level.is_none_or(|l| levels[track] == l) && pairs.iter().all(|(t, _)| *t != track);
-            let Some(expected) = expected.filter(|_| free) else { continue };
+            if !free {
+                continue;
+            }
             for (detection, found) in boxes.iter().enumerate() {
                 // A weak box on a vehicle that has its box is a second box of that vehicle.
                 let limit = if confident { 1.0 } else { options.advanced.duplicate_iou };
                 let free = |d: usize| d != detection && boxes[d].bbox.iou(&found.bbox) <= limit;
                 let suits =
                     (found.score >= options.begin_score) == confident && pairs.iter().all(|(_, d)| free(*d));
-                let iou = expected.iou(&found.bbox);
+                let iou = expected.iter().map(|b| b.iou(&found.bbox)).fold(0.0, f64::max);
                 if suits && iou >= least_iou {
                     candidates.push(Candidate { cost: -iou, track, detection });
                 }

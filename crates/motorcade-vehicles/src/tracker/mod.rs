@@ -76,8 +76,8 @@ impl Tracker {
         let (localizer, options) = (&self.localizer, &self.options);
         let boxes: Vec<&Detection> = detections.iter().filter(|d| d.score >= options.least_score).collect();
         let all: Vec<BoundingBox> = boxes.iter().map(|d| d.bbox).collect();
-        let predict = |t: &ActiveTrack| t.predicted_box(localizer, ground, &options.advanced);
-        let predicted: Vec<Option<BoundingBox>> = self.active.iter().map(predict).collect();
+        let predict = |t: &ActiveTrack| t.predicted_boxes(localizer, ground, &options.advanced);
+        let predicted: Vec<Vec<BoundingBox>> = self.active.iter().map(predict).collect();
         let level = |t: &ActiveTrack| {
             (t.unconfident_s(ground) / options.advanced.occluded_after_s.max(ROUNDING_S)) as usize
         };
@@ -97,7 +97,7 @@ impl Tracker {
         for (index, detection) in boxes.iter().enumerate() {
             // A second box on a tracked vehicle (another class, a looser fit) does not start a track.
             let taken = all.iter().zip(&assigned).filter(|(_, assigned)| **assigned).map(|(b, _)| b);
-            let mut known = predicted.iter().flatten().chain(taken);
+            let mut known = predicted.iter().filter_map(|boxes| boxes.first()).chain(taken);
             let duplicate = known.any(|b| b.iou(&detection.bbox) > options.advanced.duplicate_iou);
             if assigned[index] || detection.score < options.begin_score || duplicate {
                 continue;

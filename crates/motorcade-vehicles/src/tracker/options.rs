@@ -53,6 +53,8 @@ pub struct AdvancedTrackerOptions {
     pub apparent_motion_share: f64,
     /// Largest evidence for motion or standing that is kept (twice the logarithm of the likelihood ratio): vehicles stop and start.
     pub most_evidence: f64,
+    /// Evidence from which one of motion and standing is excluded: 150 to 1.
+    pub decisive_evidence: f64,
     /// Largest change of the predicted box's scale between two boxes.
     pub largest_scale_change: f64,
 }
@@ -67,6 +69,7 @@ impl Default for AdvancedTrackerOptions {
             reidentify_m: 5.0,
             apparent_motion_share: 0.1,
             most_evidence: 12.0,
+            decisive_evidence: 10.0,
             largest_scale_change: 2.0,
         }
     }

@@ -25,9 +25,9 @@ impl Standing {
         Self { in_camera, covariance, motion_evidence: 0.0 }
     }
 
-    /// True when standing explains the boxes better.
-    pub(super) fn is_likely(&self) -> bool {
-        self.motion_evidence < 0.0
+    /// Twice the logarithm of the likelihood ratio of motion against standing.
+    pub(super) fn motion_evidence(&self) -> f64 {
+        self.motion_evidence
     }
 
     /// Position in the world, the camera of the last box being that of `last`, and its covariance for a frame.

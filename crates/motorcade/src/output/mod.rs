@@ -73,6 +73,20 @@ pub fn write_run(
     context: &RunContext,
     extras: &[Extra],
 ) -> Result<()> {
+    write_run_and(directory, result, context, extras, |_| ())
+}
+
+/// The same; `more` adds files to the folder that holds all others but the record by then. What it adds is listed in the record.
+///
+/// # Errors
+/// As [`write_run`].
+pub fn write_run_and(
+    directory: &OutputDirectory,
+    result: &RunResult,
+    context: &RunContext,
+    extras: &[Extra],
+    more: impl FnOnce(&Path),
+) -> Result<()> {
     let fill = |folder: &Path| -> Result<()> {
         camera::write(folder, result)?;
         tracks::write(folder, result, context)?;
@@ -84,7 +98,11 @@ pub fn write_run(
         }
         Ok(())
     };
-    let fill = |folder: &Path| fill(folder).map_err(|error| directory.in_place(error, folder));
+    let fill = |folder: &Path| -> Result<()> {
+        fill(folder).map_err(|error| directory.in_place(error, folder))?;
+        more(folder);
+        Ok(())
+    };
     directory.write(fill, |files, ()| record::record(result, context, files))
 }
 

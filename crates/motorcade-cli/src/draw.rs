@@ -1,0 +1,37 @@
+//! `motorcade draw`: estimates of a run in the frames of its drive.
+
+mod beside;
+mod drawing;
+mod frames;
+mod scenes;
+mod target;
+mod video;
+
+use motorcade::{RecordedRun, RunRecord};
+
+pub use self::beside::{Frames, Place, Results, write};
+pub use self::target::Target;
+
+use self::drawing::Drawing;
+
+use crate::arguments::DrawArguments;
+use crate::exit;
+use crate::progress::Reporter;
+use crate::threads::threads;
+
+/// Draws a run.
+pub fn draw(arguments: &DrawArguments) -> anyhow::Result<u8> {
+    let record = RunRecord::read(&arguments.run)?;
+    let run = RecordedRun::read(&arguments.run)?;
+    let sequence = frames::open(&record, &run, arguments)?;
+    let Some(height_m) = record.camera_height_m else {
+        let problem = "its run.json tells no height of the camera";
+        return Err(motorcade::Error::Input(format!("{}: {problem}", arguments.run.display())).into());
+    };
+    let target = Target::open(&arguments.out, arguments.force)?;
+    let reporter = Reporter::new(arguments.progress);
+    let drawing = Drawing::new(run, height_m, &sequence, threads(arguments.threads))?;
+    let drawn = drawing.write(target, &reporter)?;
+    exit::say(&format!("{} frames drawn\n{}", drawn.frames, drawn.path.display()));
+    Ok(exit::FINE)
+}

@@ -1,0 +1,99 @@
+//! The drawing that a run or a demo makes beside its results.
+
+use std::path::{Path, PathBuf};
+
+use motorcade::output::{Extra, OutputDirectory};
+use motorcade::{Error, RecordedRun, RunContext, RunResult, write_run_and};
+use motorcade_dataset::Sequence;
+
+use super::drawing::Drawing;
+use super::target::Target;
+use crate::progress::Reporter;
+
+/// Results to be written.
+pub struct Results<'a> {
+    pub directory: &'a OutputDirectory,
+    /// Path of the directory.
+    pub out: &'a Path,
+    pub result: &'a RunResult,
+    pub context: &'a RunContext,
+    pub extras: &'a [Extra],
+}
+
+/// The frames of a drive and how they are drawn.
+pub struct Frames<'a> {
+    pub sequence: &'a Sequence,
+    pub threads: usize,
+    pub reporter: &'a Reporter,
+}
+
+/// The place of a drawing made together with results.
+pub enum Place {
+    /// In the directory of the results, as one of its files of this name.
+    Inside(PathBuf),
+    /// Anywhere else.
+    Elsewhere(Box<Target>),
+}
+
+impl Place {
+    /// Checks the place of a drawing; `out` is the directory of the results.
+    ///
+    /// # Errors
+    /// As [`Target::open`], and a place in a folder of the results.
+    pub fn open(path: &Path, out: &Path, force: bool) -> anyhow::Result<Self> {
+        let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        if let (Ok(folder), Ok(out), Some(name)) = (full(parent), full(out), path.file_name()) {
+            if folder == out {
+                return Ok(Self::Inside(name.into()));
+            }
+            if folder.starts_with(&out) {
+                let problem = "lies in a folder of the results; put it into their directory or elsewhere";
+                return Err(Error::Config(format!("{} {problem}", path.display())).into());
+            }
+        }
+        Ok(Self::Elsewhere(Box::new(Target::open(path, force)?)))
+    }
+}
+
+/// A path without links as far as it exists, else as written.
+fn full(path: &Path) -> std::io::Result<PathBuf> {
+    path.canonicalize().or_else(|_| std::path::absolute(path))
+}
+
+/// Writes results, and the drawing asked for unless the run was stopped. Returns where the drawing is, or why there is none: the
+/// results are safe without it.
+///
+/// # Errors
+/// Results that cannot be written.
+pub fn write(
+    results: &Results<'_>,
+    overlay: Option<(Place, Frames<'_>)>,
+) -> motorcade::Result<anyhow::Result<Option<PathBuf>>> {
+    let Results { directory, out, result, context, extras } = results;
+    let height_m = result.ego.height_m;
+    let mut drawn = Ok(None);
+    match overlay.filter(|_| !result.interrupted) {
+        None => write_run_and(directory, result, context, extras, |_| ())?,
+        Some((Place::Inside(name), frames)) => {
+            write_run_and(directory, result, context, extras, |folder| {
+                let target = Target::open(&folder.join(name), true);
+                let made = target.and_then(|target| frames.draw(folder, height_m, target));
+                // The folder has a temporary name yet.
+                drawn = made.map(|path| path.file_name().map(|name| out.join(name)));
+            })?;
+        }
+        Some((Place::Elsewhere(target), frames)) => {
+            write_run_and(directory, result, context, extras, |_| ())?;
+            drawn = frames.draw(out, height_m, *target).map(Some);
+        }
+    }
+    Ok(drawn)
+}
+
+impl Frames<'_> {
+    /// Draws the run whose tables lie in `folder`.
+    pub fn draw(&self, folder: &Path, height_m: f64, target: Target) -> anyhow::Result<PathBuf> {
+        let drawing = Drawing::new(RecordedRun::read(folder)?, height_m, self.sequence, self.threads)?;
+        Ok(drawing.write(target, self.reporter)?.path)
+    }
+}

@@ -1,0 +1,103 @@
+//! The place of a drawing: a video, or a folder of pictures.
+
+use std::fs;
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+
+use image::{ImageFormat, RgbImage};
+use motorcade::output::{OutputDirectory, io_error};
+use motorcade_dataset::atomic_file::PendingFile;
+
+use super::video::{Encoder, VideoWriter, container};
+use crate::drive::command_line;
+use crate::exit;
+
+/// Name of the record of a folder of pictures, which lists them.
+const PICTURES_RECORD: &str = "overlay.json";
+
+/// Takes an encoded frame and its number.
+type Put<'a> = &'a mut dyn FnMut(u64, Vec<u8>) -> anyhow::Result<()>;
+
+/// The place of a drawing, checked before long work.
+pub enum Target {
+    /// A video file.
+    Video { path: PathBuf, file: PendingFile, encoder: Encoder },
+    /// A folder of PNG files named by frame number.
+    Pictures { path: PathBuf, directory: OutputDirectory },
+}
+
+impl Target {
+    /// Checks the place. Where ffmpeg is missing, a folder takes the place of a video, and that is said.
+    ///
+    /// # Errors
+    /// Something that is there already, unless `force`; a place that cannot be written.
+    pub fn open(out: &Path, force: bool) -> anyhow::Result<Self> {
+        if container(out).is_none() {
+            return Self::pictures(out, force);
+        }
+        let Some(encoder) = Encoder::find()? else {
+            let folder = out.with_extension("");
+            let place = folder.display();
+            exit::eprint(&format!("warning: ffmpeg is not installed: no video, PNG pictures go to {place}"));
+            return Self::pictures(&folder, force);
+        };
+        if out.symlink_metadata().is_ok() && !force {
+            let advice = "choose another place or add --force to replace it";
+            return Err(
+                motorcade::Error::Config(format!("{} is already there; {advice}", out.display())).into()
+            );
+        }
+        let file = PendingFile::create(out).map_err(|e| io_error(out, &e))?;
+        Ok(Self::Video { path: out.to_path_buf(), file, encoder })
+    }
+
+    fn pictures(path: &Path, force: bool) -> anyhow::Result<Self> {
+        let directory = OutputDirectory::open(path, PICTURES_RECORD, force)?;
+        Ok(Self::Pictures { path: path.to_path_buf(), directory })
+    }
+
+    /// Has `fill` put all frames of this size \[px\], told whether as PNG or as RGB bytes, and moves the result to its place.
+    ///
+    /// # Errors
+    /// Those of `fill`, and files that cannot be written; nothing is left behind then.
+    pub fn write(
+        self,
+        size: (u32, u32),
+        fps: f64,
+        mut fill: impl FnMut(Put<'_>, bool) -> anyhow::Result<()>,
+    ) -> anyhow::Result<PathBuf> {
+        match self {
+            Self::Video { path, file, encoder } => {
+                let mut video = VideoWriter::start(&path, file, encoder, size, fps)?;
+                fill(&mut |_, bytes| Ok(video.put(&bytes)?), false)?;
+                video.finish()?;
+                Ok(path)
+            }
+            Self::Pictures { path, directory } => {
+                let fill = |folder: &Path| {
+                    let mut put = |number: u64, bytes: Vec<u8>| {
+                        let name = format!("{number:06}.png");
+                        fs::write(folder.join(&name), bytes)
+                            .map_err(|e| io_error(&path.join(name), &e).into())
+                    };
+                    fill(&mut put, true)
+                };
+                let version = env!("CARGO_PKG_VERSION");
+                directory.write(fill, |files, ()| {
+                    serde_json::json!({"motorcade": version, "command": command_line(), "files": files})
+                })?;
+                Ok(path)
+            }
+        }
+    }
+}
+
+/// A drawn frame as PNG or as RGB bytes.
+pub fn encode(image: RgbImage, as_png: bool) -> anyhow::Result<Vec<u8>> {
+    if !as_png {
+        return Ok(image.into_raw());
+    }
+    let mut bytes = Cursor::new(Vec::new());
+    image.write_to(&mut bytes, ImageFormat::Png)?;
+    Ok(bytes.into_inner())
+}

@@ -1,0 +1,108 @@
+//! Labels of vehicles.
+
+use crate::canvas::{Canvas, Pen};
+use crate::colour::{BLACK, WHITE};
+use crate::layout::Layout;
+use crate::placement::Placement;
+use crate::scene::{Road, SceneVehicle};
+use crate::segment::Rectangle;
+use crate::text::width_px;
+use crate::vehicle::{Placed, colour};
+
+/// Vehicles lower than this in the image have one line \[capital heights\].
+const SMALL: f64 = 2.5;
+
+/// Margin around the text, width of the coloured bar at its left, distance of two baselines \[capital heights\].
+const MARGIN: f64 = 0.5;
+const BAR: f64 = 0.5;
+const PITCH: f64 = 1.6;
+
+/// Identity, class and speed; distance ahead along the road with its standard deviation.
+fn lines(vehicle: &SceneVehicle, road: &Road, small: bool) -> Vec<String> {
+    let (ahead, _) = road.axes();
+    let [distance_m, _] = road.ahead_and_right(&vehicle.position());
+    let sigma_m = vehicle.sigma_along_m(&ahead);
+    let speed = if vehicle.moving { kmh(vehicle.speed_mps) } else { "parked".to_owned() };
+    let distance = format!("{distance_m:.1} ±{sigma_m:.1} m");
+    if small {
+        return vec![format!("{} {distance}", vehicle.id)];
+    }
+    vec![format!("{} {} {speed}", vehicle.id, vehicle.class), distance]
+}
+
+/// A speed in whole kilometres an hour.
+pub(crate) fn kmh(speed_mps: f64) -> String {
+    let rounded = (3.6 * speed_mps).round();
+    // No minus before zero.
+    format!("{:.0} km/h", if rounded == 0.0 { 0.0 } else { rounded })
+}
+
+/// A label with its place.
+pub(crate) struct Label<'a> {
+    placed: &'a Placed<'a>,
+    lines: Vec<String>,
+    /// Height of capitals \[px\].
+    capital: f64,
+    place: Rectangle,
+}
+
+impl<'a> Label<'a> {
+    /// The label of a vehicle where there is room.
+    pub(crate) fn new(
+        placed: &'a Placed<'a>,
+        road: &Road,
+        layout: &Layout,
+        placement: &mut Placement,
+    ) -> Option<Self> {
+        let small = placed.height_px < SMALL * layout.capital_px;
+        let lines = lines(placed.vehicle, road, small);
+        let capital = if small { 0.85 } else { 1.0 } * layout.capital_px;
+        let widest = lines.iter().map(|line| width_px(line, capital)).fold(0.0, f64::max);
+        let width = widest + 2.0 * MARGIN * capital + BAR * capital;
+        let height = capital * (PITCH * (lines.len() - 1) as f64 + 1.0 + 2.0 * MARGIN);
+        let place = placement.around(&placed.bounds, (width, height))?;
+        Some(Self { placed, lines, capital, place })
+    }
+
+    /// Draws a line from a label to its vehicle, where they are apart.
+    pub(crate) fn draw_leader(&self, canvas: &mut Canvas, layout: &Layout) {
+        let (place, bounds) = (&self.place, &self.placed.bounds);
+        let middle = |r: &Rectangle| 0.5 * (r.x1 + r.x2);
+        if bounds.y1 - place.y2 > self.capital {
+            let line = [[middle(place), place.y2], [middle(bounds), bounds.y1]];
+            let pen = Pen::new(colour(self.placed.vehicle).faded(0.8), layout.line_px).seamed(0.4);
+            canvas.lines([line.as_slice()], &pen);
+        }
+    }
+
+    /// Draws the label.
+    pub(crate) fn draw(&self, canvas: &mut Canvas) {
+        let (place, capital) = (&self.place, self.capital);
+        canvas.rectangle(place, BLACK.faded(0.6));
+        let bar = Rectangle::new(place.x1, place.y1, place.x1 + 0.7 * BAR * capital, place.y2);
+        canvas.rectangle(&bar, colour(self.placed.vehicle));
+        let ink = if self.placed.vehicle.predicted { WHITE.faded(0.75) } else { WHITE };
+        for (k, line) in self.lines.iter().enumerate() {
+            let baseline = place.y1 + capital * (MARGIN + 1.0 + PITCH * k as f64);
+            canvas.plain_text(line, [place.x1 + capital * (MARGIN + BAR), baseline], capital, ink);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::tests::car;
+    use nalgebra::Vector3;
+
+    #[test]
+    fn labels_tell_id_class_speed_and_distance() {
+        let road = Road { normal_in_camera: -Vector3::y(), height_m: 1.5 };
+        assert_eq!(lines(&car(0.0, 23.44), &road, false), ["3 Car 36 km/h", "23.4 ±0.4 m"]);
+        let parked = SceneVehicle { moving: false, ..car(0.0, 23.44) };
+        assert_eq!(lines(&parked, &road, false)[0], "3 Car parked");
+        assert_eq!(lines(&parked, &road, true), ["3 23.4 ±0.4 m"]);
+        assert_eq!(kmh(-0.01), "0 km/h");
+        assert_eq!(kmh(-3.0), "-11 km/h");
+    }
+}

@@ -1,0 +1,80 @@
+//! The way a vehicle has come, on the road.
+
+use nalgebra::Point3;
+
+use crate::canvas::{Canvas, Pen};
+use crate::colour::Colour;
+use crate::layout::Layout;
+use crate::scene::{Road, SceneVehicle};
+use crate::segment::Pixel;
+use crate::view::View;
+
+/// Steps in which a trail fades towards its old end.
+const FADES: usize = 4;
+
+/// Ground-contact positions on one plane: parallel to the road of the frame, through the present position. The estimated heights
+/// of single frames would make the trail leave the road.
+pub(crate) fn on_road(vehicle: &SceneVehicle, road: &Road) -> Vec<Point3<f64>> {
+    let n = road.normal_in_camera;
+    let level = n.dot(&vehicle.position().coords);
+    let dropped = |p: &Point3<f64>| p + n * (level - n.dot(&p.coords));
+    vehicle.trail_in_camera.iter().map(dropped).collect()
+}
+
+/// Draws the trail of a moving vehicle, fading towards its old end.
+pub(crate) fn draw(
+    canvas: &mut Canvas,
+    view: &View,
+    vehicle: &SceneVehicle,
+    colour: Colour,
+    road: &Road,
+    layout: &Layout,
+) {
+    let points = on_road(vehicle, road);
+    let count = points.len();
+    for fade in 0..FADES {
+        // Neighbouring parts share a point.
+        let (from, to) = (fade * count / FADES, ((fade + 1) * count / FADES + 1).min(count));
+        let Some(part) = points.get(from..to) else { continue };
+        let segments: Vec<_> = part.windows(2).filter_map(|p| view.segment(&p[0], &p[1])).collect();
+        let lines = joined(&segments);
+        let opacity = (fade + 1) as f64 / FADES as f64;
+        let pen = Pen::new(colour.faded(0.85 * opacity), 1.6 * layout.line_px).seamed(0.5 * layout.line_px);
+        canvas.lines(lines.iter().map(Vec::as_slice), &pen);
+    }
+}
+
+/// Segments that meet, as one line each.
+fn joined(segments: &[[Pixel; 2]]) -> Vec<Vec<Pixel>> {
+    let mut lines: Vec<Vec<Pixel>> = Vec::new();
+    for [a, b] in segments {
+        match lines.last_mut() {
+            Some(line) if line.last() == Some(a) => line.push(*b),
+            _ => lines.push(vec![*a, *b]),
+        }
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::tests::car;
+    use nalgebra::Vector3;
+
+    #[test]
+    fn a_trail_lies_on_the_plane_of_its_vehicle() {
+        let trail = vec![Point3::new(0.1, 0.9, 12.0), Point3::new(0.0, 1.9, 16.0)];
+        let vehicle = SceneVehicle { trail_in_camera: trail, ..car(0.0, 20.0) };
+        let road = Road { normal_in_camera: -Vector3::y(), height_m: 1.65 };
+        let points = on_road(&vehicle, &road);
+        assert!(points.iter().all(|p| (p.y - 1.5).abs() < 1e-12), "{points:?}");
+        assert_eq!(points[0].z, 12.0);
+    }
+
+    #[test]
+    fn segments_that_meet_are_one_line() {
+        let lines = joined(&[[[0.0, 0.0], [1.0, 0.0]], [[1.0, 0.0], [2.0, 0.0]], [[5.0, 0.0], [6.0, 0.0]]]);
+        assert_eq!(lines.iter().map(Vec::len).collect::<Vec<_>>(), [3, 2]);
+    }
+}

@@ -1,0 +1,89 @@
+//! The camera of a run, frame by frame.
+
+use std::path::Path;
+
+use motorcade_dataset::{Trajectory, read_trajectory};
+use motorcade_geometry::{Camera, Pose, World};
+use nalgebra::{Matrix6, Vector3};
+
+use super::table::Table;
+use crate::error::{Error, Result};
+
+/// A frame of a run.
+#[derive(Clone, Debug)]
+pub struct RecordedFrame {
+    /// The input's own number.
+    pub number: u64,
+    /// Time \[ns\].
+    pub timestamp_ns: i64,
+    /// Origin of the pose: `tracked`, `standstill`, `bridged`, `filled_in`.
+    pub status: String,
+    /// Speed over the last interval \[m/s\]; 0 in the first frame.
+    pub speed_mps: f64,
+    /// Relative standard deviation of the metric scale.
+    pub scale_sigma_rel: f64,
+    /// Unit normal of the road towards the camera, camera frame.
+    pub road_normal: Vector3<f64>,
+    /// Pose \[m\].
+    pub world_from_camera: Pose<World, Camera>,
+    /// Covariance of the pose (6×6 `[ω, ν]`, camera frame).
+    pub covariance: Matrix6<f64>,
+}
+
+pub(super) fn read(directory: &Path) -> Result<Vec<RecordedFrame>> {
+    let path = directory.join("frames.csv");
+    let table = Table::read(&path)?;
+    let poses: Trajectory<World, Camera> = read_trajectory(&directory.join("ego.tum"))?;
+    let times = poses.timestamps_ns.unwrap_or_default();
+    let covariances = covariances(&directory.join("ego_covariance.csv"))?;
+    let mut frames: Vec<RecordedFrame> = Vec::with_capacity(times.len());
+    for row in table.rows() {
+        let at = frames.len();
+        let (Some(pose), Some(time_ns), Some(covariance)) =
+            (poses.poses.get(at), times.get(at), covariances.get(at))
+        else {
+            break;
+        };
+        let number = row.whole("frame")?;
+        if frames.last().is_some_and(|before| before.number >= number) {
+            return Err(row.error("frame numbers that increase", number).into());
+        }
+        let [pitch, roll] = row.numbers(["road_pitch_rad", "road_roll_rad"])?;
+        frames.push(RecordedFrame {
+            number,
+            timestamp_ns: *time_ns,
+            status: row.text("status")?,
+            speed_mps: row.number("speed_mps")?,
+            scale_sigma_rel: row.number("scale_sigma_rel")?,
+            road_normal: -Vector3::new(roll.tan(), 1.0, pitch.tan()).normalize(),
+            world_from_camera: *pose,
+            covariance: *covariance,
+        });
+    }
+    let lengths = [table.rows().count(), poses.poses.len(), times.len(), covariances.len()];
+    if lengths.iter().any(|length| *length != frames.len()) {
+        return Err(Error::Input(format!(
+            "{}: frames.csv, ego.tum and ego_covariance.csv have {}, {} and {} rows; expected one a frame in each",
+            directory.display(),
+            lengths[0],
+            lengths[2],
+            lengths[3]
+        )));
+    }
+    Ok(frames)
+}
+
+/// Covariances of all poses from their upper triangles.
+fn covariances(path: &Path) -> Result<Vec<Matrix6<f64>>> {
+    let matrix = |values: [f64; 21]| {
+        let mut out = Matrix6::zeros();
+        let places = (0..6).flat_map(|r| (r..6).map(move |c| (r, c)));
+        for ((r, c), value) in places.zip(values) {
+            out[(r, c)] = value;
+            out[(c, r)] = value;
+        }
+        out
+    };
+    let table = Table::read(path)?;
+    table.rows().map(|row| Ok(matrix(row.numbers_from(1, "a number of the covariance")?))).collect()
+}
