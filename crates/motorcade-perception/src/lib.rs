@@ -64,6 +64,7 @@ mod network;
 mod observations;
 mod perception;
 mod recording;
+mod replay;
 mod road;
 mod trial;
 
