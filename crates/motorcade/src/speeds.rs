@@ -1,11 +1,13 @@
 //! Speed of the camera, and the vehicle ahead of it: distance, closing speed, time to collision.
 
 use motorcade_geometry::{Pose, World};
+use motorcade_odometry::EgoFrame;
 use motorcade_perception::VehicleClass;
 use motorcade_vehicles::{VehicleState, VehicleTrajectory};
 use nalgebra::Point2;
 
 use crate::path_ahead::PathAhead;
+use crate::relative::relative_sigma_m;
 use crate::result::RunResult;
 
 /// Time over which the camera's speed is taken, centred on the frame \[s\].
@@ -65,7 +67,8 @@ pub fn speeds(result: &RunResult) -> Vec<FrameSpeeds> {
     }
     let one = |(frame, vehicles): (usize, &Vec<(&VehicleTrajectory, &VehicleState)>)| {
         let speed_mps = camera_speed(result, frame);
-        let ahead = vehicles.iter().filter_map(|(v, s)| ahead(&path, frame, v, s, speed_mps));
+        let ahead =
+            vehicles.iter().filter_map(|(v, s)| ahead(&path, &result.ego.frames[frame], v, s, speed_mps));
         let ahead = ahead.min_by(|a, b| a.distance_m.value.total_cmp(&b.distance_m.value));
         FrameSpeeds { speed_mps, ahead }
     };
@@ -99,13 +102,13 @@ fn camera_speed(result: &RunResult, frame: usize) -> Estimated {
 /// A vehicle as the one ahead; `None` when it is beside or behind, or comes the other way.
 fn ahead(
     path: &PathAhead,
-    frame: usize,
+    camera: &EgoFrame,
     vehicle: &VehicleTrajectory,
     state: &VehicleState,
     own: Estimated,
 ) -> Option<VehicleAhead> {
     let pose = &state.world_from_vehicle;
-    let place = path.locate(frame, &ground(pose))?;
+    let place = path.locate(state.frame, &ground(pose))?;
     let forward = pose.rotation_matrix().column(0).into_owned();
     let along = (forward.x * place.direction.x + forward.z * place.direction.y)
         / forward.x.hypot(forward.z).max(1e-9);
@@ -120,9 +123,11 @@ fn ahead(
     if centre_m + reach_m <= 0.0 {
         return None;
     }
-    let variance = |k: usize| state.covariance[(k, k)].max(0.0);
-    let sigma = (variance(3) * along * along
-        + variance(4) * across * across
+    let camera_from_vehicle = camera.world_from_camera.inverse() * *pose;
+    let sigma_m = [3, 4, 5].map(|k| state.covariance[(k, k)].max(0.0).sqrt());
+    let [forward_m, left_m, _] = relative_sigma_m(&camera_from_vehicle, &camera.covariance, sigma_m);
+    let sigma = ((forward_m * along).powi(2)
+        + (left_m * across).powi(2)
         + 0.25 * vehicle.size_covariance[(0, 0)].max(0.0))
     .sqrt();
     let distance_m = Estimated { value: (centre_m - reach_m).max(0.0), sigma };

@@ -1,15 +1,12 @@
 //! Estimates of a run as they are drawn.
 
-use motorcade::{RecordedFrame, RecordedRun, RecordedState, RecordedVehicle};
+use motorcade::{RecordedFrame, RecordedRun, RecordedState, RecordedVehicle, relative_sigma_m};
 use motorcade_draw::{Road, Scene, SceneVehicle};
-use motorcade_geometry::{Camera, Pose, Vehicle};
 use motorcade_viewer::{MOVING, hue};
-use nalgebra::{Matrix3, Matrix3x6, Point3, Vector3};
+use nalgebra::Point3;
 
 /// Length of the trail behind a moving vehicle \[ns\].
 const TRAIL_NS: i64 = 3_000_000_000;
-/// Least standard deviation relative to the camera, as a share of that in the world.
-const LEAST_SHARE: f64 = 0.1;
 
 /// The scenes of a run.
 pub struct Scenes {
@@ -55,6 +52,7 @@ impl Scenes {
         let vehicle = self.run.vehicles.get(v)?;
         let state = vehicle.states.get(s)?;
         let camera_from_vehicle = frame.world_from_camera.inverse() * state.world_from_vehicle;
+        let [forward, left, _] = relative_sigma_m(&camera_from_vehicle, &frame.covariance, state.sigma_m);
         let moving = vehicle.p_moving > MOVING;
         Some(SceneVehicle {
             id: vehicle.id,
@@ -62,7 +60,7 @@ impl Scenes {
             hue_deg: hue(v),
             camera_from_vehicle,
             size_m: vehicle.size_m,
-            sigma_m: relative_sigma_m(frame, &camera_from_vehicle, state),
+            sigma_m: [forward, left],
             speed_mps: state.speed_mps,
             moving,
             predicted: state.predicted,
@@ -79,66 +77,5 @@ impl Scenes {
         let states = vehicle.states.get(..=last).unwrap_or_default().iter().filter(recent);
         let place = |s: &RecordedState| Point3::from(s.world_from_vehicle.translation());
         states.map(|s| camera_from_world.transform_point(&place(s))).collect()
-    }
-}
-
-/// Standard deviations of a vehicle's position relative to the camera, along its forward and left axes \[m\]. Tables hold those in the
-/// world, which contain the drift of the camera since the first frame: Σ_world = Σ_relative + J Σ_camera Jᵀ.
-fn relative_sigma_m(
-    frame: &RecordedFrame,
-    camera_from_vehicle: &Pose<Camera, Vehicle>,
-    state: &RecordedState,
-) -> [f64; 2] {
-    // A point p of the camera moves by ν + ω × p in it: J = [−[p]× | I].
-    let p = camera_from_vehicle.translation();
-    let mut jacobian = Matrix3x6::zeros();
-    jacobian.fixed_columns_mut::<3>(0).copy_from(&-p.cross_matrix());
-    jacobian.fixed_columns_mut::<3>(3).copy_from(&Matrix3::identity());
-    let by_camera = jacobian * frame.covariance * jacobian.transpose();
-    [(0, Vector3::x()), (1, Vector3::y())].map(|(k, axis): (usize, Vector3<f64>)| {
-        let direction = camera_from_vehicle.transform_vector(&axis);
-        let world = state.sigma_m[k] * state.sigma_m[k];
-        let least = LEAST_SHARE * LEAST_SHARE * world;
-        (world - direction.dot(&(by_camera * direction))).max(least).sqrt()
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use motorcade_geometry::World;
-    use nalgebra::Matrix6;
-
-    #[test]
-    fn the_drift_of_the_camera_is_left_out() {
-        // Heading along the view, 20 m ahead; the camera 0.3 m uncertain along its axis and 0.01 rad about the vertical.
-        let rotation = Matrix3::new(0.0, -1.0, 0.0, 0.0, 0.0, -1.0, 1.0, 0.0, 0.0);
-        let pose = Pose::<World, Vehicle>::from_matrix(&rotation, &Vector3::new(0.0, 1.5, 20.0));
-        let mut covariance = Matrix6::zeros();
-        covariance[(5, 5)] = 0.09;
-        covariance[(1, 1)] = 1e-4;
-        let frame = RecordedFrame {
-            number: 0,
-            timestamp_ns: 0,
-            status: "tracked".into(),
-            speed_mps: 0.0,
-            scale_sigma_rel: 0.0,
-            road_normal: -Vector3::y(),
-            world_from_camera: Pose::identity(),
-            covariance,
-        };
-        let state = |sigma_m| RecordedState {
-            row: 0,
-            world_from_vehicle: pose,
-            speed_mps: 0.0,
-            sigma_m,
-            predicted: false,
-        };
-        let [forward, left] = relative_sigma_m(&frame, &pose.cast(), &state([0.5, 0.25, 0.0]));
-        assert!((forward - 0.4).abs() < 1e-9, "{forward}");
-        assert!((left - 0.15).abs() < 1e-9, "20 m at 0.01 rad are 0.2 m: {left}");
-        // Known better in the world than the camera is: not nothing.
-        let [forward, _] = relative_sigma_m(&frame, &pose.cast(), &state([0.2, 0.25, 0.0]));
-        assert!((forward - 0.02).abs() < 1e-9, "{forward}");
     }
 }

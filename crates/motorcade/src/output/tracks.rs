@@ -12,6 +12,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::{RunContext, file};
 use crate::error::Result;
+use crate::relative::relative_sigma_m;
 use crate::result::RunResult;
 
 pub(super) fn write(folder: &Path, result: &RunResult, context: &RunContext) -> Result<()> {
@@ -61,6 +62,9 @@ fn table(out: impl Write, result: &RunResult) -> io::Result<()> {
         "source",
         "p_moving",
         "score",
+        "sigma_relative_forward_m",
+        "sigma_relative_left_m",
+        "sigma_relative_up_m",
     ])?;
     for (vehicle, s) in by_frame(result) {
         let frame = &result.frames[s.frame];
@@ -104,6 +108,7 @@ fn table(out: impl Write, result: &RunResult) -> io::Result<()> {
         };
         row.push(source.to_owned());
         row.extend([format!("{:.4}", vehicle.p_moving), format!("{:.4}", s.score)]);
+        row.extend(sigma_from_camera(result, s).map(|sigma| format!("{sigma:.6}")));
         table.write_record(&row)?;
     }
     table.flush()
@@ -147,19 +152,27 @@ pub fn track_labels(result: &RunResult, camera_from_cam0: Pose<Camera, Cam0>) ->
             size_hwl_m: [vehicle.size.height_m, vehicle.size.width_m, vehicle.size.length_m],
             location_m: [location.x, location.y, location.z],
             ry_rad,
-            score: Some(s.score * probability_right(vehicle, s)),
+            score: Some(s.score * probability_right(result, vehicle, s)),
         });
     }
     labels
 }
 
-/// Probability that the box is within a third of its length, width and height of the vehicle, by the standard deviations. KITTI's
-/// evaluators rank boxes by score, and count those that overlap by half or more.
-fn probability_right(vehicle: &VehicleTrajectory, state: &VehicleState) -> f64 {
-    let sigma = |k: usize| state.covariance[(k, k)].max(0.0).sqrt();
-    let size = vehicle.size;
-    let within = |extent_m: f64, k: usize| libm::erf(extent_m / 3.0 / (SQRT_2 * sigma(k).max(1e-3)));
-    within(size.length_m, 3) * within(size.width_m, 4) * within(size.height_m, 5)
+/// Standard deviations of a position relative to the camera of its frame, along the vehicle's axes \[m\].
+fn sigma_from_camera(result: &RunResult, state: &VehicleState) -> [f64; 3] {
+    let ego = &result.ego.frames[state.frame];
+    let camera_from_vehicle = ego.world_from_camera.inverse() * state.world_from_vehicle;
+    let sigma_m = [3, 4, 5].map(|k| state.covariance[(k, k)].max(0.0).sqrt());
+    relative_sigma_m(&camera_from_vehicle, &ego.covariance, sigma_m)
+}
+
+/// Probability that the box is within a third of its length, width and height of the vehicle, by the standard deviations relative to
+/// the camera. KITTI's evaluators rank boxes by score, and count those that overlap by half or more.
+fn probability_right(result: &RunResult, vehicle: &VehicleTrajectory, state: &VehicleState) -> f64 {
+    let size = &vehicle.size;
+    let extents_m = [size.length_m, size.width_m, size.height_m];
+    let sigma_m = sigma_from_camera(result, state);
+    extents_m.iter().zip(sigma_m).map(|(m, sigma)| libm::erf(m / 3.0 / (SQRT_2 * sigma.max(1e-3)))).product()
 }
 
 /// Name of a class in KITTI's list, which has neither buses nor motorcycles; `tracks.csv` has our own names.
