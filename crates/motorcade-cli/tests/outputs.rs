@@ -145,7 +145,7 @@ fn results_go_into_a_mount_point() {
     );
     let told: Answer = mounted(&script).unwrap().into();
     told.expect(0, &[]);
-    assert!(told.stdout.ends_with("run.json\ntracks.csv\ntracks.kitti.txt\n"), "{}", told.stdout);
+    assert!(told.stdout.ends_with("run.json\nspeeds.csv\ntracks.csv\ntracks.kitti.txt\n"), "{}", told.stdout);
     assert!(!told.stdout.contains("partial"), "{}", told.stdout);
 }
 
