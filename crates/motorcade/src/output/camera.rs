@@ -34,7 +34,7 @@ fn covariances(out: impl std::io::Write, result: &RunResult) -> std::io::Result<
 }
 
 /// Name of a status in files.
-pub(crate) fn status_name(status: FrameStatus) -> &'static str {
+pub fn status_name(status: FrameStatus) -> &'static str {
     match status {
         FrameStatus::Initialising => "filled_in",
         FrameStatus::Tracked => "tracked",

@@ -9,7 +9,7 @@ mod record;
 mod speeds;
 mod tracks;
 
-pub(crate) use camera::status_name;
+pub use camera::status_name;
 pub use directory::{OutputDirectory, RUN_RECORD};
 pub use listing::ListedFile;
 pub use tracks::track_labels;
