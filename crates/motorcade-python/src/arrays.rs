@@ -68,7 +68,7 @@ pub fn vector<T: numpy::Element>(
     PyArray1::from_vec(py, values.collect())
 }
 
-/// A square matrix given by the caller; `Err` tells its size.
+/// A square matrix given by the caller.
 pub enum Square {
     /// 3×3.
     Three(Matrix3<f64>),

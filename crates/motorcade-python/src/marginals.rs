@@ -21,6 +21,10 @@ pub struct Marginals {
 
 impl Marginals {
     pub fn new(graph: &NamedGraph) -> Result<Self, Failure> {
+        // Rounding can hide that the equations of a floating graph are singular.
+        if graph.floats() {
+            return Err(motorcade_graph::GraphError::Singular.into());
+        }
         let marginals = motorcade_graph::Marginals::new(&graph.graph)?;
         Ok(Self { marginals, vertices: graph.vertices.clone() })
     }

@@ -82,6 +82,11 @@ impl NamedGraph {
         Ok(())
     }
 
+    /// True when a component has no fixed vertex.
+    pub fn floats(&self) -> bool {
+        self.graph.components().iter().any(|component| !component.iter().any(|v| self.graph.is_fixed(*v)))
+    }
+
     /// Minimises the cost. A component without a fixed vertex is held at its first one meanwhile.
     pub fn optimise(&mut self, start: Start, options: Options, control: &Control) -> Result<Report, Failure> {
         options.validate()?;

@@ -24,10 +24,11 @@ pub fn frame(image: &Bound<'_, PyAny>, time_ns: i64) -> Result<Frame, Failure> {
     };
     let shape = array.shape().to_vec();
     let held = array.try_readonly().map_err(|_| wrong("one that is being written to".to_owned()))?;
-    // One copy: in the order of memory where that is the order of pixels, else pixel by pixel.
-    let bytes = match held.as_slice() {
-        Ok(bytes) => bytes.to_vec(),
-        Err(_) => held.as_array().iter().copied().collect(),
+    // One copy: in the order of memory where that is the order of pixels (`as_slice` alone takes columns for rows), else pixel by
+    // pixel.
+    let bytes = match held.as_slice().ok().filter(|_| array.is_c_contiguous()) {
+        Some(bytes) => bytes.to_vec(),
+        None => held.as_array().iter().copied().collect(),
     };
     let side = |length: usize| u32::try_from(length).ok();
     match shape.as_slice() {

@@ -90,7 +90,7 @@ class Drive:
     @property
     def times_s(self) -> NDArray[np.float64]:
         """Times [s]; shape [n]."""
-        return self.times_ns * 1e-9
+        return np.asarray(self.times_ns, dtype=np.float64) * 1e-9
 
     @property
     def status(self) -> NDArray[np.str_]:

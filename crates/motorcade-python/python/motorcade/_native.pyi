@@ -7,6 +7,25 @@ from typing import Any, Optional, final
 import numpy as np
 from numpy.typing import NDArray
 
+__all__ = [
+    "Error",
+    "GraphError",
+    "InputError",
+    "Marginals",
+    "NativeDrive",
+    "NativeMotorcade",
+    "PoseGraph",
+    "ResourceError",
+    "SettingsError",
+    "evaluate",
+    "read_calibration",
+    "read_run",
+    "run",
+    "scenarios",
+    "settings_text",
+    "simulate",
+]
+
 _Progress = Optional[Callable[[str, int, Optional[int]], object]]
 _Detector = Optional[tuple[Callable[[NDArray[np.uint8]], Any], str]]
 _Path = str | os.PathLike[str]
