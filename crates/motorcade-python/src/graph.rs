@@ -3,10 +3,7 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 
-use motorcade::Progress;
 use motorcade_graph::factors::PoseResidual;
-use motorcade_graph::solver::Control;
-use motorcade_graph::start::Start;
 use motorcade_graph::{Options, RobustKernel, Value};
 use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -17,7 +14,7 @@ use crate::drive::write_file;
 use crate::errors::{Error, Failure};
 use crate::marginals::Marginals;
 use crate::named_graph::NamedGraph;
-use crate::supervise::supervised;
+use crate::solve::Request;
 
 /// A sparse pose graph of SE(3) or SE(2) poses: add vertices and edges, optimise, ask for covariances.
 ///
@@ -171,6 +168,7 @@ impl PoseGraph {
     /// takes all cores, results do not depend on it. `progress(stage, iterations, total)` is called after iterations; Ctrl-C stops after the present
     /// one and keeps the best poses so far. Returns a dictionary: `termination`, `converged`, `iterations`, `initial_cost`,
     /// `final_cost`, `unknowns`.
+    #[expect(clippy::too_many_arguments, reason = "each has a name in Python")]
     #[pyo3(signature = (*, method="lm", start="auto", iterations=100, threads=1, time_limit_s=None, progress=None))]
     fn optimise<'py>(
         &self,
@@ -182,31 +180,12 @@ impl PoseGraph {
         time_limit_s: Option<f64>,
         progress: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let start: Start = start.parse().map_err(Failure::from)?;
         let method = method.parse().map_err(Failure::from)?;
-        if threads > 1024 {
-            return Err(Failure::settings("threads must lie in [0, 1024]").into());
-        }
         let options =
             Options { method, max_iterations: iterations, threads, time_limit_s, ..Default::default() };
-        let shared = Arc::clone(&self.graph);
+        let request = Request { start: start.parse().map_err(Failure::from)?, options };
         drop(self.lock()?);
-        let report = supervised(py, progress.as_ref(), move |watch| {
-            watch.begin("graph", Some(iterations));
-            let control = Control { cancel: Some(watch.stop()), progress: Some(watch.iterations()) };
-            let mut graph =
-                shared.lock().map_err(|_| Error::new_err("this graph failed in an earlier call"))?;
-            graph.optimise(start, options, &control)
-        })?;
-        let out = PyDict::new(py);
-        let name = serde_json::to_value(report.termination).ok();
-        out.set_item("termination", name.as_ref().and_then(|name| name.as_str()))?;
-        out.set_item("converged", report.converged())?;
-        out.set_item("iterations", report.iterations.len())?;
-        out.set_item("initial_cost", report.initial_cost)?;
-        out.set_item("final_cost", report.final_cost)?;
-        out.set_item("unknowns", report.unknowns)?;
-        Ok(out)
+        request.solve(py, Arc::clone(&self.graph), progress.as_ref())
     }
 
     /// Covariances at the present poses, best after `optimise`. Every component needs a fixed vertex.

@@ -31,11 +31,15 @@ mod recorded;
 #[cfg(feature = "python")]
 mod run;
 #[cfg(feature = "python")]
+mod running;
+#[cfg(feature = "python")]
 mod settings;
 #[cfg(feature = "python")]
 mod simulate;
 #[cfg(feature = "python")]
 mod slam;
+#[cfg(feature = "python")]
+mod solve;
 #[cfg(feature = "python")]
 mod supervise;
 

@@ -7,14 +7,13 @@ import os
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal, Union
+from typing import Any, Literal
 
-from . import _drive, _native, _progress, _settings
+from . import _arguments, _drive, _native, _progress, _settings
+from ._arguments import PathArgument
 from ._camera import Camera, CameraArgument, camera_of
 from ._detector import Detector, adapted
 from ._drive import Drive
-
-PathArgument = Union[str, "os.PathLike[str]"]
 
 
 def run(
@@ -92,41 +91,43 @@ def run(
         vehicle_poses = [vehicle_poses]
     if trajectory_scale not in ("unknown", "metric"):
         raise _native.SettingsError("trajectory_scale must be 'unknown' or 'metric'")
-    rig, described = _rig(camera), None
+    rig, described = _arguments.rig(camera), None
     if camera is not None and rig is None:
         described = camera_of(camera) if isinstance(camera, (Camera, Mapping)) else None
         if calibration is not None:
             raise _native.SettingsError("give either camera or calibration, not both")
-        calibration = None if described is not None else _path(camera)
+        calibration = None if described is not None else _arguments.path(camera)
     arguments: dict[str, Any] = {
-        "input": _path(input),
+        "input": _arguments.path(input),
         "format": format,
         "sequence": sequence,
         "camera": rig,
         "fps": fps,
-        "frames": _frames(frames),
-        "stride": _whole("stride", stride, 1),
-        "ignore": _path(ignore),
-        "height_m": None if height_m == "auto" else _number("height_m", height_m),
+        "frames": _arguments.frame_range(frames),
+        "stride": _arguments.whole("stride", stride, 1),
+        "ignore": _arguments.path(ignore),
+        "height_m": None if height_m == "auto" else _arguments.number("height_m", height_m),
         "height_auto": height_m == "auto",
-        "models": _path(models),
-        "detections": _path(detections),
-        "road_masks": _path(road_masks),
-        "trajectory": _path(trajectory),
+        "models": _arguments.path(models),
+        "detections": _arguments.path(detections),
+        "road_masks": _arguments.path(road_masks),
+        "trajectory": _arguments.path(trajectory),
         "metric": trajectory_scale == "metric",
-        "vehicle_poses": [_path(path) for path in vehicle_poses],
-        "keypoints": _path(keypoints),
-        "shape_prior": _path(shape_prior),
+        "vehicle_poses": [_arguments.path(path) for path in vehicle_poses],
+        "keypoints": _arguments.path(keypoints),
+        "shape_prior": _arguments.path(shape_prior),
         "keep_perception": keep_perception,
-        "threads": _whole("threads", threads, 0),
+        "threads": _arguments.whole("threads", threads, 0),
         "settings": _settings.arguments(preset, config, online, seed, settings),
     }
     with tempfile.TemporaryDirectory(prefix="motorcade-") as folder, _progress.watched(progress) as call:
+        arguments["calibration"] = _arguments.path(calibration)
+        arguments["command"] = _arguments.command(arguments, preset, config, online, seed, settings)
         if described is not None:
-            calibration = Path(folder) / "camera.toml"
-            Path(calibration).write_text(described.to_toml(), encoding="utf-8")
-        arguments["calibration"] = _path(calibration)
-        arguments["command"] = _command(arguments, preset, config, online, seed, settings)
+            # Not part of the command: it is gone after the run.
+            file = Path(folder) / "camera.toml"
+            file.write_text(described.to_toml(), encoding="utf-8")
+            arguments["calibration"] = os.fspath(file)
         native = _native.run(arguments, adapted(detector), call)
     return _drive.from_native(native)
 
@@ -153,69 +154,3 @@ def load(directory: PathArgument) -> Drive:
         "warnings": record.get("warnings") or [],
     }
     return Drive(read["camera"], read["vehicles"], facts, tables, None, path)
-
-
-def _rig(camera: object) -> int | None:
-    """The number of a camera of a rig."""
-    return camera if isinstance(camera, int) and not isinstance(camera, bool) else None
-
-
-def _path(path: Any) -> str | None:
-    if path is None:
-        return None
-    try:
-        return os.fsdecode(path)
-    except TypeError as error:
-        raise _native.SettingsError(f"expected a path: {error}") from None
-
-
-def _number(name: str, value: Any) -> float | None:
-    try:
-        return None if value is None else float(value)
-    except (TypeError, ValueError):
-        raise _native.SettingsError(f"{name}: expected a number, got {value!r}") from None
-
-
-def _whole(name: str, value: Any, least: int) -> int:
-    if not isinstance(value, int) or not least <= value <= 1 << 31:
-        raise _native.SettingsError(f"{name}: expected a whole number from {least}, got {value!r}")
-    return value
-
-
-def _frames(frames: str | tuple[int | None, int | None] | None) -> str:
-    if frames is None:
-        return ".."
-    if isinstance(frames, str):
-        return frames
-    first, end = frames
-    return f"{'' if first is None else first}..{'' if end is None else end}"
-
-
-def _command(
-    arguments: dict[str, Any],
-    preset: str,
-    config: PathArgument | None,
-    online: bool,
-    seed: int | None,
-    settings: Mapping[str, Any],
-) -> list[str]:
-    """The same run on the command line: `motorcade draw` finds the frames of a saved run by it."""
-    command = ["motorcade", "run", arguments["input"]]
-    names = ["format", "sequence", "camera", "calibration", "fps", "ignore", "models", "detections"]
-    names += ["road_masks", "trajectory", "keypoints", "shape_prior"]
-    for name in names:
-        if arguments[name] is not None:
-            command += [f"--{name.replace('_', '-')}", str(arguments[name])]
-    command += ["--frames", arguments["frames"], "--stride", str(arguments["stride"])]
-    if arguments["height_auto"] or arguments["height_m"] is not None:
-        command += ["--height", "auto" if arguments["height_auto"] else repr(arguments["height_m"])]
-    if arguments["trajectory"] is not None and arguments["metric"]:
-        command += ["--trajectory-scale", "metric"]
-    if arguments["vehicle_poses"]:
-        command += ["--vehicle-poses", *arguments["vehicle_poses"]]
-    command += ["--preset", preset] + (["--config", os.fsdecode(config)] if config is not None else [])
-    command += ["--online"] * online + ["--keep-perception"] * bool(arguments["keep_perception"])
-    command += ["--seed", str(seed)] if seed is not None else []
-    for setting in _settings.flattened(settings):
-        command += ["--set", setting]
-    return command
