@@ -4,7 +4,7 @@ use motorcade::output::{Extra, OutputDirectory, RUN_RECORD};
 use motorcade::{Config, Motorcade, RunContext, push_sequence, survey_sequence};
 use motorcade_dataset::{Sequence, SequenceOptions};
 use motorcade_perception::{Perception, PerceptionOptions};
-use motorcade_simulate::{RenderOptions, WriteOptions};
+use motorcade_simulate::{DRIVE_RECORD, RenderOptions, WriteOptions};
 
 use crate::arguments::DemoArguments;
 use crate::draw::{self, Frames, Place, Results};
@@ -27,7 +27,7 @@ pub fn demo(arguments: &DemoArguments) -> anyhow::Result<u8> {
     // An earlier demo in the same place is replaced; anything else is left alone.
     let directory = OutputDirectory::open(&arguments.out, RUN_RECORD, true)?;
     let drive = demo_drive(&arguments.out);
-    let drive_directory = OutputDirectory::open(&drive, simulate::DRIVE_RECORD, true)?;
+    let drive_directory = OutputDirectory::open(&drive, DRIVE_RECORD, true)?;
     let reporter = Reporter::new(arguments.progress);
     let planned = simulate::built_in(SCENARIO, arguments.frames, arguments.seed, &RenderOptions::default())?;
     let written =

@@ -9,9 +9,9 @@ use motorcade_dataset::{Cam0, KittiCalibration, Label, read_labels, read_traject
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
 use motorcade_perception::VehicleClass;
 use motorcade_simulate::{
-    Drive, KeypointOptions, MeasureOptions, ReenactOptions, RenderOptions, Scenario, SensorOptions,
-    VehicleCropOptions, WriteOptions, Written, labels_in_camera, reenact, scenarios, simulate as plan,
-    write_vehicle_crops_until,
+    DRIVE_RECORD, Drive, KeypointOptions, MeasureOptions, ReenactOptions, RenderOptions, Scenario,
+    SensorOptions, VehicleCropOptions, WriteOptions, Written, labels_in_camera, reenact, scenarios,
+    simulate as plan, write_vehicle_crops_until,
 };
 
 use crate::arguments::{SimulateArguments, Training};
@@ -25,8 +25,6 @@ const SCENARIO_S: f64 = 12.0;
 const LONGEST_STEP_M: f64 = 100.0;
 /// Farthest vehicle of a real drive \[m\].
 const FARTHEST_M: f64 = 1000.0;
-/// Name of the record of simulated data, which lists its files.
-pub const DRIVE_RECORD: &str = "simulation.json";
 
 /// Lists scenarios, or renders a scenario or a real drive.
 pub fn simulate(arguments: &SimulateArguments) -> anyhow::Result<u8> {
@@ -96,15 +94,7 @@ pub fn rendered(
     reporter.begin("rendering", Some(drive.len()));
     let written = filled(directory, out, |folder| {
         let (advance, cancelled) = (|done| reporter.advance(done), || reporter.cancelled());
-        let written = drive.write_kitti_until(folder, options, &advance, &cancelled)?;
-        let moved = |path: &Path| out.join(path.strip_prefix(folder).unwrap_or(path));
-        Ok(Written {
-            training: moved(&written.training),
-            detections: moved(&written.detections),
-            road_masks: written.road_masks.as_deref().map(moved),
-            keypoints: written.keypoints.as_deref().map(moved),
-            ..written
-        })
+        Ok(drive.write_kitti_until(folder, options, &advance, &cancelled)?.moved(folder, out))
     });
     reporter.finish();
     written

@@ -18,6 +18,9 @@ pub enum Error {
     /// Networks, detections or masks.
     #[error(transparent)]
     Perception(#[from] motorcade_perception::Error),
+    /// A shape prior.
+    #[error(transparent)]
+    Shape(#[from] motorcade_shape::PriorError),
     /// The results could not be written.
     #[error("cannot write {path}: {reason}", path = .path.display())]
     Output {
@@ -35,7 +38,7 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Config(_) => 1,
-            Self::Input(_) => 3,
+            Self::Input(_) | Self::Shape(_) => 3,
             Self::Dataset(e) => e.exit_code(),
             Self::Perception(e) => e.exit_code(),
             Self::Output { .. } => 5,

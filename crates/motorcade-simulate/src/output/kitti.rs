@@ -17,6 +17,9 @@ use crate::measure::{KeypointMeasurement, KeypointOptions, MeasureOptions};
 use crate::measure::{detections, labels};
 use crate::render::{Picture, Renderer};
 
+/// Name of the record of simulated data, which lists its files.
+pub const DRIVE_RECORD: &str = "simulation.json";
+
 /// Options of the output.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WriteOptions {
@@ -54,6 +57,21 @@ pub struct Written {
     pub keypoints: Option<PathBuf>,
     /// Labelled boxes.
     pub labels: usize,
+}
+
+impl Written {
+    /// The same after the folder `from` was moved to `to`.
+    #[must_use]
+    pub fn moved(self, from: &Path, to: &Path) -> Self {
+        let moved = |path: &Path| to.join(path.strip_prefix(from).unwrap_or(path));
+        Self {
+            training: moved(&self.training),
+            detections: moved(&self.detections),
+            road_masks: self.road_masks.as_deref().map(moved),
+            keypoints: self.keypoints.as_deref().map(moved),
+            ..self
+        }
+    }
 }
 
 impl Drive {

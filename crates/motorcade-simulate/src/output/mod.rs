@@ -3,4 +3,4 @@
 mod csv;
 mod kitti;
 
-pub use kitti::{WriteOptions, Written};
+pub use kitti::{DRIVE_RECORD, WriteOptions, Written};

@@ -34,7 +34,7 @@ fn covariances(out: impl std::io::Write, result: &RunResult) -> std::io::Result<
 }
 
 /// Name of a status in files.
-pub(crate) fn status_name(status: FrameStatus) -> &'static str {
+pub fn status_name(status: FrameStatus) -> &'static str {
     match status {
         FrameStatus::Initialising => "filled_in",
         FrameStatus::Tracked => "tracked",
@@ -43,7 +43,8 @@ pub(crate) fn status_name(status: FrameStatus) -> &'static str {
     }
 }
 
-fn frames(out: impl std::io::Write, result: &RunResult) -> std::io::Result<()> {
+/// One row a frame.
+pub(super) fn frames(out: impl std::io::Write, result: &RunResult) -> std::io::Result<()> {
     let mut table = csv::Writer::from_writer(out);
     table.write_record([
         "frame",

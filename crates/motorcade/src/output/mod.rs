@@ -9,7 +9,7 @@ mod record;
 mod speeds;
 mod tracks;
 
-pub(crate) use camera::status_name;
+pub use camera::status_name;
 pub use directory::{OutputDirectory, RUN_RECORD};
 pub use listing::ListedFile;
 pub use tracks::track_labels;
@@ -48,6 +48,23 @@ pub struct Extra {
     pub name: String,
     /// Content.
     pub content: Vec<u8>,
+}
+
+/// `frames.csv` of a result: one row a frame, as [`write_run`] writes it.
+pub fn frames_csv(result: &RunResult) -> Vec<u8> {
+    in_memory(|out| camera::frames(out, result))
+}
+
+/// `tracks.csv` of a result: one row a vehicle and frame, as [`write_run`] writes it.
+pub fn tracks_csv(result: &RunResult) -> Vec<u8> {
+    in_memory(|out| tracks::table(out, result))
+}
+
+fn in_memory(write: impl FnOnce(&mut Vec<u8>) -> io::Result<()>) -> Vec<u8> {
+    let mut out = Vec::new();
+    // Writing to memory does not fail.
+    let _ = write(&mut out);
+    out
 }
 
 /// Makes a folder for single files, where it is not there yet.

@@ -32,7 +32,8 @@ fn by_frame(result: &RunResult) -> Vec<(&VehicleTrajectory, &VehicleState)> {
     rows
 }
 
-fn table(out: impl Write, result: &RunResult) -> io::Result<()> {
+/// One row a vehicle and frame.
+pub(super) fn table(out: impl Write, result: &RunResult) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(out);
     table.write_record([
         "frame",

@@ -1,0 +1,84 @@
+"""Intrinsics of a camera."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _native
+
+
+@dataclass(frozen=True)
+class Camera:
+    """Intrinsics of a camera in pixels, pixel centres at integer coordinates.
+
+    `distortion` is radial-tangential: k1, k2, p1, p2, k3 (OpenCV's order). `fps` and `height_m` (height above the road) stand
+    in some calibration files.
+    """
+
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    width: int | None = None
+    height: int | None = None
+    distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    fps: float | None = None
+    height_m: float | None = None
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str], *, camera: int | None = None) -> Camera:
+        """Reads a calibration file: this project's TOML, KITTI calib.txt, OpenCV or ORB-SLAM YAML, ROS camera_info YAML.
+
+        `camera` chooses among the cameras of a KITTI file. Raises `InputError`.
+        """
+        return cls(**_native.read_calibration(os.fspath(path), camera))
+
+    @property
+    def matrix(self) -> NDArray[np.float64]:
+        """The matrix K, shape [3, 3]."""
+        return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
+
+    @property
+    def distorted(self) -> bool:
+        """True with any distortion."""
+        return any(coefficient != 0.0 for coefficient in self.distortion)
+
+    def to_toml(self) -> str:
+        """This project's calibration file, which `run` and the program read."""
+        fields = ("fx", "fy", "cx", "cy", "width", "height", "fps", "height_m")
+        values = [(name, getattr(self, name)) for name in fields]
+        text = "".join(f"{name} = {_number(name, value)}\n" for name, value in values if value is not None)
+        if self.distorted:
+            names = ("k1", "k2", "p1", "p2", "k3")
+            pairs = zip(names, self.distortion)
+            text += "[distortion]\n" + "".join(f"{name} = {float(value)!r}\n" for name, value in pairs)
+        return text
+
+
+def _number(name: str, value: float) -> str:
+    return str(int(value)) if name in ("width", "height") else repr(float(value))
+
+
+CameraArgument = Union[Camera, Mapping[str, Any], str, "os.PathLike[str]"]
+"""A camera: as an object, as a dictionary of its fields, or as a calibration file."""
+
+
+def camera_of(argument: CameraArgument) -> Camera:
+    """The camera that an argument means."""
+    if isinstance(argument, Camera):
+        return argument
+    if isinstance(argument, Mapping):
+        try:
+            return Camera(**argument)
+        except TypeError as error:
+            raise _native.SettingsError(f"camera: {error}") from None
+    if isinstance(argument, (str, os.PathLike)):
+        return Camera.read(argument)
+    kind = type(argument).__name__
+    raise _native.SettingsError(f"camera: expected a Camera, a dictionary or a calibration file, got {kind}")

@@ -1,0 +1,30 @@
+//! Calibration files.
+
+use std::path::PathBuf;
+
+use motorcade_dataset::Calibration;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::errors::Failure;
+
+/// A camera as its file describes it.
+#[pyfunction]
+pub fn read_calibration(
+    py: Python<'_>,
+    path: PathBuf,
+    camera: Option<u8>,
+) -> Result<Bound<'_, PyDict>, Failure> {
+    let read = Calibration::read(&path, camera)?;
+    let (out, size, d) = (PyDict::new(py), read.size, &read.distortion);
+    out.set_item("fx", read.fx)?;
+    out.set_item("fy", read.fy)?;
+    out.set_item("cx", read.cx)?;
+    out.set_item("cy", read.cy)?;
+    out.set_item("width", size.map(|s| s.0))?;
+    out.set_item("height", size.map(|s| s.1))?;
+    out.set_item("distortion", (d.k1, d.k2, d.p1, d.p2, d.k3))?;
+    out.set_item("fps", read.fps)?;
+    out.set_item("height_m", read.height_m)?;
+    Ok(out)
+}

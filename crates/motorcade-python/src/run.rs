@@ -1,0 +1,164 @@
+//! A drive of files from beginning to end.
+
+use std::path::PathBuf;
+
+use motorcade::{ExternalFiles, Motorcade, RunContext, push_sequence, survey_sequence};
+use motorcade_dataset::{Sequence, SequenceOptions};
+use motorcade_perception::{KeptObservations, ModelOptions, ModelSource, Perception, PerceptionOptions};
+use pyo3::prelude::*;
+
+use crate::detector::PythonDetector;
+use crate::drive::{NativeDrive, PERCEPTION_FILE};
+use crate::errors::Failure;
+use crate::settings::SettingsArguments;
+use crate::supervise::{Watch, supervised};
+
+/// Arguments of a run as the package hands them over.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct RunArguments {
+    input: PathBuf,
+    format: Option<String>,
+    sequence: Option<String>,
+    camera: Option<u8>,
+    calibration: Option<PathBuf>,
+    fps: Option<f64>,
+    frames: String,
+    stride: usize,
+    ignore: Option<PathBuf>,
+    /// `None` with `height_auto`, and where the input knows it.
+    height_m: Option<f64>,
+    height_auto: bool,
+    models: Option<PathBuf>,
+    detections: Option<PathBuf>,
+    road_masks: Option<PathBuf>,
+    trajectory: Option<PathBuf>,
+    metric: bool,
+    vehicle_poses: Vec<PathBuf>,
+    keypoints: Option<PathBuf>,
+    shape_prior: Option<PathBuf>,
+    keep_perception: bool,
+    threads: usize,
+    /// The same run on the command line, for the record.
+    command: Vec<String>,
+    settings: SettingsArguments,
+}
+
+/// A detector in Python: a function and its description.
+pub type DetectorArgument = Option<(Py<PyAny>, String)>;
+
+/// Runs the pipeline on a drive of files.
+#[pyfunction]
+#[pyo3(signature = (arguments, detector, progress))]
+pub fn run(
+    py: Python<'_>,
+    arguments: RunArguments,
+    detector: DetectorArgument,
+    progress: Option<Bound<'_, PyAny>>,
+) -> PyResult<NativeDrive> {
+    supervised(py, progress.as_ref(), move |watch| arguments.run(detector, watch))
+}
+
+/// Networks by name: a folder, `none`, or those inside the package.
+pub fn model_source(models: Option<PathBuf>) -> ModelSource {
+    match models {
+        Some(path) if path.as_os_str() == "none" => ModelSource::None,
+        Some(path) => ModelSource::Folder(path),
+        None => ModelSource::Embedded,
+    }
+}
+
+/// The number of threads asked for; all cores for 0.
+pub fn thread_count(asked: usize) -> usize {
+    if asked > 0 { asked } else { std::thread::available_parallelism().map_or(1, std::num::NonZero::get) }
+}
+
+impl RunArguments {
+    fn run(self, detector: DetectorArgument, watch: &Watch) -> Result<NativeDrive, Failure> {
+        let config = self.settings.config()?;
+        let sequence = Sequence::open(&self.input, &self.sequence_options()?)?;
+        if self.height_auto && config.online.enabled {
+            return Err(Failure::settings(
+                "height_m=\"auto\" is known at the end of a drive only; with online=True give the height in metres",
+            ));
+        }
+        let height_m = if self.height_auto { None } else { Some(sequence.height_m(self.height_m)?) };
+        let camera = sequence.camera()?;
+        let (perception, kept) = self.perception(&sequence, detector)?;
+        let context = RunContext {
+            config,
+            camera_from_cam0: sequence.camera_from_cam0(),
+            input: sequence.summary(),
+            perception: perception.describe(),
+            command: self.command.clone(),
+            // Runs are recognised by the command line alone.
+            fingerprint: String::new(),
+        };
+        let numbers: Vec<u64> = sequence.numbers().collect();
+        let times: Vec<i64> = sequence.timestamps_ns().collect();
+        let external = self.external_files().read(&numbers, &times)?;
+        let builder = Motorcade::builder(camera).config(config).external(external).perception(perception);
+        let builder = match height_m {
+            Some(height_m) => builder.height_m(height_m),
+            None => builder.height_by_vehicles(),
+        };
+        let threads = thread_count(self.threads);
+        let mut slam = builder.threads(threads).build()?;
+        let result = if config.online.enabled {
+            push_sequence(&mut slam, &sequence, threads, watch, &mut |slam| drop(slam.estimate()))?;
+            slam.finish_online(watch)
+        } else {
+            survey_sequence(&mut slam, &sequence, watch);
+            push_sequence(&mut slam, &sequence, threads, watch, &mut |_| ())?;
+            slam.finish_with(watch)
+        };
+        let kept = kept.map(|kept| (PERCEPTION_FILE, kept.text().into_bytes()));
+        Ok(NativeDrive::new(result, context, kept))
+    }
+
+    fn sequence_options(&self) -> Result<SequenceOptions, Failure> {
+        let format = self.format.as_deref().map(str::parse).transpose()?;
+        let frames = self.frames.parse().map_err(|e| Failure::settings(format!("frames: {e}")))?;
+        Ok(SequenceOptions {
+            format,
+            sequence: self.sequence.clone(),
+            camera: self.camera,
+            calibration: self.calibration.clone(),
+            fps: self.fps,
+            frames,
+            stride: self.stride,
+            ignore: self.ignore.clone(),
+            ..SequenceOptions::default()
+        })
+    }
+
+    fn external_files(&self) -> ExternalFiles {
+        ExternalFiles {
+            trajectory: self.trajectory.clone(),
+            metric: self.metric,
+            vehicle_poses: self.vehicle_poses.clone(),
+            keypoints: self.keypoints.clone(),
+            shape_prior: self.shape_prior.clone(),
+        }
+    }
+
+    fn perception(
+        &self,
+        sequence: &Sequence,
+        detector: DetectorArgument,
+    ) -> Result<(Perception, Option<KeptObservations>), Failure> {
+        let options = PerceptionOptions {
+            models: model_source(self.models.clone()),
+            detections: self.detections.clone(),
+            road_masks: self.road_masks.clone(),
+            without_keypoints: self.keypoints.is_some() || !self.vehicle_poses.is_empty(),
+            networks: ModelOptions::default(),
+        };
+        let mut perception = Perception::open(&options, sequence.size())?;
+        if let Some((detect, description)) = detector {
+            perception = perception.with_detector(PythonDetector::new(detect, description));
+        }
+        let kept = self.keep_perception.then(|| perception.keep());
+        Ok((perception, kept))
+    }
+}

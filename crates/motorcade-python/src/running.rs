@@ -1,0 +1,130 @@
+//! A drive that is being taken frame by frame.
+
+use std::path::PathBuf;
+
+use motorcade::{Config, Motorcade, RunContext};
+use motorcade_dataset::{Format, Frame, Pixels, Summary};
+use motorcade_geometry::{PinholeCamera, Pose};
+use motorcade_perception::{Perception, PerceptionOptions};
+use pyo3::prelude::*;
+
+use crate::detector::PythonDetector;
+use crate::errors::Failure;
+use crate::run::{DetectorArgument, model_source, thread_count};
+use crate::settings::SettingsArguments;
+
+/// A drive that is being taken frame by frame.
+pub struct Running {
+    pub slam: Motorcade,
+    camera: PinholeCamera,
+    pub config: Config,
+    perception: (String, String),
+    /// Number and time \[ns\] of every frame taken.
+    pub frames: Vec<(u64, i64)>,
+    /// True once a frame had colour.
+    colour: bool,
+}
+
+/// Arguments of the object as the package hands them over.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct MotorcadeArguments {
+    /// fx, fy, cx, cy \[px\].
+    intrinsics_px: (f64, f64, f64, f64),
+    /// Width and height \[px\].
+    size_px: (u32, u32),
+    /// `None` where vehicles tell it.
+    height_m: Option<f64>,
+    models: Option<PathBuf>,
+    threads: usize,
+    settings: SettingsArguments,
+}
+
+impl MotorcadeArguments {
+    /// The drive before its first frame.
+    pub fn running(self, detector: DetectorArgument) -> Result<Running, Failure> {
+        let ((fx, fy, cx, cy), (width, height)) = (self.intrinsics_px, self.size_px);
+        let camera = PinholeCamera { fx, fy, cx, cy, width, height };
+        camera.validate().map_err(|e| Failure::settings(e.to_string()))?;
+        let config = self.settings.config()?;
+        let options = PerceptionOptions { models: model_source(self.models), ..Default::default() };
+        let mut perception = Perception::open(&options, (width, height))?;
+        if let Some((detect, description)) = detector {
+            perception = perception.with_detector(PythonDetector::new(detect, description));
+        }
+        let words = perception.describe();
+        let builder = Motorcade::builder(camera).config(config).perception(perception);
+        let builder = match self.height_m {
+            Some(height_m) => builder.height_m(height_m),
+            None => builder.height_by_vehicles(),
+        };
+        let slam = builder.threads(thread_count(self.threads)).build()?;
+        Ok(Running { slam, camera, config, perception: words, frames: Vec::new(), colour: false })
+    }
+}
+
+impl Running {
+    /// The number given, or one after the last.
+    fn next_number(&self, given: Option<u64>) -> Result<u64, Failure> {
+        let last = self.frames.last().map(|(number, _)| *number);
+        let number = given.unwrap_or_else(|| last.map_or(0, |last| last.saturating_add(1)));
+        match last.filter(|last| *last >= number) {
+            Some(last) => {
+                Err(Failure::input(format!("frame number {number} after {last}; they must increase")))
+            }
+            None => Ok(number),
+        }
+    }
+
+    /// Takes a frame under the number given, or one after the last.
+    pub fn push(&mut self, mut frame: Frame, number: Option<u64>) -> Result<(), Failure> {
+        frame.number = self.next_number(number)?;
+        frame.index = self.frames.len();
+        self.slam.push(&frame)?;
+        self.colour |= matches!(frame.pixels, Pixels::Rgb(_));
+        self.frames.push((frame.number, frame.timestamp_ns));
+        Ok(())
+    }
+
+    /// Takes a frame that is missing.
+    pub fn skip(&mut self, time_ns: i64, number: Option<u64>, reason: &str) -> Result<(), Failure> {
+        let number = self.next_number(number)?;
+        self.slam.skip(number, time_ns, reason)?;
+        self.frames.push((number, time_ns));
+        Ok(())
+    }
+
+    /// Facts about the frames that stand in the outputs.
+    pub fn context(&self, command: Vec<String>) -> RunContext {
+        let (frames, camera) = (&self.frames, &self.camera);
+        let seconds = |pair: &[(u64, i64)]| (pair[1].1 - pair[0].1) as f64 * 1e-9;
+        let mut intervals: Vec<f64> = frames.windows(2).map(seconds).collect();
+        intervals.sort_by(f64::total_cmp);
+        let at = |k: usize| intervals.get(k).copied().unwrap_or(0.0);
+        let (first, last) = (frames.first().copied(), frames.last().copied());
+        let input = Summary {
+            format: Format::Images,
+            sequence: None,
+            camera: None,
+            frames: frames.len(),
+            numbers: (first.map_or(0, |f| f.0), last.map_or(0, |f| f.0)),
+            duration_s: first.zip(last).map_or(0.0, |(a, b)| seconds(&[a, b])),
+            interval_s: at(intervals.len() / 2),
+            intervals_s: (at(0), at(intervals.len().saturating_sub(1))),
+            width: camera.width,
+            height: camera.height,
+            colour: self.colour,
+            calibration: Some("in memory"),
+            intrinsics_px: Some([camera.fx, camera.fy, camera.cx, camera.cy]),
+            distortion: None,
+            camera_from_cam0_m: [0.0; 3],
+            gaps: Vec::new(),
+            duplicates: Vec::new(),
+            unnumbered: Vec::new(),
+            input_hash: "frames in memory".to_owned(),
+        };
+        let (config, perception) = (self.config, self.perception.clone());
+        let camera_from_cam0 = Pose::identity();
+        RunContext { config, camera_from_cam0, input, perception, command, fingerprint: String::new() }
+    }
+}

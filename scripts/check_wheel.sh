@@ -1,0 +1,36 @@
+#!/usr/bin/env bash
+# Builds the Python wheel (release profile, the workspace's target folder), installs it into a fresh virtual environment, runs its tests
+# against it and the program given, and checks its size and the time of `import motorcade`.
+#   scripts/check_wheel.sh target/release/motorcade
+set -euo pipefail
+cd "$(dirname "$0")/.."
+MOTORCADE_PROGRAM=$(realpath "$1")
+export MOTORCADE_PROGRAM
+most_bytes=25000000
+most_import_s=0.2
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+
+python3 -m venv "$folder/build"
+"$folder/build/bin/pip" install -q 'maturin>=1.9,<2'
+start=$SECONDS
+CARGO_TARGET_DIR=$PWD/target "$folder/build/bin/maturin" build -q --release --locked \
+  --manifest-path crates/motorcade-python/Cargo.toml --out "$folder/wheels"
+wheel=$(echo "$folder"/wheels/motorcade-*.whl)
+bytes=$(stat -c %s "$wheel")
+echo "wheel: $(basename "$wheel"), $bytes bytes, built in $((SECONDS - start)) s"
+if [ "$bytes" -gt "$most_bytes" ]; then echo "the wheel is larger than $most_bytes bytes"; exit 1; fi
+
+python3 -m venv "$folder/venv"
+"$folder/venv/bin/pip" install -q "${wheel}[tests]"
+# The best of five: the first one reads the disk.
+"$folder/venv/bin/python" - "$most_import_s" <<'PYTHON'
+import subprocess, sys
+code = "import time; start = time.perf_counter(); import motorcade; print(time.perf_counter() - start)"
+times = [float(subprocess.check_output([sys.executable, "-c", code])) for _ in range(5)]
+print(f"import motorcade: {min(times):.3f} s")
+sys.exit(min(times) > float(sys.argv[1]))
+PYTHON
+# From elsewhere, so that the installed package is the one that is tested.
+tests=$PWD/crates/motorcade-python
+(cd "$folder" && "$folder/venv/bin/python" -m pytest -c "$tests/pyproject.toml" --rootdir "$tests" "$tests/tests")
