@@ -51,7 +51,11 @@ impl PythonDetector {
 
 impl VehicleDetector for PythonDetector {
     fn detect(&mut self, frame: &Frame) -> Result<Vec<Detection>> {
-        Python::attach(|py| self.call(py, frame)).map_err(|error| Error::Detector(Box::new(error)))
+        // After an interruption the interpreter may end before the thread of the drive does.
+        match Python::try_attach(|py| self.call(py, frame)) {
+            Some(found) => found.map_err(|error| Error::Detector(Box::new(error))),
+            None => Err(Error::Detector("the Python interpreter is ending".into())),
+        }
     }
     fn description(&self) -> String {
         self.description.clone()

@@ -94,27 +94,39 @@ fn of_graph(error: &motorcade_graph::GraphError, message: String) -> PyErr {
     }
 }
 
-/// Options of the command line by the names they have here: `--force` becomes `force=True`, `--height` `height_m`.
+/// Options of the command line and the arguments that stand for them here.
+const OPTIONS: [(&str, &str); 19] = [
+    ("--calibration", "camera"),
+    ("--camera", "camera"),
+    ("--detections", "detections"),
+    ("--force", "force=True"),
+    ("--format", "format"),
+    ("--fps", "fps"),
+    ("--frames", "frames"),
+    ("--height", "height_m"),
+    ("--keep-perception", "keep_perception=True"),
+    ("--keypoints", "keypoints"),
+    ("--models", "models"),
+    ("--online", "online=True"),
+    ("--out", "directory"),
+    ("--road-masks", "road_masks"),
+    ("--sequence", "sequence"),
+    ("--set", "setting"),
+    ("--stride", "stride"),
+    ("--trajectory", "trajectory"),
+    ("--vehicle-poses", "vehicle_poses"),
+];
+
+/// Replaces whole words alone: names of files may hold anything.
 fn in_words_of_python(message: &str) -> String {
+    let marks = |c: char| matches!(c, '`' | '"' | '\'' | '(' | ')' | ',' | '.' | ';' | ':');
     let mut out = String::with_capacity(message.len());
-    let mut rest = message;
-    while let Some(at) = rest.find("--") {
-        let (before, option) = rest.split_at(at);
-        let name: String = option[2..].chars().take_while(|c| c.is_ascii_lowercase() || *c == '-').collect();
-        out.push_str(before);
-        out.push_str(match name.as_str() {
-            "" => "--",
-            "calibration" => "camera",
-            "force" => "force=True",
-            "height" => "height_m",
-            "out" => "directory",
-            "set" => "setting",
-            _ => "",
-        });
-        if !matches!(name.as_str(), "" | "calibration" | "force" | "height" | "out" | "set") {
-            out.push_str(&name.replace('-', "_"));
+    for word in message.split_inclusive(char::is_whitespace) {
+        let bare = word.trim_end().trim_matches(marks);
+        match OPTIONS.iter().find(|(option, _)| *option == bare) {
+            Some((option, argument)) => out.push_str(&word.replacen(option, argument, 1)),
+            None => out.push_str(word),
         }
-        rest = &option[2 + name.len()..];
     }
-    out + rest
+    out
 }

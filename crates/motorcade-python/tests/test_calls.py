@@ -153,3 +153,16 @@ def test_importing_is_quick_and_loads_no_table_library():
     code = "import sys, motorcade; print([m for m in ('pandas', 'polars', 'pyarrow', 'tqdm') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_messages_name_arguments_but_leave_names_of_files(tmp_path):
+    odd = tmp_path / "a--out--force.mp4"
+    with pytest.raises(motorcade.InputError) as raised:
+        motorcade.run(odd, camera=tmp_path / "x--height.toml", height_m=1.5, models="none")
+    assert "a--out--force.mp4" in str(raised.value) or "x--height.toml" in str(raised.value)
+    used = tmp_path / "used"
+    used.mkdir()
+    (used / "something").write_text("of the user")
+    with pytest.raises(motorcade.SettingsError) as raised:
+        motorcade.simulate("demo", used, frames=2, width=200)
+    assert "--" not in str(raised.value)

@@ -85,7 +85,7 @@ class Motorcade:
         `image` has the shape [h, w] or [h, w, 3] (red, green, blue; of OpenCV's pictures give image[..., ::-1]), dtype uint8; it is
         copied once. `time_ns` is after that of the frame before. `number` is the input's own, one more than the last by default.
         `ignore`, shape [h, w], is not zero where pixels are to be ignored. Raises `InputError` and what a detector raises; the
-        frame is then not taken, `skip` keeps its row.
+        frame is then not taken, `skip` keeps its row. `KeyboardInterrupt` comes after the frame, which is then taken.
         """
         taken = self._native.take(image, time_ns, number, _mask(ignore), True)
         if taken is None:
@@ -108,7 +108,10 @@ class Motorcade:
         self._native.skip(time_ns, number, reason)
 
     def finish(self, *, progress: _progress.ProgressArgument = None) -> Drive:
-        """Ends the drive and estimates it once more with all frames. Nothing can be given afterwards."""
+        """Ends the drive and estimates it once more with all frames.
+
+        Nothing can be given afterwards. An interruption by the keyboard ends it too, without a result.
+        """
         with _progress.watched(progress) as call:
             native = self._native.finish(["python", "motorcade.Motorcade"], call)
         return _drive.from_native(native)
