@@ -96,7 +96,7 @@ impl<'a> Ablation<'a> {
     fn front_end(&mut self, config: &Config) -> anyhow::Result<(FrontEndRecord, Settings)> {
         let mut slam = self.drive.slam(config)?;
         self.drive.survey(&mut slam, &self.reporter);
-        self.drive.push_all(&mut slam, &self.reporter, &mut |_| ())?;
+        self.drive.push_all(&mut slam, &self.reporter, &mut |_, _| ())?;
         Ok(slam.into_record())
     }
 

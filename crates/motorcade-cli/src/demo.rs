@@ -5,6 +5,7 @@ use motorcade::{Config, Motorcade, RunContext, push_sequence, survey_sequence};
 use motorcade_dataset::{Sequence, SequenceOptions};
 use motorcade_perception::{Perception, PerceptionOptions};
 use motorcade_simulate::{DRIVE_RECORD, RenderOptions, WriteOptions};
+use motorcade_viewer::{Pictures, Report};
 
 use crate::arguments::DemoArguments;
 use crate::draw::{self, Frames, Place, Results};
@@ -54,7 +55,8 @@ pub fn demo(arguments: &DemoArguments) -> anyhow::Result<u8> {
         .threads(threads)
         .build()?;
     survey_sequence(&mut slam, &sequence, &reporter);
-    push_sequence(&mut slam, &sequence, threads, &reporter, &mut |_| ())?;
+    let mut pictures = Pictures::new(sequence.len());
+    push_sequence(&mut slam, &sequence, threads, &reporter, &mut |_, frame| pictures.push(frame))?;
     let result = slam.finish_with(&reporter);
     reporter.finish();
     let evaluation = match evaluate_result(&result, &context, &written.training) {
@@ -63,8 +65,13 @@ pub fn demo(arguments: &DemoArguments) -> anyhow::Result<u8> {
         Err(_) if result.interrupted => None,
         Err(error) => return Err(error),
     };
-    let mut extras =
-        vec![extra("report.html", motorcade_viewer::report(&result, &context, evaluation.as_ref()))];
+    let report = Report {
+        result: &result,
+        context: &context,
+        evaluation: evaluation.as_ref(),
+        pictures: pictures.taken(),
+    };
+    let mut extras = vec![extra("report.html", report.html())];
     if let Some(evaluation) = &evaluation {
         extras.push(extra("evaluation.json", serde_json::to_string_pretty(evaluation)?));
     }

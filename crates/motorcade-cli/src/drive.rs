@@ -11,6 +11,7 @@ use motorcade_geometry::PinholeCamera;
 use motorcade_perception::{
     KeptObservations, ModelOptions, ModelSource, Observations, Perception, PerceptionOptions, Recording,
 };
+use motorcade_viewer::Pictures;
 
 use crate::arguments::{CameraHeight, RunArguments};
 use crate::frameless::{self, Files};
@@ -172,13 +173,18 @@ impl LoadedDrive {
         for (frame, detections) in files.frames.iter().zip(&files.detections) {
             let observations = Observations { detections: detections.clone(), ..Observations::default() };
             slam.push_without_image(frame.clone(), observations)?;
-            each(slam);
+            each(slam, None);
             if reporter.cancelled() {
                 slam.interrupt(files.frames.len());
                 break;
             }
         }
         Ok(())
+    }
+
+    /// Takes pictures of the frames for the report; none of a drive of files.
+    pub fn pictures(&self) -> Pictures {
+        self.sequence().map(|sequence| Pictures::new(sequence.len())).unwrap_or_default()
     }
 
     /// Files of the run beside its own: what was kept of perception.

@@ -6,6 +6,7 @@ use anyhow::Context;
 use motorcade::output::{Extra, OutputDirectory, RUN_RECORD};
 use motorcade::{Config, Motorcade, Preset, RunRecord, RunResult};
 use motorcade_dataset::{Sequence, regular_file};
+use motorcade_viewer::Report;
 
 use crate::arguments::{ConfigArguments, PresetName, RunArguments};
 use crate::draw::{self, Frames, Place, Results, Target};
@@ -28,18 +29,22 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     let mut drive = drive.load(arguments)?;
     let reporter = Reporter::new(arguments.progress);
     let mut slam = drive.slam(&config)?;
+    let mut pictures = drive.pictures();
     let result = if config.online.enabled {
-        drive.push_all(&mut slam, &reporter, &mut |slam| print_estimate(slam, &reporter))?;
+        drive.push_all(&mut slam, &reporter, &mut |slam, frame| {
+            pictures.push(frame);
+            print_estimate(slam, &reporter);
+        })?;
         slam.finish_online(&reporter)
     } else {
         drive.survey(&mut slam, &reporter);
-        drive.push_all(&mut slam, &reporter, &mut |_| ())?;
+        drive.push_all(&mut slam, &reporter, &mut |_, frame| pictures.push(frame))?;
         slam.finish_with(&reporter)
     };
     reporter.finish();
     let context = drive.context(config, fingerprint);
-    let report = motorcade_viewer::report(&result, &context, None).into_bytes();
-    let mut extras = vec![Extra { name: "report.html".into(), content: report }];
+    let report = Report { result: &result, context: &context, evaluation: None, pictures: pictures.taken() };
+    let mut extras = vec![Extra { name: "report.html".into(), content: report.html().into_bytes() }];
     extras.extend(drive.kept());
     let (directory, out) = (&directory, arguments.out.as_path());
     let results = Results { directory, out, result: &result, context: &context, extras: &extras };

@@ -1,8 +1,7 @@
 //! The cuboid of a vehicle: corners, edges, and which of them its body hides.
 
+use motorcade_geometry::{Camera, Pose, Vehicle};
 use nalgebra::Point3;
-
-use crate::scene::SceneVehicle;
 
 /// Corners: bottom front left, front right, rear right, rear left, then the same at the top.
 const CORNERS: [(f64, f64, f64); 8] = [
@@ -47,12 +46,12 @@ pub(crate) struct Cuboid {
 }
 
 impl Cuboid {
-    pub(crate) fn of(vehicle: &SceneVehicle) -> Self {
-        let [length, width, height] = vehicle.size_m;
-        let place = |(x, y, z)| {
-            vehicle.camera_from_vehicle.transform_point(&Point3::new(x * length, y * width, z * height))
-        };
-        let camera = vehicle.camera_from_vehicle.inverse().translation();
+    /// Size: length, width and height \[m\].
+    pub(crate) fn new(camera_from_vehicle: &Pose<Camera, Vehicle>, size_m: [f64; 3]) -> Self {
+        let [length, width, height] = size_m;
+        let place =
+            |(x, y, z)| camera_from_vehicle.transform_point(&Point3::new(x * length, y * width, z * height));
+        let camera = camera_from_vehicle.inverse().translation();
         let (x, y, z) = (camera.x, camera.y, camera.z);
         let (l, w) = (0.5 * length, 0.5 * width);
         Self { corners: CORNERS.map(place), seen: [x > l, x < -l, y > w, y < -w, z > height, z < 0.0] }
@@ -98,12 +97,17 @@ impl Cuboid {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::SceneVehicle;
     use crate::scene::tests::car;
+
+    fn of(vehicle: &SceneVehicle) -> Cuboid {
+        Cuboid::new(&vehicle.camera_from_vehicle, vehicle.size_m)
+    }
 
     #[test]
     fn a_car_straight_ahead_shows_its_rear() {
         // 1.5 m below the camera, 20 m ahead, driving away.
-        let cuboid = Cuboid::of(&car(0.0, 20.0));
+        let cuboid = of(&car(0.0, 20.0));
         assert!(!cuboid.front_is_seen());
         let rear: Vec<_> = cuboid.edges(true).flatten().collect();
         assert_eq!(rear.len(), 8, "the rear alone: the camera is below its top");
@@ -116,7 +120,7 @@ mod tests {
 
     #[test]
     fn the_camera_inside_is_noticed() {
-        assert!(Cuboid::of(&car(0.0, 0.5)).holds_camera());
-        assert!(!Cuboid::of(&car(0.0, 3.0)).holds_camera());
+        assert!(of(&car(0.0, 0.5)).holds_camera());
+        assert!(!of(&car(0.0, 3.0)).holds_camera());
     }
 }

@@ -40,6 +40,7 @@ mod grid;
 mod label;
 mod layout;
 mod map;
+mod outline;
 mod overlay;
 mod panel;
 mod placement;
@@ -50,6 +51,7 @@ mod trail;
 mod vehicle;
 mod view;
 
+pub use outline::visible_edges;
 pub use overlay::Overlay;
 pub use scene::{Road, Scene, SceneVehicle};
 pub use vehicle::outline_width_px;

@@ -45,7 +45,7 @@ impl<'a> Placed<'a> {
         if !vehicle.is_drawable() {
             return None;
         }
-        let cuboid = Cuboid::of(vehicle);
+        let cuboid = Cuboid::new(&vehicle.camera_from_vehicle, vehicle.size_m);
         if cuboid.holds_camera() {
             return None;
         }

@@ -6,6 +6,7 @@ use motorcade::output::{Extra, OutputDirectory, RUN_RECORD, frames_csv, io_error
 use motorcade::{RunContext, RunResult, write_run};
 use motorcade_dataset::atomic_file;
 use motorcade_vehicles::VehicleTrajectory;
+use motorcade_viewer::{Pictures, Report};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList};
 
@@ -20,13 +21,19 @@ pub const PERCEPTION_FILE: &str = "perception.jsonl";
 pub struct NativeDrive {
     result: RunResult,
     context: RunContext,
+    pictures: Pictures,
     /// Name and content of a file beside the run's own.
     kept: Option<(&'static str, Vec<u8>)>,
 }
 
 impl NativeDrive {
-    pub fn new(result: RunResult, context: RunContext, kept: Option<(&'static str, Vec<u8>)>) -> Self {
-        Self { result, context, kept }
+    pub fn new(
+        result: RunResult,
+        context: RunContext,
+        pictures: Pictures,
+        kept: Option<(&'static str, Vec<u8>)>,
+    ) -> Self {
+        Self { result, context, pictures, kept }
     }
 
     fn extras(&self) -> Vec<Extra> {
@@ -37,7 +44,8 @@ impl NativeDrive {
     }
 
     fn html(&self) -> String {
-        motorcade_viewer::report(&self.result, &self.context, None)
+        let (result, context, pictures) = (&self.result, &self.context, self.pictures.taken());
+        Report { result, context, evaluation: None, pictures }.html()
     }
 
     fn vehicle<'py>(&self, py: Python<'py>, vehicle: &VehicleTrajectory) -> PyResult<Bound<'py, PyDict>> {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use motorcade::{ExternalFiles, Motorcade, RunContext, push_sequence, survey_sequence};
 use motorcade_dataset::{Sequence, SequenceOptions};
 use motorcade_perception::{KeptObservations, ModelOptions, ModelSource, Perception, PerceptionOptions};
+use motorcade_viewer::Pictures;
 use pyo3::prelude::*;
 
 use crate::detector::PythonDetector;
@@ -104,16 +105,20 @@ impl RunArguments {
         };
         let threads = thread_count(self.threads);
         let mut slam = builder.threads(threads).build()?;
+        let mut pictures = Pictures::new(sequence.len());
         let result = if config.online.enabled {
-            push_sequence(&mut slam, &sequence, threads, watch, &mut |slam| drop(slam.estimate()))?;
+            push_sequence(&mut slam, &sequence, threads, watch, &mut |slam, frame| {
+                pictures.push(frame);
+                drop(slam.estimate());
+            })?;
             slam.finish_online(watch)
         } else {
             survey_sequence(&mut slam, &sequence, watch);
-            push_sequence(&mut slam, &sequence, threads, watch, &mut |_| ())?;
+            push_sequence(&mut slam, &sequence, threads, watch, &mut |_, frame| pictures.push(frame))?;
             slam.finish_with(watch)
         };
         let kept = kept.map(|kept| (PERCEPTION_FILE, kept.text().into_bytes()));
-        Ok(NativeDrive::new(result, context, kept))
+        Ok(NativeDrive::new(result, context, pictures, kept))
     }
 
     fn sequence_options(&self) -> Result<SequenceOptions, Failure> {

@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 
+use motorcade_viewer::Pictures;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -104,7 +105,7 @@ impl NativeMotorcade {
             } else {
                 running.slam.finish_with(watch)
             };
-            Ok(NativeDrive::new(result, context, None))
+            Ok(NativeDrive::new(result, context, Pictures::default(), None))
         })
     }
 }

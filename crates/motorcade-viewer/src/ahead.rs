@@ -2,7 +2,7 @@
 
 use motorcade::{Estimated, FrameSpeeds, RunResult};
 
-use crate::chart::{Chart, Series};
+use crate::chart::{Across, Chart, Series};
 use crate::hue::hue;
 use crate::speed::times_s;
 use crate::text::{escape, number};
@@ -29,7 +29,16 @@ pub(crate) fn distances(result: &RunResult, speeds: &[FrameSpeeds]) -> String {
         }
     }
     let title = "Distance to the vehicle ahead, with its standard deviation";
-    Chart { title, label: "distance [m]", unit: "m", least: 5.0, from_zero: true, series }.figure()
+    Chart {
+        title,
+        label: "distance [m]",
+        unit: "m",
+        least: 5.0,
+        from_zero: true,
+        across: Across::Time,
+        series,
+    }
+    .figure()
 }
 
 /// Table of the numbers of a drive that are quoted: speeds, and the extremes of the vehicle ahead.

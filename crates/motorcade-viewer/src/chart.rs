@@ -1,4 +1,4 @@
-//! Charts of values over time.
+//! Charts of values over time or distance.
 
 use crate::axis::{Axis, range};
 use crate::text::{escape, number, points, px};
@@ -18,13 +18,35 @@ pub(crate) struct Series {
     pub hue: Option<u32>,
     /// Identity of its vehicle.
     pub vehicle: Option<usize>,
-    /// Time \[s\] and value; a value that is not finite breaks the line.
+    /// Time \[s\] or distance \[m\], and value; a value that is not finite breaks the line.
     pub values: Vec<(f64, f64)>,
     /// Standard deviations, one per value; empty when unknown.
     pub sigmas: Vec<f64>,
 }
 
-/// Lines over one time axis.
+/// Most names in a legend; the others are told by the tooltip and the table.
+const MOST_KEYS: usize = 24;
+
+/// What runs along the horizontal axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Across {
+    /// Time since the first frame \[s\].
+    Time,
+    /// Distance driven \[m\].
+    Way,
+}
+
+impl Across {
+    /// Name of the column of frames, unit and label of the axis.
+    fn words(self) -> (&'static str, &'static str, &'static str) {
+        match self {
+            Self::Time => ("time", "s", "time since the first frame [s]"),
+            Self::Way => ("way", "m", "distance driven [m]"),
+        }
+    }
+}
+
+/// Lines over one axis.
 pub(crate) struct Chart<'a> {
     /// Heading.
     pub title: &'a str,
@@ -36,6 +58,8 @@ pub(crate) struct Chart<'a> {
     pub least: f64,
     /// True when the axis includes zero.
     pub from_zero: bool,
+    /// The horizontal axis.
+    pub across: Across,
     /// The lines.
     pub series: Vec<Series>,
 }
@@ -55,12 +79,14 @@ impl Chart<'_> {
         };
         let mut out = format!(
             "<figure><h3>{}</h3><svg class=\"chart\" viewBox=\"0 0 {WIDTH_PX} {HEIGHT_PX}\" role=\"img\" aria-label=\"{}\" \
-             data-x=\"{}\" data-y=\"{}\" data-unit=\"{}\">\n",
+             data-x=\"{}\" data-y=\"{}\" data-unit=\"{}\" data-across=\"{}\" data-across-unit=\"{}\">\n",
             escape(self.title),
             escape(self.title),
             pair(&across),
             pair(&up),
-            escape(self.unit)
+            escape(self.unit),
+            self.across.words().0,
+            self.across.words().1
         );
         out += &self.axes(&across, &up);
         // Bands first, behind all lines.
@@ -70,9 +96,13 @@ impl Chart<'_> {
         for series in &self.series {
             out += &series.line(&across, &up);
         }
-        out += "<line class=\"cross\" y1=\"10\" y2=\"200\" x1=\"-9\" x2=\"-9\"/></svg>\n<p class=\"legend\">";
-        for series in &self.series {
+        out += "<line class=\"now\" y1=\"10\" y2=\"200\" x1=\"-9\" x2=\"-9\"/>\
+                <line class=\"cross\" y1=\"10\" y2=\"200\" x1=\"-9\" x2=\"-9\"/></svg>\n<p class=\"legend\">";
+        for series in self.series.iter().take(MOST_KEYS) {
             out += &series.key();
+        }
+        if self.series.len() > MOST_KEYS {
+            out += &format!("<span class=\"key\">and {} more</span>", self.series.len() - MOST_KEYS);
         }
         out + "<output class=\"readout\"></output></p></figure>\n"
     }
@@ -100,8 +130,9 @@ impl Chart<'_> {
         }
         let (x, y) = (0.5 * (x1 + x2), 0.5 * (y1 + y2));
         out += &format!(
-            "<text class=\"axis\" x=\"{x}\" y=\"{}\" text-anchor=\"middle\">time since the first frame [s]</text>",
-            y2 + 32.0
+            "<text class=\"axis\" x=\"{x}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
+            y2 + 32.0,
+            self.across.words().2
         );
         let label = escape(self.label);
         out + &format!(
@@ -196,6 +227,7 @@ mod tests {
             unit: "m",
             least: 1.0,
             from_zero: true,
+            across: Across::Time,
             series: vec![series(values)],
         };
         assert_eq!(chart(vec![]).figure(), "");

@@ -1,12 +1,14 @@
 //! The report of a run: one self-contained HTML file.
 //!
-//! [`report`] draws trajectories in a top view, to scale; speeds, metric scale and road over time; tables of vehicles, timings,
-//! warnings and settings. The same run gives the same bytes. Drawings are SVG inside the page; a small script adds a crosshair
-//! and highlights one vehicle, and everything is readable without it.
+//! [`Report`] draws trajectories in a top view, to scale; speeds, metric scale and road over time; tables of vehicles, timings,
+//! warnings and settings. The same run gives the same bytes. Drawings are SVG inside the page; a script moves through the
+//! frames, zooms the map and follows one vehicle, and the drawings are readable without it. With [`Pictures`] of the frames the
+//! page shows them with the vehicles in them.
 //!
 //! ```no_run
 //! # fn page(result: &motorcade::RunResult, context: &motorcade::RunContext) -> std::io::Result<()> {
-//! std::fs::write("report.html", motorcade_viewer::report(result, context, None))
+//! let report = motorcade_viewer::Report { result, context, evaluation: None, pictures: &[] };
+//! std::fs::write("report.html", report.html())
 //! # }
 //! ```
 
@@ -14,6 +16,7 @@ mod ahead;
 mod axis;
 mod chart;
 mod details;
+mod elevation;
 mod evaluation;
 mod headline;
 mod hue;
@@ -21,6 +24,7 @@ mod map;
 mod outline;
 mod page;
 mod placement;
+mod player;
 mod road;
 mod speed;
 mod strip;
@@ -29,4 +33,5 @@ mod vehicles;
 
 pub use hue::hue;
 pub use outline::MOVING;
-pub use page::report;
+pub use page::Report;
+pub use player::{Picture, Pictures};

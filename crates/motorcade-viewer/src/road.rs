@@ -3,7 +3,7 @@
 use motorcade::RunResult;
 use motorcade_odometry::EgoFrame;
 
-use crate::chart::{Chart, Series};
+use crate::chart::{Across, Chart, Series};
 use crate::speed::times_s;
 
 /// The charts of scale and road.
@@ -23,6 +23,7 @@ pub(crate) fn road(result: &RunResult) -> String {
         unit: "m",
         least: 0.05,
         from_zero: false,
+        across: Across::Time,
         series: vec![line(
             "scale ± σ",
             "camera",
@@ -36,6 +37,7 @@ pub(crate) fn road(result: &RunResult) -> String {
         unit: "°",
         least: 0.5,
         from_zero: true,
+        across: Across::Time,
         series: vec![
             line("pitch ± σ (positive: the camera looks down)", "camera", pitch_deg, |f| tilt_deg(f, 0)),
             line("roll ± σ", "second", roll_deg, |f| tilt_deg(f, 1)),

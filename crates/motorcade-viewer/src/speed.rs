@@ -2,7 +2,7 @@
 
 use motorcade::RunResult;
 
-use crate::chart::{Chart, Series};
+use crate::chart::{Across, Chart, Series};
 use crate::hue::hue;
 use crate::outline::is_moving;
 
@@ -45,5 +45,14 @@ pub(crate) fn speeds(result: &RunResult) -> String {
         });
     }
     let title = "Speed of the camera and of moving vehicles";
-    Chart { title, label: "speed [m/s]", unit: "m/s", least: 2.0, from_zero: true, series }.figure()
+    Chart {
+        title,
+        label: "speed [m/s]",
+        unit: "m/s",
+        least: 2.0,
+        from_zero: true,
+        across: Across::Time,
+        series,
+    }
+    .figure()
 }

@@ -6,7 +6,7 @@ use motorcade_odometry::FrameStatus;
 use crate::text::{escape, px};
 
 /// CSS class and description.
-const KINDS: [(&str, &str); 5] = [
+pub(crate) const KINDS: [(&str, &str); 5] = [
     ("tracked", "tracked"),
     ("standstill", "standing still"),
     ("filled", "filled in: before the map began"),
@@ -14,7 +14,8 @@ const KINDS: [(&str, &str); 5] = [
     ("unreadable", "unreadable, bridged"),
 ];
 
-fn kind(result: &RunResult, k: usize) -> usize {
+/// Index into [`KINDS`] of a frame.
+pub(crate) fn kind(result: &RunResult, k: usize) -> usize {
     if result.frames.get(k).is_some_and(|f| f.problem.is_some()) {
         return 4;
     }
@@ -33,9 +34,10 @@ pub(crate) fn strip(result: &RunResult) -> String {
         return String::new();
     }
     let (left, width) = (56.0, 1034.0);
-    let mut out = "<figure><h3>Frames</h3><svg class=\"strip\" viewBox=\"0 0 1100 44\" role=\"img\" aria-label=\"Status of every \
-                   frame\">\n"
-        .to_owned();
+    let mut out = format!(
+        "<figure><h3>Frames</h3><svg class=\"strip\" viewBox=\"0 0 1100 44\" data-rows=\"{left} {width} {n}\" role=\"img\" \
+         aria-label=\"Status of every frame\">\n"
+    );
     let mut counts = [0; KINDS.len()];
     let mut start = 0;
     while start < n {

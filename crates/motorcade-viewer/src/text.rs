@@ -40,16 +40,32 @@ pub(crate) fn px(value: f64) -> String {
     number(value, 1)
 }
 
-/// Coordinates as `x,y x,y …`, without repeated points.
+/// Coordinates as `x,y x,y …`. Of neighbours in one column of a tenth of a pixel the first, the lowest, the highest and the last
+/// remain: what is left out cannot be seen.
 pub(crate) fn points(positions: impl IntoIterator<Item = (f64, f64)>) -> String {
-    let mut out: Vec<String> = Vec::new();
-    for (x, y) in positions {
-        let next = format!("{},{}", px(x), px(y));
-        if out.last() != Some(&next) {
-            out.push(next);
+    let mut out: Vec<(String, String)> = Vec::new();
+    let mut column: Vec<(f64, f64)> = Vec::new();
+    for position in positions {
+        if column.first().is_some_and(|first| px(first.0) != px(position.0)) {
+            flush(&mut column, &mut out);
         }
+        column.push(position);
     }
-    out.join(" ")
+    flush(&mut column, &mut out);
+    out.dedup();
+    out.iter().map(|(x, y)| format!("{x},{y}")).collect::<Vec<_>>().join(" ")
+}
+
+/// Passes on what is seen of the points of one column.
+fn flush(column: &mut Vec<(f64, f64)>, out: &mut Vec<(String, String)>) {
+    let by_height = |a: &usize, b: &usize| column[*a].1.total_cmp(&column[*b].1);
+    let (low, high) = ((0..column.len()).min_by(by_height), (0..column.len()).max_by(by_height));
+    let mut kept: Vec<usize> =
+        [Some(0), low, high, column.len().checked_sub(1)].into_iter().flatten().collect();
+    kept.sort_unstable();
+    kept.dedup();
+    out.extend(kept.into_iter().filter_map(|k| column.get(k)).map(|(x, y)| (px(*x), px(*y))));
+    column.clear();
 }
 
 #[cfg(test)]
@@ -67,5 +83,8 @@ mod tests {
         assert_eq!(number(-0.06, 1), "-0.1");
         assert_eq!(number(f64::NAN, 1), "–");
         assert_eq!(points([(0.0, 1.0), (0.01, 1.0), (2.0, 1.0)]), "0.0,1.0 2.0,1.0");
+        let column = [5.0, 3.0, 4.0, 9.0, 6.0, 7.0].map(|y| (1.0, y));
+        assert_eq!(points(column), "1.0,5.0 1.0,3.0 1.0,9.0 1.0,7.0");
+        assert_eq!(points([]), "");
     }
 }

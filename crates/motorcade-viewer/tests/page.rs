@@ -7,7 +7,8 @@ use motorcade_dataset::{Sequence, SequenceOptions};
 use motorcade_geometry::Pose;
 use motorcade_perception::VehicleClass;
 use motorcade_vehicles::{Dimensions, Source, VehicleState, VehicleTrajectory};
-use nalgebra::{Matrix3, Matrix6};
+use motorcade_viewer::{Pictures, Report};
+use nalgebra::{Matrix3, Matrix6, Vector3};
 
 const HOSTILE: &str = "</pre><script>alert('x')</script>";
 
@@ -22,7 +23,7 @@ fn page(change: impl FnOnce(&mut RunResult)) -> String {
     let sequence = Sequence::open(folder.path(), &SequenceOptions::default()).unwrap();
     let config = Config::default();
     let mut slam = motorcade::Motorcade::builder(sequence.camera().unwrap()).height_m(1.5).build().unwrap();
-    motorcade::push_sequence(&mut slam, &sequence, 1, &NoProgress, &mut |_| ()).unwrap();
+    motorcade::push_sequence(&mut slam, &sequence, 1, &NoProgress, &mut |_, _| ()).unwrap();
     let mut result = slam.finish();
     // Times differ from run to run; the page must not.
     result.stopwatch = motorcade::Stopwatch::default();
@@ -35,7 +36,11 @@ fn page(change: impl FnOnce(&mut RunResult)) -> String {
         command: vec!["motorcade".into(), HOSTILE.into()],
         fingerprint: "0".into(),
     };
-    motorcade_viewer::report(&result, &context, None)
+    let mut pictures = Pictures::new(3);
+    for frame in sequence.frames() {
+        pictures.push(frame.as_ref().ok());
+    }
+    Report { result: &result, context: &context, evaluation: None, pictures: pictures.taken() }.html()
 }
 
 #[test]
@@ -66,11 +71,26 @@ fn a_drive_without_motion_still_has_a_map() {
     }
 }
 
-#[test]
-fn a_vehicle_is_seen_whatever_tells_of_it() {
-    let state = |source: Source| VehicleState {
-        frame: 1,
-        world_from_vehicle: Pose::identity(),
+/// Identity `id`, seen in the frames given.
+fn car(id: usize, states: Vec<VehicleState>) -> VehicleTrajectory {
+    VehicleTrajectory {
+        id,
+        class: VehicleClass::Car,
+        size: Dimensions { length_m: 4.2, width_m: 1.7, height_m: 1.5 },
+        size_covariance: Matrix3::identity(),
+        size_by_road: None,
+        p_moving: 0.9,
+        states,
+    }
+}
+
+fn state(frame: usize, source: Source, x_m: f64, z_m: f64) -> VehicleState {
+    VehicleState {
+        frame,
+        world_from_vehicle: Pose::from_parts(
+            nalgebra::UnitQuaternion::identity(),
+            Vector3::new(x_m, 1.5, z_m),
+        ),
         covariance: Matrix6::identity(),
         bbox: None,
         score: 0.9,
@@ -80,20 +100,49 @@ fn a_vehicle_is_seen_whatever_tells_of_it() {
         source,
         measurement: None,
         observations: Vec::new(),
-    };
+    }
+}
+
+#[test]
+fn a_vehicle_is_seen_whatever_tells_of_it() {
     let sources = [Source::Box, Source::Keypoints, Source::External, Source::Predicted];
-    let vehicle = VehicleTrajectory {
-        id: 7,
-        class: VehicleClass::Car,
-        size: Dimensions { length_m: 4.2, width_m: 1.7, height_m: 1.5 },
-        size_covariance: Matrix3::identity(),
-        size_by_road: None,
-        p_moving: 0.9,
-        states: sources.map(state).to_vec(),
-    };
+    let vehicle = car(7, sources.map(|source| state(1, source, 0.0, 0.0)).to_vec());
     let page = page(|run| {
         run.detects_vehicles = true;
         run.vehicles = vec![vehicle];
     });
     assert!(page.contains("<td>3 of 4</td>"), "predicted alone is not seen");
+}
+
+/// An hour with 300 vehicles, left for the browser of `scripts/check_report.sh`.
+#[test]
+fn the_page_of_an_hour_is_not_too_large() {
+    let page = page(|run| {
+        run.detects_vehicles = true;
+        let (first, ego) = (run.frames[0].clone(), run.ego.frames[0].clone());
+        run.frames.clear();
+        run.ego.frames.clear();
+        for k in 0..36_000 {
+            let (mut frame, mut ego) = (first.clone(), ego.clone());
+            let angle = k as f64 * 1e-3;
+            frame.number = k;
+            frame.timestamp_ns = k as i64 * 100_000_000;
+            let at = Vector3::new(800.0 * (1.0 - angle.cos()), 0.0, 800.0 * angle.sin());
+            ego.world_from_camera = Pose::from_parts(nalgebra::UnitQuaternion::identity(), at);
+            run.frames.push(frame);
+            run.ego.frames.push(ego);
+        }
+        let track = |id: usize| {
+            let rows = (0..400).map(|s| id * 118 + s);
+            let at = |row: usize| {
+                let angle = (row + 20) as f64 * 1e-3;
+                (800.0 * (1.0 - angle.cos()), 800.0 * angle.sin())
+            };
+            car(id, rows.map(|row| state(row, Source::Box, at(row).0, at(row).1)).collect())
+        };
+        run.vehicles = (0..300).map(track).collect();
+    });
+    // 250 pictures of 30 kB come on top, as text 10 MB: 25 MB in all.
+    assert!(page.len() < 15_000_000, "{} bytes", page.len());
+    std::fs::write(format!("{}/hour.html", env!("CARGO_TARGET_TMPDIR")), page).unwrap();
 }

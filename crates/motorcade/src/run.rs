@@ -4,15 +4,15 @@ use std::borrow::Cow;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::{Duration, Instant};
 
-use motorcade_dataset::{FrameResult, Sequence};
+use motorcade_dataset::{Frame, FrameResult, Sequence};
 use motorcade_perception::{MOST_FRAMES, Observations, Perception};
 
 use crate::error::Result;
 use crate::motorcade::Motorcade;
 use crate::progress::Progress;
 
-/// Called once per frame, after it was pushed.
-pub type FrameCallback<'a> = &'a mut dyn FnMut(&mut Motorcade);
+/// Called once per frame, after it was pushed; without the frame where it did not read.
+pub type FrameCallback<'a> = &'a mut dyn FnMut(&mut Motorcade, Option<&Frame>);
 
 /// Frames that perception may be ahead of the estimator.
 const FRAMES_AHEAD: usize = 4;
@@ -42,8 +42,9 @@ pub fn push_sequence(
     let mut perception = slam.take_perception();
     let stop = || progress.cancelled();
     let mut push = |observed: Result<Observed>| -> Result<()> {
-        push(slam, observed?, progress)?;
-        each(slam);
+        let (frame, observations, ms) = observed?;
+        push(slam, &frame, observations, ms, progress)?;
+        each(slam, frame.as_ref().ok());
         progress.advance(slam.frames());
         Ok(())
     };
@@ -128,9 +129,15 @@ fn observe(perception: &mut Perception, frame: FrameResult) -> Result<Observed> 
     Ok((frame, observations, start.elapsed().as_secs_f64() * 1e3))
 }
 
-fn push(slam: &mut Motorcade, (frame, observations, ms): Observed, progress: &dyn Progress) -> Result<()> {
+fn push(
+    slam: &mut Motorcade,
+    frame: &FrameResult,
+    observations: Observations,
+    ms: f64,
+    progress: &dyn Progress,
+) -> Result<()> {
     match frame {
-        Ok(frame) => slam.push_observed(&frame, observations, ms),
+        Ok(frame) => slam.push_observed(frame, observations, ms),
         Err(bad) => {
             progress.warn(&format!("{bad}; its pose is bridged"));
             slam.skip(bad.number, bad.timestamp_ns, &bad.reason.to_string())

@@ -134,7 +134,7 @@ pub fn run_at(case: &Case, fps: f64, online: bool) -> Outcome {
         .perception(perception)
         .build()
         .unwrap();
-    push_sequence(&mut slam, &sequence, 1, &NoProgress, &mut |_| ()).unwrap();
+    push_sequence(&mut slam, &sequence, 1, &NoProgress, &mut |_, _| ()).unwrap();
     let result = if online { slam.finish_online(&NoProgress) } else { slam.finish() };
     let estimates = Estimates {
         world_from_camera: result.ego.frames.iter().map(|f| f.world_from_camera).collect(),

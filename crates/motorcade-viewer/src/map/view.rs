@@ -66,6 +66,13 @@ impl View {
         (self.across.at(wide), self.down.at(high))
     }
 
+    /// Whether x and z are swapped, and offset and pixels a metre of both directions: what the script needs to draw on the map.
+    pub(super) fn linear(&self) -> String {
+        let terms = |axis: &Axis| (axis.at(0.0), axis.at(1.0) - axis.at(0.0));
+        let ((x, by_x), (y, by_y)) = (terms(&self.across), terms(&self.down));
+        format!("{} {x:.3} {by_x:.6} {y:.3} {by_y:.6}", u8::from(self.turned))
+    }
+
     /// Points of an SVG path.
     pub(super) fn path(&self, positions: impl IntoIterator<Item = Vector2<f64>>) -> String {
         points(positions.into_iter().map(|p| self.at(&p)))
