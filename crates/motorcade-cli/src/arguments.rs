@@ -194,6 +194,9 @@ pub struct RunArguments {
     /// PNG pictures.
     #[arg(long, value_name = "FILE")]
     pub overlay: Option<PathBuf>,
+    /// Also write a recording for Foxglove, rerun and other readers of MCAP: pictures, calibration, transforms, vehicles, speeds.
+    #[arg(long, value_name = "FILE.mcap")]
+    pub mcap: Option<PathBuf>,
     /// Height of the camera above the road in metres, or `auto`: by the sizes of the cars that are seen. KITTI input knows its own
     /// (1.65).
     #[arg(long, value_name = "METRES|auto", allow_negative_numbers = true)]

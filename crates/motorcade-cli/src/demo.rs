@@ -83,7 +83,7 @@ pub fn demo(arguments: &DemoArguments) -> anyhow::Result<u8> {
         extras: &extras,
     };
     let frames = Frames { sequence: &sequence, threads, reporter: &reporter };
-    let drawn = draw::write(&results, Some((Place::Inside(OVERLAY.into()), frames)))?;
+    let drawn = draw::write(&results, vec![Place::Inside(OVERLAY.into())], Some(frames))?;
     if let Some(evaluation) = &evaluation {
         exit::say(evaluation.to_string().trim_end());
     }
@@ -92,7 +92,7 @@ pub fn demo(arguments: &DemoArguments) -> anyhow::Result<u8> {
         drive.display(),
         arguments.out.join("report.html").display()
     ));
-    if let Some(path) = drawn? {
+    for path in drawn? {
         exit::say(&format!("overlay {}", path.display()));
     }
     Ok(code(&result, &config))

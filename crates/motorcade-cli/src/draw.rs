@@ -1,8 +1,9 @@
-//! `motorcade draw`: estimates of a run in the frames of its drive.
+//! `motorcade draw`: estimates of a run in the frames of its drive, as a video, pictures or a recording.
 
 mod beside;
 mod drawing;
 mod frames;
+mod recording;
 mod scenes;
 mod target;
 mod video;
@@ -10,7 +11,7 @@ mod video;
 use motorcade::{RecordedRun, RunRecord};
 
 pub use self::beside::{Frames, Place, Results, write};
-pub use self::target::Target;
+pub use self::target::{Target, is_recording};
 
 use self::drawing::Drawing;
 
@@ -30,7 +31,7 @@ pub fn draw(arguments: &DrawArguments) -> anyhow::Result<u8> {
     };
     let target = Target::open(&arguments.out, arguments.force)?;
     let reporter = Reporter::new(arguments.progress);
-    let drawing = Drawing::new(run, height_m, &sequence, threads(arguments.threads))?;
+    let drawing = Drawing::new(&arguments.run, run, height_m, &sequence, threads(arguments.threads))?;
     let drawn = drawing.write(target, &reporter)?;
     exit::say(&format!("{} frames drawn\n{}", drawn.frames, drawn.path.display()));
     Ok(exit::FINE)

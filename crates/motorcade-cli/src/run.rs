@@ -25,7 +25,7 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
         return draw_finished(arguments, &drive);
     }
     let directory = OutputDirectory::open(&arguments.out, RUN_RECORD, arguments.force)?;
-    let overlay = overlay(arguments, &drive)?;
+    let places = places(arguments, &drive)?;
     let mut drive = drive.load(arguments)?;
     let reporter = Reporter::new(arguments.progress);
     let mut slam = drive.slam(&config)?;
@@ -48,9 +48,9 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     extras.extend(drive.kept());
     let (directory, out) = (&directory, arguments.out.as_path());
     let results = Results { directory, out, result: &result, context: &context, extras: &extras };
-    let drawn = draw::write(&results, overlay.zip(frames(arguments, drive.sequence(), &reporter)))?;
+    let drawn = draw::write(&results, places, frames(arguments, drive.sequence(), &reporter))?;
     tell(&summary(&result, arguments), &config);
-    if let Some(path) = drawn? {
+    for path in drawn? {
         tell(&path.display().to_string(), &config);
     }
     // After the results are safe: a frame that stdout did not take is an error of an online run.
@@ -58,15 +58,21 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     Ok(code(&result, &config))
 }
 
-/// Place of the drawing, where one is asked for.
-fn overlay(arguments: &RunArguments, drive: &Drive) -> anyhow::Result<Option<Place>> {
-    let Some(path) = &arguments.overlay else { return Ok(None) };
-    if drive.sequence().is_none() {
-        anyhow::bail!(motorcade::Error::Config(
-            "--overlay needs frames to draw into; this run has none".into()
-        ));
+/// The drawings that are asked for.
+fn drawings(arguments: &RunArguments) -> impl Iterator<Item = &Path> {
+    arguments.overlay.as_deref().into_iter().chain(arguments.mcap.as_deref())
+}
+
+/// Places of the drawings.
+fn places(arguments: &RunArguments, drive: &Drive) -> anyhow::Result<Vec<Place>> {
+    let wrong = |problem: String| Err(motorcade::Error::Config(problem).into());
+    if drawings(arguments).next().is_some() && drive.sequence().is_none() {
+        return wrong("--overlay and --mcap need frames to draw; this run has none".into());
     }
-    Place::open(path, &arguments.out, arguments.force).map(Some)
+    if let Some(path) = arguments.mcap.as_deref().filter(|path| !draw::is_recording(path)) {
+        return wrong(format!("--mcap {}: expected a name that ends in .mcap", path.display()));
+    }
+    drawings(arguments).map(|path| Place::open(path, &arguments.out, arguments.force)).collect()
 }
 
 fn frames<'a>(
@@ -77,14 +83,15 @@ fn frames<'a>(
     Some(Frames { sequence: sequence?, threads: threads(arguments.threads), reporter })
 }
 
-/// The drawing of a run that is there already, unless it is there too.
+/// The drawings of a run that is there already, unless they are there too.
 fn draw_finished(arguments: &RunArguments, drive: &Drive) -> anyhow::Result<u8> {
-    let Some(path) = arguments.overlay.as_ref().filter(|path| !path.exists()) else { return Ok(exit::FINE) };
-    let height_m = RunRecord::read(&arguments.out)?.camera_height_m.or(drive.height_m);
     let reporter = Reporter::new(arguments.progress);
-    if let Some((frames, height_m)) = frames(arguments, drive.sequence(), &reporter).zip(height_m) {
-        let drawn = frames.draw(&arguments.out, height_m, Target::open(path, false)?)?;
-        exit::say(&drawn.display().to_string());
+    for path in drawings(arguments).filter(|path| !path.exists()) {
+        let height_m = RunRecord::read(&arguments.out)?.camera_height_m.or(drive.height_m);
+        if let Some((frames, height_m)) = frames(arguments, drive.sequence(), &reporter).zip(height_m) {
+            let drawn = frames.draw(&arguments.out, height_m, Target::open(path, false)?)?;
+            exit::say(&drawn.display().to_string());
+        }
     }
     Ok(exit::FINE)
 }

@@ -142,3 +142,42 @@ fn a_video_has_the_frames_and_the_rate_of_the_drive() {
     assert!(folder.path().join("o.mp4").is_file());
     no_leftovers(folder.path());
 }
+
+#[test]
+fn a_recording_holds_every_frame_and_the_vehicles() {
+    let folder = drive(16);
+    boxes(folder.path(), 16);
+    answer(
+        folder.path(),
+        "run frames --calibration camera.toml --height 1.5 --detections boxes.csv --out out --mcap out/drive.mcap --progress none",
+    )
+    .expect(0, &[]);
+    let recording = fs::read(folder.path().join("out/drive.mcap")).unwrap();
+    let mut counts = std::collections::BTreeMap::<String, usize>::new();
+    for message in mcap::MessageStream::new(&recording).unwrap() {
+        *counts.entry(message.unwrap().channel.topic.clone()).or_default() += 1;
+    }
+    for topic in [
+        "/camera/image",
+        "/camera/calibration",
+        "/camera/annotations",
+        "/camera/pose",
+        "/tf",
+        "/vehicles",
+        "/speeds",
+    ] {
+        assert_eq!(counts.get(topic), Some(&16), "{topic}: {counts:?}");
+    }
+    assert_eq!(counts.get("/camera/path"), Some(&1));
+    // It is one of the run's files, and the same when it is made from them again.
+    let record = json(&folder.path().join("out/run.json"));
+    assert!(record["files"].as_array().unwrap().iter().any(|file| file["name"] == "drive.mcap"));
+    answer(folder.path(), "draw out --out again.mcap").expect(0, &[]);
+    assert_eq!(fs::read(folder.path().join("again.mcap")).unwrap(), recording);
+    answer(folder.path(), "draw out --out again.mcap").expect(1, &["again.mcap is already there", "--force"]);
+    answer(folder.path(), "run frames --calibration camera.toml --height 1.5 --out other --mcap other.bag")
+        .expect(1, &["--mcap other.bag", ".mcap"]);
+    fs::remove_file(folder.path().join("out/speeds.csv")).unwrap();
+    answer(folder.path(), "draw out --out third.mcap").expect(3, &["speeds.csv"]);
+    no_leftovers(folder.path());
+}

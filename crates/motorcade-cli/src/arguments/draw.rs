@@ -13,6 +13,7 @@ use super::ProgressKind;
   motorcade draw runs/drive --out overlay.mp4
   motorcade draw runs/0005 /new/place/kitti/training --out overlay.mp4 --frames 100..200
   motorcade draw runs/drive --out pictures
+  motorcade draw runs/drive --out drive.mcap
 
 Drawn are: every vehicle as a cuboid, its front filled, with identity, class, speed and distance ahead along the road; the last
 3 s of moving vehicles; a grid on the road, 5 m by 1.75 m; the map from above, 60 m ahead; the camera's speed. Solid: moving.
@@ -23,7 +24,8 @@ pub struct DrawArguments {
     pub run: PathBuf,
     /// Input of that run, where it is in another place now; by default as its run.json says, relative paths from here.
     pub input: Option<PathBuf>,
-    /// Video (.mp4, .m4v, .mov, .mkv, .avi; written by ffmpeg), or a folder of PNG pictures.
+    /// Video (.mp4, .m4v, .mov, .mkv, .avi; written by ffmpeg), a recording for Foxglove and rerun (.mcap), or a folder of PNG
+    /// pictures.
     #[arg(long)]
     pub out: PathBuf,
     /// Frames to draw, by the input's own numbers: A..B (B not included), A.., ..B.

@@ -1,4 +1,4 @@
-//! The drawing that a run or a demo makes beside its results.
+//! The drawings that a run or a demo makes beside its results.
 
 use std::path::{Path, PathBuf};
 
@@ -60,40 +60,63 @@ fn full(path: &Path) -> std::io::Result<PathBuf> {
     path.canonicalize().or_else(|_| std::path::absolute(path))
 }
 
-/// Writes results, and the drawing asked for unless the run was stopped. Returns where the drawing is, or why there is none: the
-/// results are safe without it.
+/// Writes results, and the drawings asked for unless the run was stopped. Returns where the drawings are, or why one is missing:
+/// the results are safe without it.
 ///
 /// # Errors
 /// Results that cannot be written.
 pub fn write(
     results: &Results<'_>,
-    overlay: Option<(Place, Frames<'_>)>,
-) -> motorcade::Result<anyhow::Result<Option<PathBuf>>> {
+    places: Vec<Place>,
+    frames: Option<Frames<'_>>,
+) -> motorcade::Result<anyhow::Result<Vec<PathBuf>>> {
     let Results { directory, out, result, context, extras } = results;
     let height_m = result.ego.height_m;
-    let mut drawn = Ok(None);
-    match overlay.filter(|_| !result.interrupted) {
-        None => write_run_and(directory, result, context, extras, |_| ())?,
-        Some((Place::Inside(name), frames)) => {
-            write_run_and(directory, result, context, extras, |folder| {
-                let target = Target::open(&folder.join(name), true);
-                let made = target.and_then(|target| frames.draw(folder, height_m, target));
-                // The folder has a temporary name yet.
-                drawn = made.map(|path| path.file_name().map(|name| out.join(name)));
-            })?;
-        }
-        Some((Place::Elsewhere(target), frames)) => {
-            write_run_and(directory, result, context, extras, |_| ())?;
-            drawn = frames.draw(out, height_m, *target).map(Some);
+    let mut drawn: anyhow::Result<Vec<PathBuf>> = Ok(Vec::new());
+    let (mut inside, mut elsewhere) = (Vec::new(), Vec::new());
+    for place in places.into_iter().filter(|_| !result.interrupted) {
+        match place {
+            Place::Inside(name) => inside.push(name),
+            Place::Elsewhere(target) => elsewhere.push(*target),
         }
     }
+    write_run_and(directory, result, context, extras, |folder| {
+        for name in &inside {
+            let target = Target::open(&folder.join(name), true);
+            let made = target.and_then(|target| draw(frames.as_ref(), folder, height_m, target));
+            // The folder has a temporary name yet.
+            add(&mut drawn, made.map(|path| path.and_then(|p| p.file_name().map(|name| out.join(name)))));
+        }
+    })?;
+    for target in elsewhere {
+        add(&mut drawn, draw(frames.as_ref(), out, height_m, target));
+    }
     Ok(drawn)
+}
+
+fn draw(
+    frames: Option<&Frames<'_>>,
+    folder: &Path,
+    height_m: f64,
+    target: Target,
+) -> anyhow::Result<Option<PathBuf>> {
+    frames.map(|frames| frames.draw(folder, height_m, target)).transpose()
+}
+
+/// Adds a drawing to those made; the first failure stays.
+fn add(drawn: &mut anyhow::Result<Vec<PathBuf>>, made: anyhow::Result<Option<PathBuf>>) {
+    match (drawn.as_mut(), made) {
+        (Ok(paths), Ok(path)) => paths.extend(path),
+        (Ok(_), Err(error)) => *drawn = Err(error),
+        (Err(_), _) => {}
+    }
 }
 
 impl Frames<'_> {
     /// Draws the run whose tables lie in `folder`.
     pub fn draw(&self, folder: &Path, height_m: f64, target: Target) -> anyhow::Result<PathBuf> {
-        let drawing = Drawing::new(RecordedRun::read(folder)?, height_m, self.sequence, self.threads)?;
+        let drawing =
+            Drawing::new(folder, RecordedRun::read(folder)?, height_m, self.sequence, self.threads)?;
         Ok(drawing.write(target, self.reporter)?.path)
     }
 }

@@ -1,6 +1,6 @@
 //! All frames of a drive, drawn on several threads and written in order.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use image::{Rgb, RgbImage};
@@ -9,8 +9,9 @@ use motorcade_dataset::{FrameResult, Sequence};
 use motorcade_draw::Overlay;
 use rayon::prelude::*;
 
+use super::recording;
 use super::scenes::Scenes;
-use super::target::{Target, encode};
+use super::target::{Put, Target, encode, write_pictures, write_video};
 use crate::exit::Stopped;
 use crate::progress::Reporter;
 
@@ -25,25 +26,29 @@ pub struct Drawing<'a> {
     scenes: Scenes,
     overlay: Overlay,
     threads: usize,
+    /// Directory of the run.
+    directory: &'a Path,
 }
 
 /// A finished drawing.
 pub struct Drawn {
     pub frames: usize,
-    /// The video, or the folder of pictures.
+    /// The video, the folder of pictures or the recording.
     pub path: PathBuf,
 }
 
 impl<'a> Drawing<'a> {
-    /// The frames of a sequence and the estimates of a run in them; the camera is `height_m` above the road \[m\].
+    /// The frames of a sequence and the estimates of the run of `directory` in them; the camera is `height_m` above the road
+    /// \[m\].
     pub fn new(
+        directory: &'a Path,
         run: RecordedRun,
         height_m: f64,
         sequence: &'a Sequence,
         threads: usize,
     ) -> anyhow::Result<Self> {
         let overlay = Overlay::new(sequence.camera()?);
-        Ok(Self { sequence, scenes: Scenes::new(run, height_m), overlay, threads })
+        Ok(Self { sequence, scenes: Scenes::new(run, height_m), overlay, threads, directory })
     }
 
     /// Draws all frames and puts them in their place.
@@ -52,24 +57,36 @@ impl<'a> Drawing<'a> {
         let interval_s = self.sequence.summary().interval_s;
         let fps = if interval_s > 0.0 { 1.0 / interval_s } else { 10.0 };
         let mut drawn = 0;
-        let place = target.write(self.overlay.size(), fps, |put, as_png| {
+        let mut fill = |as_png: bool, put: Put<'_>| {
             drawn = self.draw_all(reporter, as_png, put)?;
             Ok(())
-        });
+        };
+        let (path, written) = match target {
+            Target::Video { path, file, encoder } => {
+                let size = self.overlay.size();
+                let written = write_video((&path, file, encoder), size, fps, |put| fill(false, put));
+                (path, written)
+            }
+            Target::Pictures { path, directory } => {
+                let written = write_pictures(&path, &directory, |put| fill(true, put));
+                (path, written)
+            }
+            Target::Recording { path, file } => {
+                let (run, sequence) = (self.scenes.run(), self.sequence);
+                let written = recording::write((&path, file), self.directory, run, sequence, reporter);
+                (path, written.map(|frames| drawn = frames))
+            }
+        };
         reporter.finish();
         if reporter.cancelled() {
             return Err(Stopped.into());
         }
-        Ok(Drawn { frames: drawn, path: place? })
+        written?;
+        Ok(Drawn { frames: drawn, path })
     }
 
     /// Draws all frames; `put` takes them encoded, in order, with their numbers.
-    fn draw_all(
-        &self,
-        reporter: &Reporter,
-        as_png: bool,
-        put: &mut dyn FnMut(u64, Vec<u8>) -> anyhow::Result<()>,
-    ) -> anyhow::Result<usize> {
+    fn draw_all(&self, reporter: &Reporter, as_png: bool, put: Put<'_>) -> anyhow::Result<usize> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(self.threads).build();
         let pool = pool.context("cannot start threads")?;
         let stop = || reporter.cancelled();

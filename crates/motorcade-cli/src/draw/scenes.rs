@@ -29,6 +29,11 @@ impl Scenes {
         Self { run, height_m, states }
     }
 
+    /// The run.
+    pub fn run(&self) -> &RecordedRun {
+        &self.run
+    }
+
     /// The scene of the frame with this number; `None` where the run does not have it.
     pub fn scene(&self, number: u64) -> Option<Scene> {
         let row = self.run.row(number)?;

@@ -1,4 +1,4 @@
-//! The place of a drawing: a video, or a folder of pictures.
+//! The place of a drawing: a video, a folder of pictures, or a recording.
 
 use std::fs;
 use std::io::Cursor;
@@ -16,7 +16,7 @@ use crate::exit;
 const PICTURES_RECORD: &str = "overlay.json";
 
 /// Takes an encoded frame and its number.
-type Put<'a> = &'a mut dyn FnMut(u64, Vec<u8>) -> anyhow::Result<()>;
+pub type Put<'a> = &'a mut dyn FnMut(u64, Vec<u8>) -> anyhow::Result<()>;
 
 /// The place of a drawing, checked before long work.
 pub enum Target {
@@ -24,6 +24,13 @@ pub enum Target {
     Video { path: PathBuf, file: PendingFile, encoder: Encoder },
     /// A folder of PNG files named by frame number.
     Pictures { path: PathBuf, directory: OutputDirectory },
+    /// An MCAP file.
+    Recording { path: PathBuf, file: PendingFile },
+}
+
+/// True for a path that asks for a recording.
+pub fn is_recording(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"))
 }
 
 impl Target {
@@ -32,6 +39,11 @@ impl Target {
     /// # Errors
     /// Something that is there already, unless `force`; a place that cannot be written.
     pub fn open(out: &Path, force: bool) -> anyhow::Result<Self> {
+        if is_recording(out) {
+            free(out, force)?;
+            let file = PendingFile::create(out).map_err(|e| io_error(out, &e))?;
+            return Ok(Self::Recording { path: out.to_path_buf(), file });
+        }
         if container(out).is_none() {
             return Self::pictures(out, force);
         }
@@ -41,12 +53,7 @@ impl Target {
             exit::eprint(&format!("warning: ffmpeg is not installed: no video, PNG pictures go to {place}"));
             return Self::pictures(&folder, force);
         };
-        if out.symlink_metadata().is_ok() && !force {
-            let advice = "choose another place or add --force to replace it";
-            return Err(
-                motorcade::Error::Config(format!("{} is already there; {advice}", out.display())).into()
-            );
-        }
+        free(out, force)?;
         let file = PendingFile::create(out).map_err(|e| io_error(out, &e))?;
         Ok(Self::Video { path: out.to_path_buf(), file, encoder })
     }
@@ -55,41 +62,53 @@ impl Target {
         let directory = OutputDirectory::open(path, PICTURES_RECORD, force)?;
         Ok(Self::Pictures { path: path.to_path_buf(), directory })
     }
+}
 
-    /// Has `fill` put all frames of this size \[px\], told whether as PNG or as RGB bytes, and moves the result to its place.
-    ///
-    /// # Errors
-    /// Those of `fill`, and files that cannot be written; nothing is left behind then.
-    pub fn write(
-        self,
-        size: (u32, u32),
-        fps: f64,
-        mut fill: impl FnMut(Put<'_>, bool) -> anyhow::Result<()>,
-    ) -> anyhow::Result<PathBuf> {
-        match self {
-            Self::Video { path, file, encoder } => {
-                let mut video = VideoWriter::start(&path, file, encoder, size, fps)?;
-                fill(&mut |_, bytes| Ok(video.put(&bytes)?), false)?;
-                video.finish()?;
-                Ok(path)
-            }
-            Self::Pictures { path, directory } => {
-                let fill = |folder: &Path| {
-                    let mut put = |number: u64, bytes: Vec<u8>| {
-                        let name = format!("{number:06}.png");
-                        fs::write(folder.join(&name), bytes)
-                            .map_err(|e| io_error(&path.join(name), &e).into())
-                    };
-                    fill(&mut put, true)
-                };
-                let version = env!("CARGO_PKG_VERSION");
-                directory.write(fill, |files, ()| {
-                    serde_json::json!({"motorcade": version, "command": command_line(), "files": files})
-                })?;
-                Ok(path)
-            }
-        }
+/// Writes a video: `fill` puts all frames of this size \[px\] as RGB bytes.
+///
+/// # Errors
+/// Those of `fill`, and a file that cannot be written; nothing is left behind then.
+pub fn write_video(
+    (path, file, encoder): (&Path, PendingFile, Encoder),
+    size: (u32, u32),
+    fps: f64,
+    fill: impl FnOnce(Put<'_>) -> anyhow::Result<()>,
+) -> anyhow::Result<()> {
+    let mut video = VideoWriter::start(path, file, encoder, size, fps)?;
+    fill(&mut |_, bytes| Ok(video.put(&bytes)?))?;
+    video.finish()
+}
+
+/// Writes a folder of pictures: `fill` puts all frames as PNG.
+///
+/// # Errors
+/// Those of `fill`, and files that cannot be written; nothing is left behind then.
+pub fn write_pictures(
+    path: &Path,
+    directory: &OutputDirectory,
+    fill: impl FnOnce(Put<'_>) -> anyhow::Result<()>,
+) -> anyhow::Result<()> {
+    let fill = |folder: &Path| {
+        fill(&mut |number: u64, bytes: Vec<u8>| {
+            let name = format!("{number:06}.png");
+            fs::write(folder.join(&name), bytes).map_err(|e| io_error(&path.join(name), &e).into())
+        })
+    };
+    let version = env!("CARGO_PKG_VERSION");
+    directory.write(
+        fill,
+        |files, ()| serde_json::json!({"motorcade": version, "command": command_line(), "files": files}),
+    )?;
+    Ok(())
+}
+
+/// Checks that nothing is in the way of a file.
+fn free(path: &Path, force: bool) -> anyhow::Result<()> {
+    if path.symlink_metadata().is_ok() && !force {
+        let advice = "choose another place or add --force to replace it";
+        return Err(motorcade::Error::Config(format!("{} is already there; {advice}", path.display())).into());
     }
+    Ok(())
 }
 
 /// A drawn frame as PNG or as RGB bytes.

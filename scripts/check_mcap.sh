@@ -1,0 +1,19 @@
+#!/usr/bin/env bash
+# Records a run as MCAP, reads it back with the Python packages and compares it with the run's tables, and has rerun's own importer
+# load it where it installs.
+#   scripts/check_mcap.sh target/release/motorcade runs/demo
+set -euo pipefail
+cd "$(dirname "$0")/.."
+program=$(realpath "$1")
+run=$(realpath "$2")
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+"$program" draw "$run" --out "$folder/drive.mcap" --progress none
+python3 -m venv "$folder/venv"
+"$folder/venv/bin/pip" install -q 'mcap>=1.2' 'mcap-protobuf-support>=0.5'
+if timeout 300 "$folder/venv/bin/pip" install -q 'rerun-sdk>=0.26'; then
+  "$folder/venv/bin/python" scripts/check_mcap.py "$run" "$folder/drive.mcap" rerun
+else
+  echo "rerun-sdk could not be installed: its importer was not tried"
+  "$folder/venv/bin/python" scripts/check_mcap.py "$run" "$folder/drive.mcap"
+fi
