@@ -12,6 +12,7 @@ const problems = [];
 try {
   const page = await browser.newPage();
   page.on('console', (message) => { if (message.type() === 'error') problems.push(message.text()); });
+  page.on('dialog', async (dialog) => { problems.push(`a dialog: ${dialog.message()}`); await dialog.dismiss(); });
   page.on('pageerror', (error) => problems.push(String(error)));
   await page.setViewport({ width: 1280, height: 900 });
   const start = Date.now();
@@ -26,6 +27,7 @@ try {
     unnamed: [...document.querySelectorAll('svg[role=img]:not([aria-label]), input[type=range]:not([aria-label])')].length,
     handlers: [...document.querySelectorAll('*')].filter((e) => [...e.attributes].some((a) => a.name.startsWith('on'))).length,
     overflow: document.documentElement.scrollWidth > window.innerWidth,
+    scripts: document.scripts.length,
     last: drive.last,
     vehicles: drive.vehicles.length,
     pictures: drive.pictures.row.length,
@@ -36,6 +38,11 @@ try {
   }
   assert.equal(outline.unnamed, 0, 'drawings without a name');
   assert.equal(outline.handlers, 0, 'inline handlers');
+  // Names and commands that hold HTML stay text; the page of an hour has such ones.
+  assert.equal(outline.scripts, 1, 'scripts besides the page\'s own');
+  if (report.endsWith('hour.html')) {
+    assert.ok(await page.evaluate(() => document.body.textContent.includes("</pre><script>alert('x')</script>")), 'HTML in a command');
+  }
 
   // The slider moves the marker of the camera on the map, the line in the charts and the picture.
   const state = () => page.evaluate(() => ({

@@ -3,6 +3,7 @@
 mod ablate;
 mod draw;
 mod evaluate;
+mod export;
 mod graph;
 mod kernel;
 mod shape;
@@ -16,6 +17,7 @@ use motorcade_dataset::{Format, FrameRange};
 pub use self::ablate::{AblateArguments, AblateCommand};
 pub use self::draw::DrawArguments;
 pub use self::evaluate::EvaluateArguments;
+pub use self::export::ExportArguments;
 pub use self::graph::{CompareArguments, GraphCommand, InfoArguments, OptimiseArguments};
 pub use self::kernel::KernelChoice;
 pub use self::shape::ShapeCommand;
@@ -30,6 +32,7 @@ pub use self::simulate::{DemoArguments, SimulateArguments, Training};
   motorcade run drive.mp4 --calibration camera.toml --height 1.4 --models models --out runs/drive
   motorcade run kitti/training --sequence 0005 --camera 3 --models models --out runs/0005
   motorcade draw runs/drive --out overlay.mp4
+  motorcade export runs/drive --out map --track drive.gpx
   motorcade evaluate runs/0005 --kitti kitti/training --sequence 0005 --camera 3
   motorcade graph optimise sphere.g2o --out solved.g2o
 
@@ -50,6 +53,8 @@ pub enum Command {
     Inspect(InspectArguments),
     /// Draws what a run estimated into the frames of its drive: a video, or pictures.
     Draw(DrawArguments),
+    /// A run on the map (GeoJSON, GPX, KML, KITTI's oxts) and as a scenario for simulators (OpenSCENARIO).
+    Export(ExportArguments),
     /// Errors of a run against the ground truth of a KITTI tracking sequence.
     Evaluate(EvaluateArguments),
     /// Tables of what each choice of the method gives, on a drive with ground truth.
@@ -197,6 +202,10 @@ pub struct RunArguments {
     /// Also write a recording for Foxglove, rerun and other readers of MCAP: pictures, calibration, transforms, vehicles, speeds.
     #[arg(long, value_name = "FILE.mcap")]
     pub mcap: Option<PathBuf>,
+    /// Also show frames and estimates in rerun while the run goes on: the address of a viewer, or a file .rrd.
+    #[cfg(feature = "rerun")]
+    #[arg(long, value_name = "ADDRESS|FILE.rrd")]
+    pub rerun: Option<motorcade_rerun::Target>,
     /// Height of the camera above the road in metres, or `auto`: by the sizes of the cars that are seen. KITTI input knows its own
     /// (1.65).
     #[arg(long, value_name = "METRES|auto", allow_negative_numbers = true)]

@@ -198,7 +198,8 @@ impl LoadedDrive {
         self.drive.sequence()
     }
 
-    fn camera(&self) -> anyhow::Result<PinholeCamera> {
+    /// The camera of the (undistorted) frames.
+    pub fn camera(&self) -> anyhow::Result<PinholeCamera> {
         Ok(match &self.drive.source {
             Source::Frames(sequence) => sequence.camera()?,
             Source::Files(files) => files.camera,

@@ -8,12 +8,14 @@ mod drive;
 mod evaluate;
 mod evaluation;
 mod exit;
+mod export;
 mod external;
 mod files;
 mod fingerprint;
 mod frameless;
 mod graph;
 mod inspect;
+mod live;
 mod models;
 mod probe;
 mod progress;
@@ -46,6 +48,7 @@ fn main() -> ExitCode {
         Command::Demo(arguments) => demo::demo(&arguments),
         Command::Simulate(arguments) => simulate::simulate(&arguments),
         Command::Draw(arguments) => draw::draw(&arguments),
+        Command::Export(arguments) => export::export(&arguments),
         Command::Evaluate(arguments) => evaluate::evaluate(&arguments),
         Command::Shape(command) => shape::shape(&command),
         Command::Graph(command) => graph::graph(&command),

@@ -13,6 +13,7 @@ use crate::draw::{self, Frames, Place, Results, Target};
 use crate::drive::Drive;
 use crate::exit;
 use crate::fingerprint::{already_done, fingerprint};
+use crate::live::LiveView;
 use crate::progress::Reporter;
 use crate::threads::threads;
 
@@ -30,17 +31,19 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     let reporter = Reporter::new(arguments.progress);
     let mut slam = drive.slam(&config)?;
     let mut pictures = drive.pictures();
-    let result = if config.online.enabled {
-        drive.push_all(&mut slam, &reporter, &mut |slam, frame| {
-            pictures.push(frame);
-            print_estimate(slam, &reporter);
-        })?;
-        slam.finish_online(&reporter)
-    } else {
+    let mut live = LiveView::open(arguments, &drive.camera()?)?;
+    if !config.online.enabled {
         drive.survey(&mut slam, &reporter);
-        drive.push_all(&mut slam, &reporter, &mut |_, frame| pictures.push(frame))?;
-        slam.finish_with(&reporter)
-    };
+    }
+    drive.push_all(&mut slam, &reporter, &mut |slam, frame| {
+        pictures.push(frame);
+        live.show(slam, frame, &reporter);
+        if config.online.enabled {
+            print_estimate(slam, &reporter);
+        }
+    })?;
+    let result =
+        if config.online.enabled { slam.finish_online(&reporter) } else { slam.finish_with(&reporter) };
     reporter.finish();
     let context = drive.context(config, fingerprint);
     let report = Report { result: &result, context: &context, evaluation: None, pictures: pictures.taken() };

@@ -13,6 +13,7 @@ fn every_command_shows_examples() {
         "run",
         "inspect",
         "draw",
+        "export",
         "evaluate",
         "ablate",
         "ablate odometry",

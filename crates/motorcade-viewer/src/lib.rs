@@ -31,7 +31,7 @@ mod strip;
 mod text;
 mod vehicles;
 
-pub use hue::hue;
+pub use hue::{hue, rgb};
 pub use outline::MOVING;
 pub use page::Report;
 pub use player::{Picture, Pictures};

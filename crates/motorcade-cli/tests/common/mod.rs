@@ -117,3 +117,12 @@ pub fn rows(path: &Path) -> Vec<Vec<String>> {
     let text = std::fs::read_to_string(path).unwrap();
     text.lines().skip(1).map(|line| line.split(',').map(str::to_owned).collect()).collect()
 }
+
+/// A file's text without the pictures of a report: their letters may spell anything.
+#[allow(dead_code, reason = "not every test uses it")]
+pub fn without_pictures(text: &str) -> String {
+    match text.split_once("\"jpeg\":[") {
+        Some((before, after)) => format!("{before}{}", after.split_once(']').map_or("", |(_, rest)| rest)),
+        None => text.to_owned(),
+    }
+}

@@ -24,8 +24,10 @@ drive.follow = (k) => {
   document.dispatchEvent(new Event('follow'));
   document.dispatchEvent(new Event('moved'));
 };
+// The page has drawings; their namespace is taken from one of them.
+const svgNamespace = document.querySelector('svg')?.namespaceURI;
 const svgElement = (name, attributes, parent) => {
-  const e = document.createElementNS('http://www.w3.org/2000/svg', name);
+  const e = document.createElementNS(svgNamespace, name);
   for (const [key, value] of Object.entries(attributes)) e.setAttribute(key, value);
   if (parent) parent.append(e);
   return e;

@@ -1,0 +1,233 @@
+//! A run aligned with a GPS track: heading, position and clock offset; the metres are the run's own.
+
+use motorcade::RecordedRun;
+use nalgebra::{Vector2, Vector3};
+
+use crate::anchor::{Anchor, level_axes};
+use crate::error::Error;
+use crate::geodesy::Geodetic;
+use crate::track::Track;
+
+/// Errors of a receiver last about this long: fixes that are nearer in time count as one \[s\].
+const CORRELATED_S: f64 = 10.0;
+/// Largest standard deviation of the heading that is a result \[deg\].
+const MOST_HEADING_SIGMA_DEG: f64 = 15.0;
+/// Step of the search for the clock offset \[s\].
+const COARSE_S: f64 = 0.5;
+/// Iterations of the reweighting.
+const ITERATIONS: usize = 15;
+
+/// The result.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Alignment {
+    /// Place of the first camera.
+    pub anchor: Anchor,
+    /// Standard deviation of the clock offset \[s\].
+    pub clock_sigma_s: f64,
+    /// Root mean square of the horizontal distances, robustly weighted \[m\].
+    pub rms_m: f64,
+    /// Fixes used, and those of them that are outliers (over three standard deviations).
+    pub fixes: (usize, usize),
+}
+
+/// A fix in the plane at the first one, and its standard deviation \[m\].
+struct Fix {
+    time_s: f64,
+    at: Vector2<f64>,
+    up: f64,
+    sigma: f64,
+}
+
+/// A run in its own level plane: right, forward, up of the first camera \[m\].
+struct Way {
+    times_s: Vec<f64>,
+    at: Vec<Vector3<f64>>,
+}
+
+/// Heading, shift and cost at one clock offset.
+struct Fit {
+    offset_s: f64,
+    heading: f64,
+    shift: Vector2<f64>,
+    /// Mean of the robust costs of the fixes.
+    cost: f64,
+    weights: Vec<f64>,
+    used: Vec<usize>,
+}
+
+/// Aligns a run with a track. Clock offsets are looked for wherever at least half of the run lies within the track, or around
+/// `clock_offset_s` where it is known within a few seconds.
+///
+/// # Errors
+/// A track that does not overlap, or a drive too short or slow for its heading to be told.
+pub fn align(run: &RecordedRun, track: &Track, clock_offset_s: Option<f64>) -> Result<Alignment, Error> {
+    let wrong = |problem: String| Error::Alignment(problem);
+    let origin = track.points.first().ok_or_else(|| wrong("the track is empty".into()))?.at;
+    let fixes: Vec<Fix> = track.points.iter().map(|p| fix(&origin, p)).collect();
+    let way = way(run).ok_or_else(|| wrong("the run has no frames".into()))?;
+    let best = search(&way, &fixes, clock_offset_s).ok_or_else(|| {
+        wrong("no clock offset puts three or more fixes into the time of the run; is it the track of this drive?".into())
+    })?;
+    let result = with_deviations(&way, &fixes, &origin, &best);
+    let heading_sigma = result.anchor.sigma.map_or(f64::INFINITY, |(_, heading)| heading);
+    if heading_sigma.is_nan() || heading_sigma > MOST_HEADING_SIGMA_DEG {
+        return Err(wrong(format!(
+            "the drive is too short against the fixes to tell its heading (standard deviation {heading_sigma:.0} degrees); \
+             give --start LATITUDE,LONGITUDE,HEADING"
+        )));
+    }
+    Ok(result)
+}
+
+fn fix(origin: &Geodetic, point: &crate::track::TrackPoint) -> Fix {
+    let local = origin.local(&point.at);
+    Fix { time_s: point.time_s, at: local.xy(), up: local.z, sigma: point.sigma_m }
+}
+
+fn way(run: &RecordedRun) -> Option<Way> {
+    let (axes, first) = (level_axes(run)?, run.frames.first()?);
+    let origin = first.world_from_camera.translation();
+    Some(Way {
+        times_s: run.frames.iter().map(|f| f.timestamp_ns as f64 * 1e-9).collect(),
+        at: run.frames.iter().map(|f| axes * (f.world_from_camera.translation() - origin)).collect(),
+    })
+}
+
+impl Way {
+    /// Position at a time, between frames by interpolation.
+    fn at(&self, time_s: f64) -> Option<Vector3<f64>> {
+        let after = self.times_s.partition_point(|t| *t < time_s);
+        if after == 0 {
+            return (self.times_s.first() == Some(&time_s)).then(|| self.at[0]);
+        }
+        let (t0, t1) = (self.times_s[after - 1], *self.times_s.get(after)?);
+        let share = (time_s - t0) / (t1 - t0);
+        Some(self.at[after - 1].lerp(&self.at[after], share))
+    }
+}
+
+/// The best clock offset: a coarse search, then ever finer ones around its best.
+fn search(way: &Way, fixes: &[Fix], known: Option<f64>) -> Option<Fit> {
+    let (start, end) = (*way.times_s.first()?, *way.times_s.last()?);
+    let (first, last) = (fixes.first()?.time_s, fixes.last()?.time_s);
+    let half = 0.5 * (end - start);
+    let (low, high) = match known {
+        Some(offset) => (offset - 5.0, offset + 5.0),
+        None => (first - start - half, last - end + half),
+    };
+    let mut best: Option<Fit> = None;
+    let steps = ((high - low) / COARSE_S).ceil().max(1.0) as usize;
+    let consider = |offset: f64, best: &mut Option<Fit>| {
+        if let Some(fit) = fit(way, fixes, offset)
+            && best.as_ref().is_none_or(|b| fit.cost < b.cost)
+        {
+            *best = Some(fit);
+        }
+    };
+    for k in 0..=steps {
+        consider(low + k as f64 * COARSE_S, &mut best);
+    }
+    let mut step = COARSE_S;
+    while step > 1e-3 {
+        step *= 0.5;
+        let middle = best.as_ref()?.offset_s;
+        consider(middle - step, &mut best);
+        consider(middle + step, &mut best);
+    }
+    best
+}
+
+/// Heading and shift at a clock offset by iteratively reweighted least squares (Cauchy); `None` with fewer than three fixes, or
+/// with so few that most of the run has none.
+fn fit(way: &Way, fixes: &[Fix], offset_s: f64) -> Option<Fit> {
+    let pairs: Vec<(usize, Vector2<f64>)> = fixes
+        .iter()
+        .enumerate()
+        .filter_map(|(k, fix)| Some((k, way.at(fix.time_s - offset_s)?.xy())))
+        .collect();
+    let [(first, _), .., (last, _)] = pairs[..] else { return None };
+    let covered = fixes[last].time_s - fixes[first].time_s;
+    let whole = way.times_s.last()? - way.times_s.first()?;
+    if pairs.len() < 3 || covered < 0.4 * whole {
+        return None;
+    }
+    let mut weights: Vec<f64> = pairs.iter().map(|(k, _)| fixes[*k].sigma.powi(-2)).collect();
+    let (mut heading, mut shift) = (0.0, Vector2::zeros());
+    let residual = |heading: f64, shift: &Vector2<f64>, k: usize, p: &Vector2<f64>| {
+        (fixes[k].at - turned(p, heading) - shift).norm() / fixes[k].sigma
+    };
+    for _ in 0..ITERATIONS {
+        let sum: f64 = weights.iter().sum();
+        let mean = |of: &dyn Fn(usize) -> Vector2<f64>| {
+            (0..pairs.len()).fold(Vector2::zeros(), |m, k| m + of(k) * weights[k]) / sum
+        };
+        let (p0, q0) = (mean(&|k| pairs[k].1), mean(&|k| fixes[pairs[k].0].at));
+        let (mut dot, mut cross) = (0.0, 0.0);
+        for ((k, p), w) in pairs.iter().zip(&weights) {
+            let (p, q) = (p - p0, fixes[*k].at - q0);
+            dot += w * (q.x * p.x + q.y * p.y);
+            cross += w * (q.x * p.y - q.y * p.x);
+        }
+        heading = cross.atan2(dot);
+        shift = q0 - turned(&p0, heading);
+        for ((k, p), w) in pairs.iter().zip(&mut weights) {
+            *w = fixes[*k].sigma.powi(-2) / (1.0 + residual(heading, &shift, *k, p).powi(2) / 4.0);
+        }
+    }
+    let costs = pairs.iter().map(|(k, p)| (residual(heading, &shift, *k, p).powi(2) / 4.0).ln_1p());
+    let cost = costs.sum::<f64>() / pairs.len() as f64;
+    Some(Fit { offset_s, heading, shift, cost, weights, used: pairs.into_iter().map(|(k, _)| k).collect() })
+}
+
+/// Right and forward turned into east and north.
+fn turned(p: &Vector2<f64>, heading: f64) -> Vector2<f64> {
+    let (sin, cos) = heading.sin_cos();
+    Vector2::new(p.x * cos + p.y * sin, -p.x * sin + p.y * cos)
+}
+
+/// Standard deviations from the information of the fixes, those near in time counted as one, and the larger of what the file says
+/// and what the residuals show.
+fn with_deviations(way: &Way, fixes: &[Fix], origin: &Geodetic, fit: &Fit) -> Alignment {
+    let at = |k: usize| way.at(fixes[k].time_s - fit.offset_s).unwrap_or_default();
+    let sum: f64 = fit.weights.iter().sum();
+    let mean = |of: &dyn Fn(usize) -> f64| {
+        fit.used.iter().zip(&fit.weights).map(|(k, w)| w * of(*k)).sum::<f64>() / sum
+    };
+    let apart = |k: usize| (fixes[k].at - turned(&at(k).xy(), fit.heading) - fit.shift).norm();
+    let rms_m = mean(&|k| apart(k).powi(2)).sqrt();
+    let typical = mean(&|k| fixes[k].sigma);
+    let one = typical.max(rms_m / 2_f64.sqrt());
+    let duration = fixes[fit.used[fit.used.len() - 1]].time_s - fixes[fit.used[0]].time_s;
+    let independent = (duration / CORRELATED_S + 1.0).min(fit.used.len() as f64);
+    let (mx, my) = (mean(&|k| at(k).x), mean(&|k| at(k).y));
+    let spread = mean(&|k| (at(k).x - mx).powi(2) + (at(k).y - my).powi(2)).sqrt();
+    let heading_sigma = one / (spread * independent.sqrt());
+    // Of the start: that of the mean, and the turn about it.
+    let position_sigma =
+        one * (1.0 / independent + (mx * mx + my * my) / (spread * spread * independent)).sqrt();
+    let speed = |k: usize| {
+        let t = fixes[k].time_s - fit.offset_s;
+        let pair = way.at(t + 0.5).zip(way.at(t - 0.5));
+        pair.map_or(0.0, |(a, b)| (a - b).norm())
+    };
+    let speed_mean = mean(&speed);
+    let speed_spread = mean(&|k| (speed(k) - speed_mean).powi(2)).sqrt();
+    let outliers = fit.used.iter().filter(|k| apart(**k) > 3.0 * fixes[**k].sigma.max(one)).count();
+    let up = mean(&|k| fixes[k].up - at(k).z);
+    let start = origin.moved(&Vector3::new(fit.shift.x, fit.shift.y, up));
+    Alignment {
+        anchor: Anchor {
+            start,
+            heading_deg: fit.heading.to_degrees().rem_euclid(360.0),
+            sigma: Some((position_sigma, heading_sigma.to_degrees())),
+            clock_offset_s: Some(fit.offset_s),
+        },
+        // An offset moves the run along itself; only changes of speed and direction tell it from a shift.
+        clock_sigma_s: one / (speed_spread.max(1e-3) * independent.sqrt()),
+        rms_m,
+        fixes: (fit.used.len(), outliers),
+    }
+}
+
+#[cfg(test)]
+mod tests;

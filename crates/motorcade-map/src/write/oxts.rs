@@ -1,0 +1,44 @@
+//! The camera in the columns of KITTI's oxts files.
+
+use std::fmt::Write;
+
+use nalgebra::Vector3;
+
+use crate::anchor::Placed;
+
+/// One line a frame with the 30 values of KITTI raw (Geiger et al., 2013), separated by spaces: latitude, longitude \[deg\], altitude
+/// \[m\], roll, pitch, yaw \[rad\] (yaw 0 east, counter-clockwise), velocities north, east, forward, left, up \[m/s\], and from there on
+/// what a camera does not measure: accelerations and rates are 0. Then the standard deviation of the position \[m\] and of the speed
+/// \[m/s\], and five counters of the receiver, which are 0.
+pub fn oxts(placed: &Placed<'_>) -> String {
+    let frames = &placed.run.frames;
+    let mut out = String::new();
+    for (k, frame) in frames.iter().enumerate() {
+        let at = placed.place(&frame.world_from_camera.translation());
+        let forward = placed.direction(&frame.world_from_camera, &Vector3::z());
+        let right = placed.direction(&frame.world_from_camera, &Vector3::x());
+        let (yaw, pitch) = (forward.y.atan2(forward.x), -forward.z.clamp(-1.0, 1.0).asin());
+        let roll = -right.z.clamp(-1.0, 1.0).asin();
+        // Over the interval before; of the first frame that after.
+        let (a, b) = if k > 0 { (k - 1, k) } else { (0, 1.min(frames.len() - 1)) };
+        let seconds = (frames[b].timestamp_ns - frames[a].timestamp_ns) as f64 * 1e-9;
+        let point = |k: usize| placed.local(&frames[k].world_from_camera.translation());
+        let velocity = if seconds > 0.0 { (point(b) - point(a)) / seconds } else { Vector3::zeros() };
+        let level = Vector3::new(yaw.cos(), yaw.sin(), 0.0);
+        let left = Vector3::new(-yaw.sin(), yaw.cos(), 0.0);
+        let c = &frame.covariance;
+        let sigma_m = (c[(3, 3)] + c[(4, 4)] + c[(5, 5)]).max(0.0).sqrt();
+        let values = [velocity.y, velocity.x, velocity.dot(&level), velocity.dot(&left), velocity.z];
+        let _ = write!(
+            out,
+            "{:.9} {:.9} {:.4} {roll:.7} {pitch:.7} {yaw:.7}",
+            at.latitude_deg, at.longitude_deg, at.altitude_m
+        );
+        for value in values {
+            let _ = write!(out, " {value:.5}");
+        }
+        out.push_str(&" 0".repeat(12));
+        let _ = writeln!(out, " {sigma_m:.4} {:.4} 0 0 0 0 0", frame.speed_mps * frame.scale_sigma_rel);
+    }
+    out
+}
