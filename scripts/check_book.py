@@ -152,7 +152,7 @@ def check_options(path, known):
             mentioned += [(n, c) for n, c in commands(start, lines) if c.startswith("motorcade")]
     for number, code in mentioned:
         for option in re.findall(r"(?<![\w-])--[a-z][a-z0-9-]*", code):
-            if option not in known and not code.startswith(("cargo", "rerun", "pip")):
+            if option not in known and not code.startswith(("cargo ", "python ")):
                 raise Failure(f"{place(path, number)}: the program has no option {option}")
 
 
@@ -168,7 +168,7 @@ def check_settings(path, config):
         if header[1:2] == ["default"] and len(cells) > 2 and cells[0].startswith("`") and "." in cells[0]:
             value = setting(config, cells[0].strip("`"), place(path, number))
             stated = cells[1].strip("`").split(" ")[0]
-            same = stated == str(value).lower() if not isinstance(value, float) else float(stated) == value
+            same = stated == (f"{value:g}" if isinstance(value, float) else str(value).lower())
             if not same:
                 raise Failure(f"{place(path, number)}: the default of {cells[0]} is {value}, not {cells[1]}")
 
