@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Checks the book in docs/ against the program: runs every command of its `sh` blocks and every `python` block in one temporary directory, in the order of
 SUMMARY.md, and stops with file:line at the first that fails. Before that: links, Rust blocks (copies of README.md or crates/motorcade/examples), TOML
-blocks, option names, settings and their defaults; after that: every file and column of a real run is described in the chapter on outputs. Runs
+and Python blocks, option names, settings and their defaults; after that: every file and column of a real run is described in the chapter on outputs. Runs
 `mdbook build` where it is installed; a warning is a failure.
   scripts/check_book.py target/release/motorcade [--mdbook PATH] [--python PATH]
 """
@@ -127,6 +127,15 @@ def check_toml(path):
             try:
                 tomllib.loads("\n".join(lines))
             except tomllib.TOMLDecodeError as error:
+                raise Failure(f"{place(path, start)}: {error}") from error
+
+
+def check_python(path):
+    for language, start, lines in blocks(path):
+        if language == "python":
+            try:
+                compile("\n".join(lines), place(path, start), "exec")
+            except SyntaxError as error:
                 raise Failure(f"{place(path, start)}: {error}") from error
 
 
@@ -338,6 +347,7 @@ def main():
         check_links(path)
         check_rust(path)
         check_toml(path)
+        check_python(path)
         check_options(path, known)
         check_settings(path, config)
     with tempfile.TemporaryDirectory(prefix="book-") as name:
