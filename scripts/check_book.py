@@ -139,8 +139,15 @@ def check_python(path):
                 raise Failure(f"{place(path, start)}: {error}") from error
 
 
-def output(program, *arguments):
-    return subprocess.run([program, *arguments], check=True, capture_output=True, text=True, timeout=60).stdout
+def output(program, *arguments, cwd=None):
+    """What a program prints; not one of the book's commands."""
+    try:
+        done = subprocess.run([program, *arguments], capture_output=True, text=True, timeout=LIMIT_S, cwd=cwd)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise Failure(f"{program} is needed: {error}") from error
+    if done.returncode != 0:
+        raise Failure(f"{program} {' '.join(arguments)}: exit code {done.returncode}\n{done.stderr}")
+    return done.stdout
 
 
 def options_of(program, command=()):
@@ -217,9 +224,9 @@ def prepare(folder, program):
     (folder / "frames").mkdir()
     for image in images:
         shutil.copy(image, folder / "frames")
-    video = ["ffmpeg", "-loglevel", "error", "-framerate", str(FPS), "-i", "frames/%06d.png"]
+    video = ["-loglevel", "error", "-framerate", str(FPS), "-i", "frames/%06d.png"]
     coding = ["-c:v", "libx264", "-crf", "10", "-pix_fmt", "yuv444p", "drive.mp4"]
-    subprocess.run([*video, *coding], check=True, cwd=folder, timeout=60)
+    output("ffmpeg", *video, *coding, cwd=folder)
     calibration = (training / "calib" / "0000.txt").read_text()
     p = [float(v) for v in re.search(r"^P2:(.*)$", calibration, re.MULTILINE)[1].split()]
     fx, fy, cx, cy = p[0], p[5], p[2], p[6]
