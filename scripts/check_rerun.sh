@@ -16,4 +16,7 @@ python3 -m venv "$folder/venv"
 for entity in world/camera world/camera/image world/camera_path world/vehicles speed/camera; do
   grep -q "/$entity" "$folder/told.txt" || { echo "rerun does not know /$entity"; exit 1; }
 done
-echo "$(wc -l <"$folder/online.jsonl") frames, $(stat -c %s "$folder/live.rrd") bytes: read by rerun"
+frames=$(wc -l <"$folder/online.jsonl")
+rows=$(grep '/world/camera_path ' "$folder/told.txt" | grep -o '[0-9]* rows' | awk '{ sum += $1 } END { print sum }')
+[ "$rows" = "$frames" ] || { echo "$rows frames in the file, $frames estimated"; exit 1; }
+echo "$frames frames, $(stat -c %s "$folder/live.rrd") bytes: read by rerun"
