@@ -40,9 +40,19 @@ pub enum Error {
         /// The cause.
         source: std::io::Error,
     },
+    /// The files of a run.
+    #[error(transparent)]
+    Dataset(#[from] motorcade_dataset::Error),
+    /// A run, or the place of the results.
+    #[error(transparent)]
+    Run(#[from] motorcade::Error),
 }
 
 impl Error {
+    pub(crate) fn input(path: &Path, problem: String) -> Self {
+        Self::Dataset(motorcade_dataset::Error::Input { path: path.to_path_buf(), problem })
+    }
+
     pub(crate) fn parquet(path: &Path, problem: impl std::fmt::Display) -> Self {
         Self::Parquet { path: path.to_path_buf(), problem: problem.to_string() }
     }
@@ -53,6 +63,11 @@ impl Error {
             Self::Table { .. } => 2,
             Self::Parquet { .. } | Self::Read { .. } => 3,
             Self::Write { .. } => 5,
+            Self::Dataset(e) => e.exit_code(),
+            Self::Run(e) => e.exit_code(),
         }
     }
 }
+
+/// Result of this crate.
+pub type Result<T, E = Error> = std::result::Result<T, E>;

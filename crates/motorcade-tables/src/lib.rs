@@ -1,6 +1,7 @@
 //! Tables as Parquet files: columns with units and descriptions, compressed with zstd, the same bytes for the same values.
 //!
 //! [`Table`] is a list of named columns; [`write_parquet`] writes it, and [`read_rows`] reads any small flat Parquet file as text.
+//! [`frames`] and [`tracks`] make tables of a run's directory, [`join`] makes one dataset of many runs.
 //!
 //! ```
 //! use motorcade_tables::{Column, Table, Values, parquet_bytes};
@@ -17,13 +18,22 @@
 //! # Ok::<(), motorcade_tables::Error>(())
 //! ```
 
+mod dataset;
+mod drive;
+mod drives;
 mod error;
+mod extras;
 mod metadata;
 mod read;
+mod run;
 mod table;
 mod write;
 
-pub use error::Error;
+pub use dataset::{TABLES_RECORD, join};
+pub use drive::{Drive, named};
+pub use error::{Error, Result};
+pub use extras::extras;
 pub use read::read_rows;
+pub use run::{RunFiles, RunTable, frames, tracks};
 pub use table::{Column, Table, Values};
 pub use write::{parquet_bytes, write_parquet};

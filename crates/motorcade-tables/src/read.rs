@@ -9,7 +9,7 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::{Field, Row};
 use parquet::schema::types::SchemaDescriptor;
 
-use crate::error::Error;
+use crate::error::{Error, Result};
 
 /// Most rows of a file that is read as text.
 const MOST_ROWS: i64 = 1_000_000;
@@ -20,7 +20,7 @@ const MOST_ROWS: i64 = 1_000_000;
 ///
 /// # Errors
 /// A file that is missing or no Parquet, columns that are lists or structures, a compression other than zstd and Snappy.
-pub fn read_rows(path: &Path) -> Result<Vec<BTreeMap<String, String>>, Error> {
+pub fn read_rows(path: &Path) -> Result<Vec<BTreeMap<String, String>>> {
     let file = regular_file::open(path).map_err(|source| Error::Read { path: path.to_path_buf(), source })?;
     let unreadable = |e: ParquetError| {
         let advice = "expected a Parquet file, uncompressed or compressed with zstd or Snappy";
@@ -51,7 +51,7 @@ fn flat(schema: &SchemaDescriptor) -> Result<(), String> {
     Ok(())
 }
 
-fn cells(row: Row, path: &Path) -> Result<BTreeMap<String, String>, Error> {
+fn cells(row: Row, path: &Path) -> Result<BTreeMap<String, String>> {
     let cell = |(name, field): (String, Field)| {
         let text = match field {
             Field::Null => String::new(),

@@ -1,6 +1,6 @@
 //! A table of named columns.
 
-use crate::error::Error;
+use crate::error::{Error, Result};
 
 /// A table.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,7 +76,7 @@ impl Table {
     ///
     /// # Errors
     /// The first column that does not fit.
-    pub fn validate(&self) -> Result<(), Error> {
+    pub fn validate(&self) -> Result<()> {
         let wrong = |problem: String| Err(Error::Table { table: self.name.clone(), problem });
         if self.columns.is_empty() {
             return wrong("has no columns".into());

@@ -13,7 +13,7 @@ use parquet::basic::{Compression, ZstdLevel};
 use parquet::errors::ParquetError;
 use parquet::file::properties::{EnabledStatistics, WriterProperties};
 
-use crate::error::Error;
+use crate::error::{Error, Result};
 use crate::metadata::key_values;
 use crate::table::{Column, Table, Values};
 
@@ -22,7 +22,7 @@ use crate::table::{Column, Table, Values};
 ///
 /// # Errors
 /// Columns of different lengths or of one name, groups of more rows than there are, a file that cannot be written.
-pub fn write_parquet(out: impl Write + Send, table: &Table, groups: &[usize]) -> Result<(), Error> {
+pub fn write_parquet(out: impl Write + Send, table: &Table, groups: &[usize]) -> Result<()> {
     table.validate()?;
     let failed = |source| Error::Write { table: table.name.clone(), source };
     let batch = batch(table).map_err(failed)?;
@@ -47,7 +47,7 @@ pub fn write_parquet(out: impl Write + Send, table: &Table, groups: &[usize]) ->
 ///
 /// # Errors
 /// As [`write_parquet`].
-pub fn parquet_bytes(table: &Table, groups: &[usize]) -> Result<Vec<u8>, Error> {
+pub fn parquet_bytes(table: &Table, groups: &[usize]) -> Result<Vec<u8>> {
     let mut out = Vec::new();
     write_parquet(&mut out, table, groups)?;
     Ok(out)
