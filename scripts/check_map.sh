@@ -15,5 +15,5 @@ python3 -m venv "$folder/venv"
 (cd "$folder" && python3 -m zipfile -e asam_qc_openscenarioxml-*.whl xosc)
 schema="$folder/xosc/qc_openscenario/schema/1.2.0/OpenSCENARIO.xsd"
 "$folder/venv/bin/python" scripts/check_map.py track "$run" "$folder/drive.csv"
-"$program" export "$run" --out "$folder/map" --track "$folder/drive.csv"
+"$program" export "$run" --out "$folder/map" --track "$folder/drive.csv" --clock-offset 1700000012.1,0.3
 "$folder/venv/bin/python" scripts/check_map.py check "$run" "$folder/map" "$schema"

@@ -31,8 +31,8 @@ pub use self::simulate::{DemoArguments, SimulateArguments, Training};
 #[command(after_help = "Examples:
   motorcade demo
   motorcade inspect drive.mp4
-  motorcade run drive.mp4 --calibration camera.toml --height 1.4 --models models --out runs/drive
-  motorcade run kitti/training --sequence 0005 --camera 3 --models models --out runs/0005
+  motorcade run drive.mp4 --calibration camera.toml --height 1.4 --out runs/drive
+  motorcade run kitti/training --sequence 0005 --camera 3 --out runs/0005
   motorcade batch drives.csv --out fleet --jobs 8
   motorcade draw runs/drive --out overlay.mp4
   motorcade export runs/drive --out map --track drive.gpx
@@ -180,10 +180,10 @@ impl InputArguments {
 /// `motorcade run`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  motorcade run drive.mp4 --calibration camera.toml --height 1.4 --models models --out runs/drive
+  motorcade run drive.mp4 --calibration camera.toml --height 1.4 --out runs/drive
   motorcade run frames/ --calibration camera.yaml --height 1.2 --detections boxes.txt --out runs/frames
   motorcade run kitti/training --sequence 0003 --frames 16..101 --ignore kitti/training/mask_02/0003 \\
-      --models models --out runs/0003
+      --out runs/0003
 
 Without any frame, from files alone (a KITTI split with calib/ but no images):
   motorcade run kitti/training --sequence 0003 --frames 10..133 --trajectory ego.txt --trajectory-scale metric \\
@@ -192,7 +192,8 @@ Without any frame, from files alone (a KITTI split with calib/ but no images):
 With the estimates drawn into the frames:
   motorcade run drive.mp4 --calibration camera.toml --height 1.4 --out runs/drive --overlay runs/drive/overlay.mp4
 
-Without --models and --detections no vehicles are looked for; the camera's trajectory is still metric.")]
+Vehicles, their keypoints and the road are found by the networks inside the program. With --models none, and without --detections, no
+vehicles are looked for; the camera's trajectory is still metric.")]
 pub struct RunArguments {
     /// The input.
     #[command(flatten)]

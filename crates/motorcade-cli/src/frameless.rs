@@ -81,6 +81,7 @@ pub fn open(arguments: &RunArguments) -> anyhow::Result<Option<Files>> {
         duration_s: (frames.len().saturating_sub(1)) as f64 * period_ns as f64 * 1e-9,
         interval_s: period_ns as f64 * 1e-9,
         intervals_s: (period_ns as f64 * 1e-9, period_ns as f64 * 1e-9),
+        assumed_fps: None,
         width,
         height,
         colour: false,

@@ -53,6 +53,9 @@ fn table(s: &Summary) -> String {
 /// Frames a second, and how much the intervals between them vary.
 fn rate(s: &Summary) -> String {
     let (shortest, longest) = s.intervals_s;
+    if let Some(rate) = s.assumed_fps {
+        return format!("{rate:.3} frames/s, assumed: give --fps");
+    }
     let rate = if s.interval_s > 0.0 { 1.0 / s.interval_s } else { 0.0 };
     // Times are rounded to the ticks of a container.
     if longest - shortest < 0.02 * s.interval_s {

@@ -40,6 +40,7 @@ fn places_and_tracks_that_cannot_be_are_refused() {
         ("--track nowhere.gpx", 3, "nowhere.gpx"),
         ("--track bad.gpx", 3, "bad.gpx"),
         ("--track far.csv --clock-offset 1000", 3, "clock offset"),
+        ("--track far.csv --clock-offset 1,0", 1, "SECONDS,SIGMA"),
         ("--clock-offset 3", 1, "--track"),
     ] {
         answer(folder.path(), &format!("export out --out map {arguments}")).expect(code, &[said]);

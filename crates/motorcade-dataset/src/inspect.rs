@@ -25,6 +25,8 @@ pub struct Summary {
     pub interval_s: f64,
     /// Shortest and longest interval \[s\].
     pub intervals_s: (f64, f64),
+    /// Frame rate that was taken because nothing tells one \[1/s\].
+    pub assumed_fps: Option<f64>,
     /// Width \[px\].
     pub width: u32,
     /// Height \[px\].
@@ -72,6 +74,7 @@ impl Summary {
                 intervals.first().copied().unwrap_or(0.0),
                 intervals.last().copied().unwrap_or(0.0),
             ),
+            assumed_fps: input.assumed_fps,
             width: input.size.0,
             height: input.size.1,
             colour: input.colour,

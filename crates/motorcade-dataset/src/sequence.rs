@@ -48,7 +48,9 @@ impl Sequence {
             Some(file) => Some((file.clone(), Calibration::read(file, survey.camera)?)),
             None => None,
         };
-        let slots = select(path, &survey, options, calibration.as_ref().and_then(|(_, c)| c.fps))?;
+        let calibrated_fps = calibration.as_ref().and_then(|(_, c)| c.fps);
+        let slots = select(path, &survey, options, calibrated_fps)?;
+        let assumed_fps = survey.assumed_fps(options.fps, calibrated_fps);
         let first = first_pixels(&survey, &slots[0])?;
         let size = first.size();
         let camera = match &calibration {
@@ -63,13 +65,28 @@ impl Sequence {
         }
         let colour = matches!(first, Pixels::Rgb(_));
         let prefetch = options.prefetch;
-        let input = Input { survey, slots, size, calibration, camera, undistortion, masks, colour, prefetch };
+        let input = Input {
+            survey,
+            slots,
+            assumed_fps,
+            size,
+            calibration,
+            camera,
+            undistortion,
+            masks,
+            colour,
+            prefetch,
+        };
         Ok(Self { input: Arc::new(input) })
     }
 
     /// Format of the input.
     pub fn format(&self) -> Format {
         self.input.survey.format
+    }
+    /// The frame rate that is taken because nothing tells one \[1/s\].
+    pub fn assumed_fps(&self) -> Option<f64> {
+        self.input.assumed_fps
     }
     /// Number of selected frames, gaps and unreadable ones included.
     #[expect(clippy::len_without_is_empty, reason = "an empty sequence does not open")]

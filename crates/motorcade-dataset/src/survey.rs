@@ -107,6 +107,13 @@ impl Survey {
         all.into_iter().map(slot).collect()
     }
 
+    /// The frame rate that is taken because nothing tells one \[1/s\]: of pictures alone.
+    pub fn assumed_fps(&self, given_fps: Option<f64>, calibrated_fps: Option<f64>) -> Option<f64> {
+        let times = self.listing.entries.first().is_some_and(|entry| entry.number >= TIME_NAMES_FROM);
+        let told = times || given_fps.or(calibrated_fps).is_some();
+        (self.format == Format::Images && !told).then_some(DEFAULT_FPS)
+    }
+
     fn time_ns(&self, number: u64, origin: u64, fps: f64) -> Result<i64> {
         if let Some(times) = &self.times_ns {
             return times.get(number as usize).copied().ok_or_else(|| {

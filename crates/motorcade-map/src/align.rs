@@ -1,17 +1,20 @@
 //! A run aligned with a GPS track: heading, position and clock offset; the metres are the run's own.
 
+mod deviations;
+
 use motorcade::RecordedRun;
 use nalgebra::{Vector2, Vector3};
 
 use crate::anchor::{Anchor, level_axes};
+use crate::clock::ClockOffset;
 use crate::error::Error;
 use crate::geodesy::Geodetic;
 use crate::track::Track;
 
-/// Errors of a receiver last about this long: fixes that are nearer in time count as one \[s\].
-const CORRELATED_S: f64 = 10.0;
 /// Largest standard deviation of the heading that is a result \[deg\].
 const MOST_HEADING_SIGMA_DEG: f64 = 15.0;
+/// Errors of a receiver last about this long: fixes that are nearer in time count as one \[s\].
+const CORRELATED_S: f64 = 10.0;
 /// Step of the search for the clock offset \[s\].
 const COARSE_S: f64 = 0.5;
 /// Iterations of the reweighting.
@@ -49,31 +52,33 @@ struct Fit {
     offset_s: f64,
     heading: f64,
     shift: Vector2<f64>,
-    /// Mean of the robust costs of the fixes.
+    /// Robust cost of the fixes that are independent, and of the clock.
     cost: f64,
     weights: Vec<f64>,
     used: Vec<usize>,
 }
 
 /// Aligns a run with a track. Clock offsets are looked for wherever at least half of the run lies within the track, or around
-/// `clock_offset_s` where it is known within a few seconds.
+/// a clock offset that is known.
 ///
 /// # Errors
 /// A track that does not overlap, or a drive too short or slow for its heading to be told.
-pub fn align(run: &RecordedRun, track: &Track, clock_offset_s: Option<f64>) -> Result<Alignment, Error> {
+pub fn align(run: &RecordedRun, track: &Track, known: Option<ClockOffset>) -> Result<Alignment, Error> {
     let wrong = |problem: String| Error::Alignment(problem);
     let origin = track.points.first().ok_or_else(|| wrong("the track is empty".into()))?.at;
     let fixes: Vec<Fix> = track.points.iter().map(|p| fix(&origin, p)).collect();
     let way = way(run).ok_or_else(|| wrong("the run has no frames".into()))?;
-    let best = search(&way, &fixes, clock_offset_s).ok_or_else(|| {
+    let best = search(&way, &fixes, known).ok_or_else(|| {
         wrong("no clock offset puts three or more fixes into the time of the run; is it the track of this drive?".into())
     })?;
-    let result = with_deviations(&way, &fixes, &origin, &best);
+    let prior_s = known.map_or_else(|| uniform_sigma_s(&way, &fixes), |clock| clock.sigma_s);
+    let result = deviations::with_deviations(&way, &fixes, &origin, &best, prior_s);
     let heading_sigma = result.anchor.sigma.map_or(f64::INFINITY, |(_, heading)| heading);
     if heading_sigma.is_nan() || heading_sigma > MOST_HEADING_SIGMA_DEG {
         return Err(wrong(format!(
-            "the drive is too short against the fixes to tell its heading (standard deviation {heading_sigma:.0} degrees); \
-             give --start LATITUDE,LONGITUDE,HEADING"
+            "the fixes do not tell the heading of this drive (standard deviation {heading_sigma:.0} degrees): it is short, or bends \
+             at constant speed, which a clock offset explains as well; give the clock offset and its standard deviation, or the start \
+             and heading"
         )));
     }
     Ok(result)
@@ -107,20 +112,16 @@ impl Way {
 }
 
 /// The best clock offset: a coarse search, then ever finer ones around its best.
-fn search(way: &Way, fixes: &[Fix], known: Option<f64>) -> Option<Fit> {
-    let (start, end) = (*way.times_s.first()?, *way.times_s.last()?);
-    let (first, last) = (fixes.first()?.time_s, fixes.last()?.time_s);
-    let half = 0.5 * (end - start);
-    let (low, high) = match known {
-        Some(offset) => (offset - 5.0, offset + 5.0),
-        None => (first - start - half, last - end + half),
-    };
+fn search(way: &Way, fixes: &[Fix], known: Option<ClockOffset>) -> Option<Fit> {
+    let (low, high) = offsets(way, fixes, known)?;
     let mut best: Option<Fit> = None;
     let steps = ((high - low) / COARSE_S).ceil().max(1.0) as usize;
     let consider = |offset: f64, best: &mut Option<Fit>| {
-        if let Some(fit) = fit(way, fixes, offset)
-            && best.as_ref().is_none_or(|b| fit.cost < b.cost)
-        {
+        let Some(mut fit) = fit(way, fixes, offset) else { return };
+        if let Some(clock) = known {
+            fit.cost += 0.5 * ((offset - clock.offset_s) / clock.sigma_s).powi(2);
+        }
+        if best.as_ref().is_none_or(|b| fit.cost < b.cost) {
             *best = Some(fit);
         }
     };
@@ -135,6 +136,17 @@ fn search(way: &Way, fixes: &[Fix], known: Option<f64>) -> Option<Fit> {
         consider(middle + step, &mut best);
     }
     best
+}
+
+/// Clock offsets that are possible.
+fn offsets(way: &Way, fixes: &[Fix], known: Option<ClockOffset>) -> Option<(f64, f64)> {
+    let (start, end) = (*way.times_s.first()?, *way.times_s.last()?);
+    let (first, last) = (fixes.first()?.time_s, fixes.last()?.time_s);
+    let half = 0.5 * (end - start);
+    Some(match known {
+        Some(clock) => (clock.offset_s - 3.0 * clock.sigma_s, clock.offset_s + 3.0 * clock.sigma_s),
+        None => (first - start - half, last - end + half),
+    })
 }
 
 /// Heading and shift at a clock offset by iteratively reweighted least squares (Cauchy); `None` with fewer than three fixes, or
@@ -175,58 +187,27 @@ fn fit(way: &Way, fixes: &[Fix], offset_s: f64) -> Option<Fit> {
         }
     }
     let costs = pairs.iter().map(|(k, p)| (residual(heading, &shift, *k, p).powi(2) / 4.0).ln_1p());
-    let cost = costs.sum::<f64>() / pairs.len() as f64;
-    Some(Fit { offset_s, heading, shift, cost, weights, used: pairs.into_iter().map(|(k, _)| k).collect() })
+    let used: Vec<usize> = pairs.iter().map(|(k, _)| *k).collect();
+    // Cauchy's kernel of width 2, as a negative logarithm of a likelihood; that of the whole run, so that fewer fixes are no gain.
+    let cost = 2.0 * costs.sum::<f64>() / pairs.len() as f64 * (whole / CORRELATED_S + 1.0);
+    Some(Fit { offset_s, heading, shift, cost, weights, used })
+}
+
+/// Standard deviation of a clock that could have any possible offset \[s\].
+fn uniform_sigma_s(way: &Way, fixes: &[Fix]) -> f64 {
+    offsets(way, fixes, None).map_or(0.0, |(low, high)| (high - low) / 12_f64.sqrt())
+}
+
+/// Number of independent fixes among these.
+fn independent(fixes: &[Fix], used: &[usize]) -> f64 {
+    let [first, .., last] = used else { return used.len() as f64 };
+    ((fixes[*last].time_s - fixes[*first].time_s) / CORRELATED_S + 1.0).min(used.len() as f64)
 }
 
 /// Right and forward turned into east and north.
 fn turned(p: &Vector2<f64>, heading: f64) -> Vector2<f64> {
     let (sin, cos) = heading.sin_cos();
     Vector2::new(p.x * cos + p.y * sin, -p.x * sin + p.y * cos)
-}
-
-/// Standard deviations from the information of the fixes, those near in time counted as one, and the larger of what the file says
-/// and what the residuals show.
-fn with_deviations(way: &Way, fixes: &[Fix], origin: &Geodetic, fit: &Fit) -> Alignment {
-    let at = |k: usize| way.at(fixes[k].time_s - fit.offset_s).unwrap_or_default();
-    let sum: f64 = fit.weights.iter().sum();
-    let mean = |of: &dyn Fn(usize) -> f64| {
-        fit.used.iter().zip(&fit.weights).map(|(k, w)| w * of(*k)).sum::<f64>() / sum
-    };
-    let apart = |k: usize| (fixes[k].at - turned(&at(k).xy(), fit.heading) - fit.shift).norm();
-    let rms_m = mean(&|k| apart(k).powi(2)).sqrt();
-    let typical = mean(&|k| fixes[k].sigma);
-    let one = typical.max(rms_m / 2_f64.sqrt());
-    let duration = fixes[fit.used[fit.used.len() - 1]].time_s - fixes[fit.used[0]].time_s;
-    let independent = (duration / CORRELATED_S + 1.0).min(fit.used.len() as f64);
-    let (mx, my) = (mean(&|k| at(k).x), mean(&|k| at(k).y));
-    let spread = mean(&|k| (at(k).x - mx).powi(2) + (at(k).y - my).powi(2)).sqrt();
-    let heading_sigma = one / (spread * independent.sqrt());
-    // Of the start: that of the mean, and the turn about it.
-    let position_sigma =
-        one * (1.0 / independent + (mx * mx + my * my) / (spread * spread * independent)).sqrt();
-    let speed = |k: usize| {
-        let t = fixes[k].time_s - fit.offset_s;
-        let pair = way.at(t + 0.5).zip(way.at(t - 0.5));
-        pair.map_or(0.0, |(a, b)| (a - b).norm())
-    };
-    let speed_mean = mean(&speed);
-    let speed_spread = mean(&|k| (speed(k) - speed_mean).powi(2)).sqrt();
-    let outliers = fit.used.iter().filter(|k| apart(**k) > 3.0 * fixes[**k].sigma.max(one)).count();
-    let up = mean(&|k| fixes[k].up - at(k).z);
-    let start = origin.moved(&Vector3::new(fit.shift.x, fit.shift.y, up));
-    Alignment {
-        anchor: Anchor {
-            start,
-            heading_deg: fit.heading.to_degrees().rem_euclid(360.0),
-            sigma: Some((position_sigma, heading_sigma.to_degrees())),
-            clock_offset_s: Some(fit.offset_s),
-        },
-        // An offset moves the run along itself; only changes of speed and direction tell it from a shift.
-        clock_sigma_s: one / (speed_spread.max(1e-3) * independent.sqrt()),
-        rms_m,
-        fixes: (fit.used.len(), outliers),
-    }
 }
 
 #[cfg(test)]

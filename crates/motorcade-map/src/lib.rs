@@ -6,6 +6,7 @@
 
 mod align;
 mod anchor;
+mod clock;
 mod error;
 mod geodesy;
 mod scenario;
@@ -14,6 +15,7 @@ mod write;
 
 pub use align::{Alignment, align};
 pub use anchor::{Anchor, Placed};
+pub use clock::ClockOffset;
 pub use error::Error;
 pub use geodesy::Geodetic;
 pub use scenario::Scenario;

@@ -111,6 +111,7 @@ impl Running {
             duration_s: first.zip(last).map_or(0.0, |(a, b)| seconds(&[a, b])),
             interval_s: at(intervals.len() / 2),
             intervals_s: (at(0), at(intervals.len().saturating_sub(1))),
+            assumed_fps: None,
             width: camera.width,
             height: camera.height,
             colour: self.colour,

@@ -7,7 +7,7 @@ pub fn hue(index: usize) -> u32 {
 
 /// Red, green and blue \[0, 1\] of a vehicle with this hue \[deg\]: strong where it moves, pale where it is parked.
 pub fn rgb(hue_deg: u32, moving: bool) -> [f64; 3] {
-    let (saturation, lightness) = if moving { (0.95, 0.55) } else { (0.45, 0.65) };
+    let (saturation, lightness): (f64, f64) = if moving { (0.95, 0.55) } else { (0.45, 0.65) };
     let chroma = saturation * lightness.min(1.0 - lightness);
     [0.0, 8.0, 4.0].map(|offset| {
         let k = (offset + f64::from(hue_deg % 360) / 30.0) % 12.0;

@@ -77,7 +77,7 @@ fn summary_warnings(result: &RunResult, metric: bool) -> Vec<String> {
         );
     }
     if !result.detects_vehicles {
-        out.push("no vehicles were looked for: give --models or --detections".to_owned());
+        out.push("no vehicles were looked for: run without --models none, or give --detections".to_owned());
     }
     out
 }

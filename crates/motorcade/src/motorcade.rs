@@ -218,6 +218,11 @@ impl Motorcade {
         &self.front_end.record().warnings
     }
 
+    /// Adds a warning to those of the results.
+    pub(crate) fn warn(&mut self, warning: String) {
+        self.front_end.record_mut().warnings.push(warning);
+    }
+
     /// The detectors, to be run elsewhere; none stay.
     pub(crate) fn take_perception(&mut self) -> Perception {
         std::mem::take(&mut self.perception)

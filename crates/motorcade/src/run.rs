@@ -35,6 +35,11 @@ pub fn push_sequence(
     progress: &dyn Progress,
     each: FrameCallback<'_>,
 ) -> Result<()> {
+    if let Some(fps) = sequence.assumed_fps() {
+        slam.warn(format!(
+            "nothing tells the frame rate of the pictures: {fps} frames/s are assumed, and speeds are proportional to it; give --fps"
+        ));
+    }
     for warning in slam.warnings() {
         progress.warn(warning);
     }

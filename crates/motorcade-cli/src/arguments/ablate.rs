@@ -9,7 +9,7 @@ use super::RunArguments;
 /// Part of the method that is varied.
 #[derive(Debug, Subcommand)]
 #[command(
-    after_help = "Example:\n  motorcade ablate odometry kitti/training --sequence 0005 --camera 3 --models models \\\n      --kitti kitti/training --out tables/0005"
+    after_help = "Example:\n  motorcade ablate odometry kitti/training --sequence 0005 --camera 3 \\\n      --kitti kitti/training --out tables/0005"
 )]
 pub enum AblateCommand {
     /// Camera: ways to metric scale, masks, smoothing.
@@ -21,7 +21,7 @@ pub enum AblateCommand {
 /// As `motorcade run`, with ground truth. `--out` receives ablation.md and ablation.csv.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  motorcade ablate odometry kitti/training --sequence 0005 --camera 3 --models models --kitti kitti/training --out tables/0005
+  motorcade ablate odometry kitti/training --sequence 0005 --camera 3 --kitti kitti/training --out tables/0005
   motorcade ablate odometry kitti/odometry/00 --calibration camera.toml --ground-truth poses.txt --out tables/00
   motorcade ablate graph kitti/training --sequence 0003 --frames 10..133 --trajectory ego.txt --trajectory-scale metric \\
       --detections kitti/training/label_02/0003.txt --vehicle-poses poses/3_*.csv --kitti kitti/training --out tables/0003")]

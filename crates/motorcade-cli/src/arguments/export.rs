@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use motorcade_map::Anchor;
+use motorcade_map::{Anchor, ClockOffset};
 
 /// `motorcade export`.
 #[derive(Debug, Args)]
@@ -28,9 +28,10 @@ pub struct ExportArguments {
     /// GPS track of the drive: .gpx, .nmea, or .csv with columns time, latitude, longitude and optionally altitude, sigma_m.
     #[arg(long, value_name = "FILE")]
     pub track: Option<PathBuf>,
-    /// What is added to the run's times to get those of the track, in seconds, known within 5 s; looked for without it.
-    #[arg(long, value_name = "SECONDS", requires = "track", allow_negative_numbers = true)]
-    pub clock_offset: Option<f64>,
+    /// What is added to the run's times to get those of the track, in seconds, and its standard deviation (2 s without one); looked
+    /// for without it.
+    #[arg(long, value_name = "SECONDS[,SIGMA]", requires = "track", allow_hyphen_values = true)]
+    pub clock_offset: Option<ClockOffset>,
     /// Replace an earlier export in --out; only files that its export.json lists are removed.
     #[arg(long)]
     pub force: bool,

@@ -1,0 +1,63 @@
+//! Standard deviations of an alignment.
+
+use nalgebra::{Matrix2x4, Matrix4, Vector2, Vector3};
+
+use super::{Alignment, Fit, Fix, Way, independent, turned};
+use crate::anchor::Anchor;
+use crate::geodesy::Geodetic;
+
+/// Half of the interval over which a velocity is taken \[s\].
+const HALF_S: f64 = 0.25;
+
+/// The result of a fit with its standard deviations: from the information of the fixes about heading, start and clock together (on a
+/// bend at constant speed they cannot be told apart), those near in time counted as one, and the larger of what the file says and
+/// what the residuals show. The clock was known with the standard deviation `prior_s`.
+pub(super) fn with_deviations(
+    way: &Way,
+    fixes: &[Fix],
+    origin: &Geodetic,
+    fit: &Fit,
+    prior_s: f64,
+) -> Alignment {
+    let at = |k: usize| way.at(fixes[k].time_s - fit.offset_s).unwrap_or_default();
+    let sum: f64 = fit.weights.iter().sum();
+    let mean = |of: &dyn Fn(usize) -> f64| {
+        fit.used.iter().zip(&fit.weights).map(|(k, w)| w * of(*k)).sum::<f64>() / sum
+    };
+    let apart = |k: usize| (fixes[k].at - turned(&at(k).xy(), fit.heading) - fit.shift).norm();
+    let rms_m = mean(&|k| apart(k).powi(2)).sqrt();
+    let one = mean(&|k| fixes[k].sigma).max(rms_m / 2_f64.sqrt());
+    let mut information = Matrix4::zeros();
+    for (k, w) in fit.used.iter().zip(&fit.weights) {
+        let rows = jacobian(way, &fixes[*k], fit);
+        information += rows.transpose() * rows * (w / sum);
+    }
+    information *= independent(fixes, &fit.used) / (one * one);
+    information[(3, 3)] += 1.0 / (prior_s * prior_s).max(1e-9);
+    let covariance = information.try_inverse().unwrap_or_else(|| Matrix4::identity() * f64::INFINITY);
+    let sigma = |k: usize| covariance[(k, k)].max(0.0).sqrt();
+    let outliers = fit.used.iter().filter(|k| apart(**k) > 3.0 * fixes[**k].sigma.max(one)).count();
+    let up = mean(&|k| fixes[k].up - at(k).z);
+    Alignment {
+        anchor: Anchor {
+            start: origin.moved(&Vector3::new(fit.shift.x, fit.shift.y, up)),
+            heading_deg: fit.heading.to_degrees().rem_euclid(360.0),
+            sigma: Some((sigma(1).hypot(sigma(2)), sigma(0).to_degrees())),
+            clock_offset_s: Some(fit.offset_s),
+        },
+        clock_sigma_s: sigma(3),
+        rms_m,
+        fixes: (fit.used.len(), outliers),
+    }
+}
+
+/// Derivative of the place of the camera at the time of a fix by heading \[rad\], start \[m\] and clock offset \[s\].
+fn jacobian(way: &Way, fix: &Fix, fit: &Fit) -> Matrix2x4<f64> {
+    let time_s = fix.time_s - fit.offset_s;
+    let at = way.at(time_s).unwrap_or_default().xy();
+    let (before, after) = (way.at(time_s - HALF_S), way.at(time_s + HALF_S));
+    let velocity = before.zip(after).map_or_else(Vector2::zeros, |(a, b)| (b - a).xy() / (2.0 * HALF_S));
+    let by_heading = turned(&at, fit.heading + std::f64::consts::FRAC_PI_2);
+    let by_clock = -turned(&velocity, fit.heading);
+    Matrix2x4::new(by_heading.x, 1.0, 0.0, by_clock.x, by_heading.y, 0.0, 1.0, by_clock.y)
+}
