@@ -1,5 +1,7 @@
 //! `motorcade batch` on drives made on the spot.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly too")]
+
 mod common;
 
 use std::collections::BTreeMap;

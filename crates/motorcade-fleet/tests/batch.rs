@@ -1,5 +1,6 @@
 //! Batches with a program that does what the input says.
 #![cfg(unix)]
+#![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly too")]
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,7 @@
 //! Manifests that read, and what is said of those that do not.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly too")]
+
 use std::fs;
 
 use motorcade_fleet::{Drive, Manifest};
