@@ -161,6 +161,10 @@ def options_of(program, command=()):
     return found
 
 
+# Of programs that were built with further features.
+FEATURE_OPTIONS = {"--rerun"}
+
+
 def check_options(path, known):
     mentioned = [(n, code) for n, line in prose(path) for code in re.findall(r"`([^`]+)`", line)]
     for language, start, lines in blocks(path):
@@ -168,7 +172,7 @@ def check_options(path, known):
             mentioned += [(n, c) for n, c in commands(start, lines) if c.startswith("motorcade")]
     for number, code in mentioned:
         for option in re.findall(r"(?<![\w-])--[a-z][a-z0-9-]*", code):
-            if option not in known and not code.startswith(("cargo ", "python ")):
+            if option not in known | FEATURE_OPTIONS and not code.startswith(("cargo ", "python ")):
                 raise Failure(f"{place(path, number)}: the program has no option {option}")
 
 

