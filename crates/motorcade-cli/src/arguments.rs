@@ -9,6 +9,8 @@ mod graph;
 mod kernel;
 mod shape;
 mod simulate;
+#[cfg(feature = "parquet")]
+mod tables;
 
 use std::path::PathBuf;
 
@@ -24,6 +26,8 @@ pub use self::graph::{CompareArguments, GraphCommand, InfoArguments, OptimiseArg
 pub use self::kernel::KernelChoice;
 pub use self::shape::ShapeCommand;
 pub use self::simulate::{DemoArguments, SimulateArguments, Training};
+#[cfg(feature = "parquet")]
+pub use self::tables::TablesArguments;
 
 /// Monocular multi-body SLAM for driving video: one camera in, metric trajectories of the camera and of every vehicle out.
 #[derive(Debug, Parser)]
@@ -36,6 +40,7 @@ pub use self::simulate::{DemoArguments, SimulateArguments, Training};
   motorcade batch drives.csv --out fleet --jobs 8
   motorcade draw runs/drive --out overlay.mp4
   motorcade export runs/drive --out map --track drive.gpx
+  motorcade tables runs/* --out tables
   motorcade evaluate runs/0005 --kitti kitti/training --sequence 0005 --camera 3
   motorcade graph optimise sphere.g2o --out solved.g2o
 
@@ -60,6 +65,9 @@ pub enum Command {
     Draw(DrawArguments),
     /// A run on the map (GeoJSON, GPX, KML, KITTI's oxts) and as a scenario for simulators (OpenSCENARIO).
     Export(ExportArguments),
+    /// Frames and vehicles of many runs as one dataset of Parquet files, for pandas, polars and DuckDB.
+    #[cfg(feature = "parquet")]
+    Tables(TablesArguments),
     /// Errors of a run against the ground truth of a KITTI tracking sequence.
     Evaluate(EvaluateArguments),
     /// Tables of what each choice of the method gives, on a drive with ground truth.
@@ -208,6 +216,10 @@ pub struct RunArguments {
     /// Also write a recording for Foxglove, rerun and other readers of MCAP: pictures, calibration, transforms, vehicles, speeds.
     #[arg(long, value_name = "FILE.mcap")]
     pub mcap: Option<PathBuf>,
+    /// Also write frames.parquet and tracks.parquet: the tables with types, units and the camera's pose.
+    #[cfg(feature = "parquet")]
+    #[arg(long)]
+    pub parquet: bool,
     /// Also show frames and estimates in rerun while the run goes on: the address of a viewer, or a file .rrd.
     #[cfg(feature = "rerun")]
     #[arg(long, value_name = "ADDRESS|FILE.rrd")]

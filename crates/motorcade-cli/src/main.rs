@@ -23,6 +23,8 @@ mod progress;
 mod run;
 mod shape;
 mod simulate;
+#[cfg(feature = "parquet")]
+mod tables;
 mod threads;
 
 use std::process::ExitCode;
@@ -51,6 +53,8 @@ fn main() -> ExitCode {
         Command::Simulate(arguments) => simulate::simulate(&arguments),
         Command::Draw(arguments) => draw::draw(&arguments),
         Command::Export(arguments) => export::export(&arguments),
+        #[cfg(feature = "parquet")]
+        Command::Tables(arguments) => tables::tables(&arguments),
         Command::Evaluate(arguments) => evaluate::evaluate(&arguments),
         Command::Shape(command) => shape::shape(&command),
         Command::Graph(command) => graph::graph(&command),

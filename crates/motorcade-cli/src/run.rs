@@ -49,6 +49,8 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     let report = Report { result: &result, context: &context, evaluation: None, pictures: pictures.taken() };
     let mut extras = vec![Extra { name: "report.html".into(), content: report.html().into_bytes() }];
     extras.extend(drive.kept());
+    // An error is reported once the results are safe.
+    let tables = tables(arguments, &result).map(|tables| extras.extend(tables));
     let (directory, out) = (&directory, arguments.out.as_path());
     let results = Results { directory, out, result: &result, context: &context, extras: &extras };
     let drawn = draw::write(&results, places, frames(arguments, drive.sequence(), &reporter))?;
@@ -58,7 +60,20 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     }
     // After the results are safe: a frame that stdout did not take is an error of an online run.
     reporter.printed()?;
+    tables?;
     Ok(code(&result, &config))
+}
+
+/// The Parquet files that are asked for.
+#[cfg(feature = "parquet")]
+fn tables(arguments: &RunArguments, result: &RunResult) -> anyhow::Result<Vec<Extra>> {
+    Ok(if arguments.parquet { motorcade_tables::extras(result, &arguments.out)? } else { Vec::new() })
+}
+
+/// None in a build without them.
+#[cfg(not(feature = "parquet"))]
+fn tables(_: &RunArguments, _: &RunResult) -> anyhow::Result<Vec<Extra>> {
+    Ok(Vec::new())
 }
 
 /// The drawings that are asked for.

@@ -15,6 +15,8 @@ fn every_command_shows_examples() {
         "inspect",
         "draw",
         "export",
+        #[cfg(feature = "parquet")]
+        "tables",
         "evaluate",
         "ablate",
         "ablate odometry",

@@ -10,6 +10,9 @@ use crate::regular_file;
 /// Largest number of a table. Squares and products of larger ones overflow, and no quantity in metres, pixels or seconds is.
 pub const LARGEST: f64 = 1e12;
 
+/// Latest time of a file \[s\], counted from 1970 in the year 2096: differences of times in nanoseconds fit into an i64.
+const LATEST_S: i64 = 4_000_000_000;
+
 /// A whole text file in memory.
 pub struct TextFile {
     path: PathBuf,
@@ -28,10 +31,17 @@ pub struct Row<'a> {
 impl TextFile {
     /// Reads a UTF-8 file.
     pub fn read(path: &Path) -> Result<Self> {
-        let bytes = regular_file::read(path).map_err(Error::io(path))?;
+        Self::from_bytes(path, regular_file::read(path).map_err(Error::io(path))?)
+    }
+    /// The content that a file has or is to have; `path` names it in errors.
+    pub fn from_bytes(path: &Path, bytes: Vec<u8>) -> Result<Self> {
         let text =
             String::from_utf8(bytes).map_err(|_| Error::input(path, "is not a text file (not UTF-8)"))?;
         Ok(Self { path: path.to_path_buf(), text })
+    }
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
     /// The unparsed text.
     pub fn text(&self) -> &str {
@@ -100,5 +110,23 @@ impl Row<'_> {
             *value = self.number(first + i, what)?;
         }
         Ok(values)
+    }
+    /// Column `index` as a time in seconds, in \[ns\]. Parsed as integers, because a double cannot hold nanoseconds since 1970.
+    pub fn nanoseconds(&self, index: usize) -> Result<i64> {
+        let text = self.fields.get(index).copied().unwrap_or_default();
+        let (whole, fraction) = text.split_once('.').unwrap_or((text, ""));
+        let plain = |s: &str| s.bytes().all(|b| b.is_ascii_digit());
+        if plain(whole) && plain(fraction) && !whole.is_empty() {
+            let nine = format!("{fraction:0<9}");
+            let seconds = whole.parse::<i64>().ok().filter(|s| *s <= LATEST_S);
+            if let Some((seconds, rest)) = seconds.zip(nine[..9].parse::<i64>().ok()) {
+                return Ok(seconds * 1_000_000_000 + rest);
+            }
+        }
+        let seconds = self.number(index, "a time in seconds")?;
+        if seconds.abs() > LATEST_S as f64 {
+            return Err(self.error(format!("a time of at most {LATEST_S} s"), text));
+        }
+        Ok((seconds * 1e9).round() as i64)
     }
 }

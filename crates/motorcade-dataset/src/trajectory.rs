@@ -45,9 +45,6 @@ pub fn read_trajectory<To: Frame, From: Frame>(path: &Path) -> Result<Trajectory
     }
 }
 
-/// Latest time of a file \[s\], counted from 1970 in the year 2096: differences of times in nanoseconds fit into an i64.
-const LATEST_S: i64 = 4_000_000_000;
-
 fn tum<To, From>(row: &Row<'_>) -> Result<(i64, Pose<To, From>)> {
     row.require_columns(&[8], "t x y z qx qy qz qw")?;
     let [x, y, z, i, j, k, w] = row.numbers(1, "a number of the pose")?;
@@ -58,26 +55,7 @@ fn tum<To, From>(row: &Row<'_>) -> Result<(i64, Pose<To, From>)> {
         );
     }
     let pose = Pose::from_parts(UnitQuaternion::new_normalize(quaternion), Vector3::new(x, y, z));
-    Ok((nanoseconds(row)?, pose))
-}
-
-/// Parsed as integers, because a double cannot hold nanoseconds since 1970.
-fn nanoseconds(row: &Row<'_>) -> Result<i64> {
-    let text = row.fields[0];
-    let (whole, fraction) = text.split_once('.').unwrap_or((text, ""));
-    let plain = |s: &str| s.bytes().all(|b| b.is_ascii_digit());
-    if plain(whole) && plain(fraction) && !whole.is_empty() {
-        let nine = format!("{fraction:0<9}");
-        let seconds = whole.parse::<i64>().ok().filter(|s| *s <= LATEST_S);
-        if let Some((seconds, rest)) = seconds.zip(nine[..9].parse::<i64>().ok()) {
-            return Ok(seconds * 1_000_000_000 + rest);
-        }
-    }
-    let seconds = row.number(0, "a time in seconds")?;
-    if seconds.abs() > LATEST_S as f64 {
-        return Err(row.error(format!("a time of at most {LATEST_S} s"), row.fields[0]));
-    }
-    Ok((seconds * 1e9).round() as i64)
+    Ok((row.nanoseconds(0)?, pose))
 }
 
 fn kitti<To, From>(row: &Row<'_>) -> Result<Pose<To, From>> {

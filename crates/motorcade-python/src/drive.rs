@@ -109,11 +109,15 @@ impl NativeDrive {
         PyBytes::new(py, &tracks_csv(&self.result))
     }
 
-    /// Writes all files of the run.
-    fn save(&self, py: Python<'_>, directory: PathBuf, force: bool) -> Result<(), Failure> {
+    /// Writes all files of the run, with `parquet` the tables as Parquet too.
+    fn save(&self, py: Python<'_>, directory: PathBuf, force: bool, parquet: bool) -> Result<(), Failure> {
         py.detach(|| {
             let place = OutputDirectory::open(&directory, RUN_RECORD, force)?;
-            Ok(write_run(&place, &self.result, &self.context, &self.extras())?)
+            let mut extras = self.extras();
+            if parquet {
+                extras.extend(motorcade_tables::extras(&self.result, &directory)?);
+            }
+            Ok(write_run(&place, &self.result, &self.context, &extras)?)
         })
     }
 

@@ -29,6 +29,9 @@ pub enum Failure {
     /// An evaluation.
     #[error(transparent)]
     Evaluation(#[from] motorcade_evaluate::Error),
+    /// Tables of runs.
+    #[error(transparent)]
+    Tables(#[from] motorcade_tables::Error),
     /// A pose graph.
     #[error(transparent)]
     Graph(#[from] motorcade_graph::GraphError),
@@ -76,6 +79,7 @@ impl From<Failure> for PyErr {
             }
             Failure::Run(error) => by_code(error.exit_code()),
             Failure::Evaluation(error) => by_code(error.exit_code()),
+            Failure::Tables(error) => by_code(error.exit_code()),
             Failure::Simulation(Simulation::Cancelled) => PyKeyboardInterrupt::new_err(()),
             Failure::Simulation(Simulation::Plan(_)) => by_code(1),
             Failure::Simulation(_) => by_code(5),

@@ -42,6 +42,8 @@ mod slam;
 mod solve;
 #[cfg(feature = "python")]
 mod supervise;
+#[cfg(feature = "python")]
+mod tables;
 
 /// The part of the package `motorcade` that is written in Rust; import `motorcade` instead.
 #[cfg(feature = "python")]
@@ -69,4 +71,6 @@ mod native {
     use crate::simulate::{scenarios, simulate};
     #[pymodule_export]
     use crate::slam::NativeMotorcade;
+    #[pymodule_export]
+    use crate::tables::tables;
 }

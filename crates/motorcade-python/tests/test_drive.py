@@ -164,3 +164,28 @@ def test_a_camera_may_be_given_in_any_form(simulation, arguments, drive, tmp_pat
         np.testing.assert_array_equal(run.poses, runs[0].poses)
     rig = motorcade.run(**arguments, camera=2, frames=(None, 5))
     np.testing.assert_allclose(rig.poses, runs[0].poses, atol=1e-6)
+
+
+def test_tables_of_many_runs(drive, saved, tmp_path):
+    import pandas
+    import polars
+
+    drive.save(tmp_path / "second", parquet=True)
+    motorcade.tables([saved, tmp_path / "second"], tmp_path / "tables")
+    tracks = pandas.read_parquet(tmp_path / "tables" / "tracks")
+    assert len(tracks) == 2 * len(drive.tables.tracks["frame"]) and set(tracks["drive_id"]) == {"run", "second"}
+    frames = polars.read_parquet(tmp_path / "second" / "frames.parquet")
+    np.testing.assert_array_equal(frames["speed_mps"].to_numpy(), drive.speeds_mps)
+    np.testing.assert_array_equal(frames["timestamp_ns"].to_numpy(), drive.times_ns)
+    np.testing.assert_allclose(frames.select("x_m", "y_m", "z_m").to_numpy(), drive.positions_m, atol=1e-8)
+    drives = polars.read_parquet(tmp_path / "tables" / "drives.parquet")
+    assert drives["frames"].to_list() == [len(drive)] * 2 and drives["length_m"].to_list() == [drive.length_m] * 2
+    with pytest.raises(motorcade.SettingsError, match="same name"):
+        motorcade.tables([saved, saved], tmp_path / "other")
+    with pytest.raises(motorcade.InputError, match="nowhere"):
+        motorcade.tables([tmp_path / "nowhere"], tmp_path / "other")
+    with pytest.raises(motorcade.SettingsError, match="force=True"):
+        motorcade.tables([saved], tmp_path / "tables")
+    with pytest.raises(motorcade.SettingsError, match="motorcade.tables"):
+        motorcade.load(saved).save(tmp_path / "copy", parquet=True)
+    assert not (tmp_path / "other").exists() and not (tmp_path / "copy").exists()

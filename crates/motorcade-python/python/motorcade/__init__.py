@@ -17,6 +17,7 @@ What is here:
 - `Motorcade` takes frames one by one as NumPy arrays: `step` gives the estimate of the newest frame, `finish` the drive.
 - `Drive` holds the result, `Vehicle` one vehicle of it; `Estimate` and `VehicleEstimate` those of one frame.
 - Detectors of your own are objects with a method `detect(image)`; see `Detector` and `Detection`.
+- `tables` makes one dataset of Parquet files of many saved runs.
 - `evaluate` compares a run with ground truth, `simulate` renders a drive that has it, `scenarios` names what it can render.
 - `PoseGraph` and `Marginals` are the sparse pose-graph optimiser alone.
 - `settings_text` prints all settings with their documentation; every function that takes `**settings` accepts a
@@ -32,6 +33,7 @@ programs) and `GraphError`. Warnings go to the logger `motorcade`. Ctrl-C stops 
 """
 
 from ._camera import Camera
+from ._dataset import tables
 from ._detector import Detection, Detector
 from ._drive import Drive, Tables
 from ._estimate import Estimate, VehicleEstimate
@@ -76,4 +78,5 @@ __all__ = [
     "scenarios",
     "settings_text",
     "simulate",
+    "tables",
 ]

@@ -140,15 +140,19 @@ class Drive:
 
         return Tables(*(pyarrow.table(_tables.columns(table)) for table in self.tables))
 
-    def save(self, directory: str | os.PathLike[str], *, force: bool = False) -> None:
+    def save(self, directory: str | os.PathLike[str], *, force: bool = False, parquet: bool = False) -> None:
         """Writes all files of a run, as the program's `run --out` does, whole or not at all.
 
         The directory is new or empty; an earlier run in it is replaced with `force`, which removes only files that its run.json
-        lists. A drive that was loaded is copied. Raises `SettingsError` for a directory that holds something, `ResourceError`
+        lists. With `parquet` the tables are written as frames.parquet and tracks.parquet too, with units and the camera's pose.
+        A drive that was loaded is copied as it is. Raises `SettingsError` for a directory that holds something, `ResourceError`
         for one that cannot be written.
         """
         if self._native is not None:
-            self._native.save(os.fspath(directory), force)
+            self._native.save(os.fspath(directory), force, parquet)
+        elif parquet:
+            hint = "a loaded drive is copied as it is; motorcade.tables writes Parquet files of saved runs"
+            raise _native.SettingsError(f"parquet=True: {hint}")
         else:
             self._copy(Path(directory), force)
 

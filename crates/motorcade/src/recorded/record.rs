@@ -12,6 +12,8 @@ use crate::output::RUN_RECORD;
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct RunRecord {
+    /// Version of the program.
+    pub motorcade: Option<String>,
     /// The command that was run, program first.
     pub command: Vec<String>,
     /// Hash of all that decides the results.
@@ -20,6 +22,10 @@ pub struct RunRecord {
     pub interrupted: Option<bool>,
     /// Height of the camera above the road \[m\].
     pub camera_height_m: Option<f64>,
+    /// Way of the camera \[m\].
+    pub length_m: Option<f64>,
+    /// Messages for the user.
+    pub warnings: Vec<String>,
     /// The input.
     pub input: RecordedInput,
 }
