@@ -5,10 +5,10 @@ use std::process::ExitStatus;
 
 use crate::log::Log;
 use crate::options::Options;
+use crate::outcome::Outcome;
 use crate::plan::Task;
 use crate::process::{Bound, Ending};
 use crate::run_record::{self, Found};
-use crate::state::Outcome;
 use crate::status::Status;
 
 /// What an attempt has come to. `stopped` tells that the batch asked the process to end.

@@ -4,12 +4,14 @@ use std::fs;
 use std::path::PathBuf;
 
 use crate::error::{Error, Result};
+use crate::history::History;
 use crate::manifest::Manifest;
 use crate::monitor::{Event, Monitor};
 use crate::options::Options;
+use crate::outcome::Outcome;
 use crate::plan::Task;
 use crate::pool;
-use crate::state::{History, Outcome, State};
+use crate::state::State;
 use crate::status::Status;
 use crate::summary;
 

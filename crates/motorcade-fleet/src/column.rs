@@ -38,7 +38,7 @@ const fn column(name: &'static str, option: &'static str, kind: Kind) -> Column 
     Column { name, option, kind }
 }
 
-const OPTIONS: [Column; 22] = [
+const OPTIONS: [Column; 23] = [
     column("calibration", "calibration", Kind::Path),
     column("height", "height", Kind::Height),
     column("sequence", "sequence", Kind::Text),
@@ -53,6 +53,7 @@ const OPTIONS: [Column; 22] = [
     column("road_masks", "road-masks", Kind::Path),
     column("perception", "perception", Kind::Path),
     column("keep_perception", "keep-perception", Kind::Flag),
+    column("parquet", "parquet", Kind::Flag),
     column("trajectory", "trajectory", Kind::Path),
     column("trajectory_scale", "trajectory-scale", Kind::Text),
     column("vehicle_poses", "vehicle-poses", Kind::Paths),
@@ -81,6 +82,11 @@ impl Column {
     pub(crate) fn find(name: &str) -> Option<Self> {
         let name = name.replace('-', "_");
         OPTIONS.into_iter().find(|column| column.name == name)
+    }
+
+    /// True when its values are paths.
+    pub(crate) fn is_path(&self) -> bool {
+        matches!(self.kind, Kind::Path | Kind::PathOrNone | Kind::Paths)
     }
 
     /// Why the value cannot be, where that is known without running anything.

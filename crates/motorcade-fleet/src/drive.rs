@@ -5,8 +5,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 
-use crate::column::{Column, Kind, settings};
+use crate::column::{COLUMNS, Column, Kind, settings};
 use crate::hash::hash;
+use crate::id;
 use crate::row::Row;
 
 /// What is run for one row.
@@ -49,8 +50,8 @@ impl Drive {
         let settings_too = |column: &Column| column.kind == Kind::Settings || !of_row.contains(column);
         // Settings of the row come last: they win.
         options.splice(0..0, defaults.iter().filter(|(column, _)| settings_too(column)).cloned());
-        let id = id.unwrap_or_else(|| default_id(&written_input, &options));
-        safe(&id)?;
+        let id = id.unwrap_or_else(|| id::default(&written_input, &options));
+        id::check(&id)?;
         Ok(Self {
             id,
             line: row.line,
@@ -111,42 +112,11 @@ impl Drive {
 }
 
 fn unknown(name: &str) -> String {
-    format!("column `{name}` is not known; columns: {}", crate::column::COLUMNS.join(", "))
+    format!("column `{name}` is not known; columns: {}", COLUMNS.join(", "))
 }
 
 fn stamp(path: &Path) -> String {
     let Ok(found) = fs::metadata(path) else { return "missing".to_owned() };
     let time = found.modified().ok().and_then(|time| time.duration_since(UNIX_EPOCH).ok());
     format!("{} {}", found.len(), time.map_or(0, |time| time.as_nanos()))
-}
-
-/// The name of the input's file without its extension, with sequence and camera where given.
-fn default_id(input: &str, options: &[(Column, String)]) -> String {
-    let stem =
-        Path::new(input).file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-    let more = options.iter().filter(|(column, _)| matches!(column.name, "sequence" | "camera"));
-    let name = more.fold(stem, |name, (_, value)| format!("{name}-{value}"));
-    name.chars().map(|letter| if is_safe(letter) { letter } else { '_' }).collect()
-}
-
-fn is_safe(letter: char) -> bool {
-    letter.is_ascii_alphanumeric() || matches!(letter, '.' | '_' | '-')
-}
-
-fn safe(id: &str) -> Result<(), String> {
-    const MOST: usize = 100;
-    let fine =
-        id.len() <= MOST && id.chars().all(is_safe) && id.starts_with(|c: char| c.is_ascii_alphanumeric());
-    let expected = format!("1 to {MOST} letters, digits, `.`, `_`, `-`, a letter or digit first");
-    if fine {
-        Ok(())
-    } else {
-        Err(format!("column `id`: `{id}` cannot name a directory; expected {expected}"))
-    }
-}
-
-impl Column {
-    fn is_path(&self) -> bool {
-        matches!(self.kind, Kind::Path | Kind::PathOrNone | Kind::Paths)
-    }
 }

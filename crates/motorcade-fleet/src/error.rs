@@ -12,7 +12,7 @@ pub enum Error {
     Manifest {
         /// The manifest.
         path: PathBuf,
-        /// Line, from 1, the header's included.
+        /// Line, from 1, the header's included; of Parquet the row, from 1.
         line: u64,
         /// What is wrong and what was expected.
         problem: String,
@@ -33,6 +33,10 @@ pub enum Error {
         /// The cause.
         source: io::Error,
     },
+    /// A Parquet file that does not read.
+    #[cfg(feature = "parquet")]
+    #[error(transparent)]
+    Parquet(#[from] motorcade_tables::Error),
 }
 
 impl Error {

@@ -1,4 +1,4 @@
-//! The list of drives: CSV or one JSON object a line.
+//! The list of drives: CSV, one JSON object a line, or Parquet.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -56,9 +56,16 @@ fn rows(path: &Path) -> Result<Vec<Row>> {
         "jsonl" | "ndjson" => {
             jsonl::rows(&text(path)?).map_err(|(line, problem)| Error::manifest(path, line, problem))
         }
-        _ => Err(Error::manifest(path, 1, "expected a name that ends in .csv or .jsonl")),
+        #[cfg(feature = "parquet")]
+        "parquet" => {
+            let rows = motorcade_tables::read_rows(path)?;
+            Ok((1..).zip(rows).map(|(number, cells)| Row::new(number, cells)).collect())
+        }
+        _ => Err(Error::manifest(path, 1, format!("expected a name that ends in {KINDS}"))),
     }
 }
+
+const KINDS: &str = if cfg!(feature = "parquet") { ".csv, .jsonl or .parquet" } else { ".csv or .jsonl" };
 
 fn text(path: &Path) -> Result<String> {
     let text = regular_file::read_to_string(path).map_err(|e| Error::read(path, e))?;

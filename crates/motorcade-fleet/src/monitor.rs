@@ -1,6 +1,6 @@
 //! What a batch tells while it works, and how it is stopped.
 
-use crate::state::Outcome;
+use crate::outcome::Outcome;
 
 /// How far a batch shall stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

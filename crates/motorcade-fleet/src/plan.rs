@@ -1,9 +1,10 @@
 //! What is to be done about a drive.
 
 use crate::drive::Drive;
+use crate::history::{History, Known};
 use crate::options::Options;
+use crate::outcome::Outcome;
 use crate::run_record::{self, Found};
-use crate::state::{History, Known, Outcome};
 use crate::status::Status;
 
 /// A drive, and what the state says about it.

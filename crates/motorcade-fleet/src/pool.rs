@@ -6,9 +6,10 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use crate::error::{Error, Result};
 use crate::monitor::{Event, Monitor, Stop};
 use crate::options::Options;
+use crate::outcome::Outcome;
 use crate::plan::Task;
 use crate::retry::{self, Shared};
-use crate::state::{Outcome, State};
+use crate::state::State;
 
 /// Works on all tasks; outcomes in their order, pending for those that were not begun.
 ///

@@ -9,8 +9,9 @@ use crate::job;
 use crate::log::Log;
 use crate::monitor::{Event, Monitor, Stop};
 use crate::options::Options;
+use crate::outcome::Outcome;
 use crate::plan::Task;
-use crate::state::{Line, Outcome, State};
+use crate::state::{Line, State};
 
 /// What all drives share.
 pub(crate) struct Shared<'a> {

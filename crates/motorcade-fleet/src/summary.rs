@@ -1,72 +1,54 @@
 //! The table of a batch: one line a drive.
 
+#[cfg(feature = "parquet")]
+mod parquet;
+mod table;
+
 use std::io;
 use std::path::PathBuf;
 
 use motorcade_dataset::atomic_file;
 
+use self::table::{Table, Values};
 use crate::drive::Drive;
 use crate::error::{Error, Result};
 use crate::options::Options;
-use crate::state::Outcome;
+use crate::outcome::Outcome;
 
-const HEAD: [&str; 15] = [
-    "id",
-    "status",
-    "exit_code",
-    "attempts",
-    "message",
-    "warnings",
-    "frames",
-    "length_m",
-    "duration_s",
-    "vehicles",
-    "wall_s",
-    "cpu_s",
-    "peak_rss_mb",
-    "fingerprint",
-    "output",
-];
-
-/// Writes the table.
+/// Writes the table, as Parquet in programs built with it, and as CSV.
 ///
 /// # Errors
 /// A file that cannot be written.
 pub(crate) fn write(drives: &[(&Drive, Outcome)], options: &Options) -> Result<Vec<PathBuf>> {
-    let path = options.summary_file("csv");
-    let text = csv(drives, options).map_err(|e| Error::write(&path, e))?;
-    atomic_file::write(&path, text).map_err(|e| Error::write(&path, e))?;
-    Ok(vec![path])
+    let table = table::table(drives, options);
+    let put = |extension: &str, bytes: io::Result<Vec<u8>>| {
+        let path = options.summary_file(extension);
+        let written = bytes.and_then(|bytes| atomic_file::write(&path, bytes));
+        written.map(|()| path.clone()).map_err(|e| Error::write(&path, e))
+    };
+    Ok(vec![
+        #[cfg(feature = "parquet")]
+        put("parquet", parquet::bytes(&table))?,
+        put("csv", csv(&table))?,
+    ])
 }
 
-fn csv(drives: &[(&Drive, Outcome)], options: &Options) -> io::Result<Vec<u8>> {
+fn csv(table: &Table) -> io::Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(HEAD)?;
-    for (drive, outcome) in drives {
-        writer.write_record(cells(drive, outcome, options))?;
+    writer.write_record(table.iter().map(|column| column.name))?;
+    for row in 0..table.first().map_or(0, |column| column.values.len()) {
+        writer.write_record(table.iter().map(|column| cell(&column.values, row)))?;
     }
     writer.into_inner().map_err(|e| io::Error::other(e.to_string()))
 }
 
-fn cells(drive: &Drive, outcome: &Outcome, options: &Options) -> [String; 15] {
-    let results = outcome.results.as_ref();
-    let number = |value: Option<f64>, digits: usize| value.map_or(String::new(), |v| format!("{v:.digits$}"));
-    let of = |get: fn(&crate::run_record::Results) -> String| results.map_or(String::new(), get);
-    [
-        drive.id.clone(),
-        outcome.status.to_string(),
-        outcome.exit_code.map_or(String::new(), |code| code.to_string()),
-        outcome.attempts.to_string(),
-        outcome.message.clone(),
-        of(|r| r.warnings.join(" | ")),
-        of(|r| r.frames.to_string()),
-        number(results.and_then(|r| r.length_m), 3),
-        number(results.and_then(|r| r.duration_s), 3),
-        of(|r| r.vehicles.to_string()),
-        number((outcome.attempts > 0).then_some(outcome.wall_s), 3),
-        number(outcome.cpu_s, 2),
-        number(outcome.peak_rss_mb, 1),
-        of(|r| r.fingerprint.clone()),
-        results.map_or(String::new(), |_| options.run_directory(&drive.id).display().to_string()),
-    ]
+/// Milliseconds and millimetres are enough for people; the Parquet file has all digits.
+fn cell(values: &Values, row: usize) -> String {
+    let text = match values {
+        Values::F64(v) => v.get(row).copied().flatten().map(|value| format!("{value:.3}")),
+        Values::I64(v) => v.get(row).copied().flatten().map(|value| value.to_string()),
+        Values::U64(v) => v.get(row).copied().flatten().map(|value| value.to_string()),
+        Values::Text(v) => v.get(row).cloned().flatten(),
+    };
+    text.unwrap_or_default()
 }

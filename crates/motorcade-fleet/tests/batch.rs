@@ -126,6 +126,15 @@ fn each_drive_ends_for_itself() {
     );
     assert!(table.contains("input,failed,3,1,no such video,"), "{table}");
     assert!(table.contains("good,done,0,1,,a warning,20,12.500,2.000,1,"), "{table}");
+    #[cfg(feature = "parquet")]
+    {
+        let rows = motorcade_tables::read_rows(&fleet.at("out/manifest.done.parquet")).unwrap();
+        assert_eq!(
+            (rows.len(), rows[0]["length_m"].as_str(), rows[2]["exit_code"].as_str()),
+            (8, "12.5", "3")
+        );
+        assert_eq!(rows[2]["frames"], "", "nothing is null, not 0");
+    }
     // Nothing is repeated but what may be temporary.
     fleet.run();
     let calls = ["good", "lost", "input", "usage", "bug", "disk", "signal"].map(|id| fleet.calls(id).len());

@@ -60,3 +60,31 @@ fn a_mistake_is_named_with_line_and_column() {
     }
     refused("m.txt", "input\na\n", &["1: ", ".csv"]);
 }
+
+#[cfg(feature = "parquet")]
+#[test]
+fn parquet_says_the_same() {
+    use motorcade_tables::{Column, Table, Values, parquet_bytes};
+    let folder = tempfile::tempdir().unwrap();
+    let column = |name: &str, values| Column {
+        name: name.into(),
+        unit: String::new(),
+        description: String::new(),
+        values,
+    };
+    let inputs = Values::Text(vec![Some("a.mp4".into()), Some("b.mp4".into())]);
+    let write = |name: &str, heights| {
+        let columns = vec![column("input", inputs.clone()), column(name, Values::F64(heights))];
+        let table = Table { name: "drives".into(), description: String::new(), columns };
+        let path = folder.path().join("drives.parquet");
+        fs::write(&path, parquet_bytes(&table, &[]).unwrap()).unwrap();
+        Manifest::read(&path, &[])
+    };
+    let drives = write("height", vec![Some(1.4), None]).unwrap().drives;
+    assert_eq!((drives[0].id.as_str(), drives[1].line), ("a", 2));
+    let error = write("hight", vec![Some(1.4), None]).unwrap_err().to_string();
+    assert!(error.contains("drives.parquet:1: column `hight` is not known"), "{error}");
+    let other = folder.path().join("text.parquet");
+    fs::write(&other, "input\na\n").unwrap();
+    assert!(Manifest::read(&other, &[]).unwrap_err().to_string().contains("text.parquet"));
+}

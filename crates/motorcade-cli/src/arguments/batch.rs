@@ -19,18 +19,18 @@ drives.csv has a header and a row a drive; `input` is required, the other column
   monday,videos/monday.mp4,camera.toml,1.4,,,,,
   0005,kitti/training,,,0005,3,0..297,,road.far_heights=12;vehicles.traffic_side=left
 More columns, named as the options of `motorcade run`: stride, format, ignore, models, detections, road_masks, perception,
-keep_perception, trajectory, trajectory_scale, vehicle_poses, keypoints, preset, config, seed. Relative paths are relative to the
+keep_perception, parquet, trajectory, trajectory_scale, vehicle_poses, keypoints, preset, config, seed. Relative paths are relative to the
 manifest. Without `id` a drive is named as its input, with sequence and camera.
 
 Each drive is a process of its own. Written are runs/<id> (as `motorcade run` does), logs/<id>.log, state.jsonl and, at the end and
-when interrupted, manifest.done.csv with a line a drive. The same command goes on where it was interrupted; drives that have
+when interrupted, manifest.done.parquet and .csv with a line a drive. The same command goes on where it was interrupted; drives that have
 results are left alone unless their row or their files have changed. Tried again are a bug, resources and signals (exit codes 2, 5);
 usage and input (1, 3) not before row or files have changed.
 
 Exit codes: 0 every drive has results, 4 all were tried and some have none, 130 interrupted, 1 usage, 3 a manifest that does not
 read, 5 a directory that cannot be written.")]
 pub struct BatchArguments {
-    /// List of the drives: .csv, or .jsonl with an object a line.
+    /// List of the drives: .csv, .parquet, or .jsonl with an object a line.
     pub manifest: PathBuf,
     /// Directory of all results; several shards may share it.
     #[arg(long)]
@@ -72,6 +72,10 @@ pub struct BatchArguments {
     /// One setting for all rows, such as road.far_heights=12; may be repeated. Those of a row win.
     #[arg(long = "set", value_name = "STAGE.KEY=VALUE")]
     pub set: Vec<String>,
+    /// Tables of each run as Parquet too, of rows that say nothing about it; `motorcade tables` joins them.
+    #[cfg(feature = "parquet")]
+    #[arg(long)]
+    pub parquet: bool,
     /// Form of the progress on stderr.
     #[arg(long, value_enum, default_value_t)]
     pub progress: ProgressKind,
