@@ -5,34 +5,26 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use motorcade_fleet::{Event, Limits, Manifest, Monitor, Options, Report, Shard, Status, Stop};
 use tempfile::TempDir;
 
-/// Notes what is told; stops after some number of drives.
+/// Notes what is told; stops when some file is there.
+#[derive(Default)]
 struct Listener {
     started: Mutex<Vec<String>>,
-    begun: AtomicUsize,
-    most: usize,
-}
-
-impl Listener {
-    fn until(most: usize) -> Self {
-        Self { started: Mutex::default(), begun: AtomicUsize::new(0), most }
-    }
+    stop_at: Option<PathBuf>,
 }
 
 impl Monitor for Listener {
     fn tell(&self, event: &Event<'_>) {
         if let Event::Started { id, .. } = event {
             self.started.lock().unwrap().push((*id).to_owned());
-            self.begun.fetch_add(1, Ordering::SeqCst);
         }
     }
     fn stop(&self) -> Stop {
-        if self.begun.load(Ordering::SeqCst) >= self.most { Stop::Soon } else { Stop::Not }
+        if self.stop_at.as_ref().is_some_and(|path| path.exists()) { Stop::Soon } else { Stop::Not }
     }
 }
 
@@ -75,7 +67,7 @@ impl Fleet {
     }
 
     fn run(&self) -> Report {
-        self.run_with(&self.options(), &Listener::until(usize::MAX))
+        self.run_with(&self.options(), &Listener::default())
     }
 
     /// For each call of the program on a drive, whether a directory could be replaced.
@@ -139,7 +131,7 @@ fn each_drive_ends_for_itself() {
     fleet.run();
     let calls = ["good", "lost", "input", "usage", "bug", "disk", "signal"].map(|id| fleet.calls(id).len());
     assert_eq!(calls, [1, 1, 1, 1, 6, 3, 2]);
-    fleet.run_with(&Options { retry_failed: true, ..fleet.options() }, &Listener::until(usize::MAX));
+    fleet.run_with(&Options { retry_failed: true, ..fleet.options() }, &Listener::default());
     assert_eq!(
         (fleet.calls("input").len(), fleet.calls("usage").len(), fleet.calls("good").len()),
         (2, 2, 1)
@@ -191,7 +183,7 @@ fn a_directory_that_is_not_ours_is_never_replaced() {
 fn bounds_end_a_drive_and_say_which() {
     let fleet = Fleet::new(&[("slow", "sleep 60"), ("quick", "results f1")]);
     let limits = Limits { timeout: Some(Duration::from_millis(300)), memory_mb: None };
-    let report = fleet.run_with(&Options { limits, ..fleet.options() }, &Listener::until(usize::MAX));
+    let report = fleet.run_with(&Options { limits, ..fleet.options() }, &Listener::default());
     assert_eq!(statuses(&report), [("slow", Status::TimedOut), ("quick", Status::Done)]);
     assert!(report.outcomes[0].1.message.contains("--timeout"), "{:?}", report.outcomes[0]);
     assert!(report.outcomes[0].1.wall_s < 10.0 && fleet.calls("slow").len() == 1);
@@ -204,7 +196,7 @@ fn a_drive_that_takes_too_much_memory_is_killed() {
     let fleet =
         Fleet::new(&[("large", "(x=$(head -c 64000000 /dev/zero | tr '\\0' a); sleep 30; echo $x | wc -c)")]);
     let limits = Limits { timeout: None, memory_mb: Some(40) };
-    let report = fleet.run_with(&Options { limits, ..fleet.options() }, &Listener::until(usize::MAX));
+    let report = fleet.run_with(&Options { limits, ..fleet.options() }, &Listener::default());
     let outcome = &report.outcomes[0].1;
     assert_eq!(outcome.status, Status::OutOfMemory, "{outcome:?}");
     assert!(outcome.message.contains("--memory-mb") && outcome.peak_rss_mb.unwrap() > 40.0, "{outcome:?}");
@@ -215,7 +207,8 @@ fn a_stopped_batch_goes_on_where_it_was() {
     let wait = "trap 'exit 130' TERM; [ $attempt = 1 ] && { sleep 5 & wait; }; results f1";
     let fleet = Fleet::new(&[("a", "results f0"), ("b", wait), ("c", "results f2")]);
     let options = Options { jobs: 1, ..fleet.options() };
-    let report = fleet.run_with(&options, &Listener::until(2));
+    let report =
+        fleet.run_with(&options, &Listener { stop_at: Some(fleet.at("b.calls")), ..Listener::default() });
     assert_eq!(statuses(&report), [("a", Status::Done), ("b", Status::Interrupted), ("c", Status::Pending)]);
     assert_eq!(report.exit_code(), 130);
     assert!(fs::read_to_string(fleet.at("out/manifest.done.csv")).unwrap().contains("c,pending,,0,"));
@@ -228,14 +221,14 @@ fn a_stopped_batch_goes_on_where_it_was() {
 fn a_line_that_was_cut_off_loses_one_drive() {
     let fleet = Fleet::new(&[("a", "results f1"), ("b", "results f2")]);
     let options = Options { jobs: 1, ..fleet.options() };
-    fleet.run_with(&options, &Listener::until(usize::MAX));
+    fleet.run_with(&options, &Listener::default());
     let path = fleet.at("out/state.jsonl");
     let text = fs::read_to_string(&path).unwrap();
     fs::write(&path, &text[..text.len() - 20]).unwrap();
-    let listener = Listener::until(usize::MAX);
+    let listener = Listener::default();
     assert_eq!(fleet.run_with(&options, &listener).exit_code(), 0);
     assert_eq!(*listener.started.lock().unwrap(), ["b"]);
-    let listener = Listener::until(usize::MAX);
+    let listener = Listener::default();
     fleet.run_with(&options, &listener);
     assert!(listener.started.lock().unwrap().is_empty());
 }
@@ -248,16 +241,14 @@ fn shards_in_one_directory_give_what_one_batch_gives() {
         for shard in ["0/2", "1/2"] {
             let options = Options { shard: shard.parse().unwrap(), ..fleet.options() };
             let fleet = &fleet;
-            scope.spawn(move || {
-                assert_eq!(fleet.run_with(&options, &Listener::until(usize::MAX)).exit_code(), 0)
-            });
+            scope.spawn(move || assert_eq!(fleet.run_with(&options, &Listener::default()).exit_code(), 0));
         }
     });
     let table =
         |suffix: &str| fs::read_to_string(fleet.at(&format!("out/manifest.done{suffix}.csv"))).unwrap();
     assert_eq!((table(".0-of-2").lines().count(), table(".1-of-2").lines().count()), (4, 3));
     // The whole list afterwards: nothing is run, one table.
-    let listener = Listener::until(usize::MAX);
+    let listener = Listener::default();
     let report = fleet.run_with(&fleet.options(), &listener);
     assert!(listener.started.lock().unwrap().is_empty() && report.count(Status::Done) == 5);
     assert_eq!(table("").lines().count(), 6);
