@@ -1,6 +1,7 @@
 //! The command line.
 
 mod ablate;
+mod batch;
 mod draw;
 mod evaluate;
 mod export;
@@ -17,6 +18,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use motorcade_dataset::{Format, FrameRange};
 
 pub use self::ablate::{AblateArguments, AblateCommand};
+pub use self::batch::BatchArguments;
 pub use self::draw::DrawArguments;
 pub use self::evaluate::EvaluateArguments;
 pub use self::export::ExportArguments;
@@ -35,6 +37,7 @@ pub use self::tables::TablesArguments;
   motorcade inspect drive.mp4
   motorcade run drive.mp4 --calibration camera.toml --height 1.4 --out runs/drive
   motorcade run kitti/training --sequence 0005 --camera 3 --out runs/0005
+  motorcade batch drives.csv --out fleet --jobs 8
   motorcade draw runs/drive --out overlay.mp4
   motorcade export runs/drive --out map --track drive.gpx
   motorcade tables runs/* --out tables
@@ -54,6 +57,8 @@ pub struct Cli {
 pub enum Command {
     /// Trajectories of the camera and of every vehicle from driving video.
     Run(Box<RunArguments>),
+    /// Every drive of a list, or of a part of it: a process a drive, with bounds, retries and resumption.
+    Batch(Box<BatchArguments>),
     /// Describes an input: frames, size, calibration, gaps, duplicates.
     Inspect(InspectArguments),
     /// Draws what a run estimated into the frames of its drive: a video, or pictures.

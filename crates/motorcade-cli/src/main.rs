@@ -2,6 +2,7 @@
 
 mod ablate;
 mod arguments;
+mod batch;
 mod demo;
 mod draw;
 mod drive;
@@ -45,6 +46,7 @@ fn main() -> ExitCode {
     };
     let outcome = match cli.command {
         Command::Run(arguments) => run::run(&arguments),
+        Command::Batch(arguments) => batch::batch(&arguments),
         Command::Inspect(arguments) => inspect::inspect(&arguments),
         Command::Ablate(command) => ablate::ablate(&command),
         Command::Demo(arguments) => demo::demo(&arguments),

@@ -11,6 +11,7 @@ fn every_command_shows_examples() {
     let commands = [
         "",
         "run",
+        "batch",
         "inspect",
         "draw",
         "export",
