@@ -55,7 +55,7 @@ impl Track {
             }
         }
         if let Some((line, _)) =
-            numbered.iter().find(|(_, p)| !p.at.is_valid() || !(p.sigma_m > 0.0 && p.sigma_m < 1e4))
+            numbered.iter().find(|(_, p)| !(p.at.is_valid() && p.sigma_m > 0.0 && p.sigma_m < 1e4))
         {
             return Err(wrong((
                 *line,
