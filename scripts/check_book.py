@@ -249,6 +249,8 @@ def prepare(folder, program):
     )
     png(folder / "mask.png", width, height, (bytes([255 * (y > height - 8)]) * width for y in range(height)))
     shutil.copy(training / "detections" / "0000.txt", folder / "boxes.txt")
+    listed = re.search(r"^```text\n(id,.*?)^```", (BOOK / "fleet.md").read_text(), re.MULTILINE | re.DOTALL)
+    (folder / "drives.csv").write_text(listed[1])
     (folder / "track.gpx").write_text(gpx((training / "gt_poses" / "0000.txt").read_text()))
 
 

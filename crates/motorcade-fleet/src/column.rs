@@ -64,14 +64,20 @@ const OPTIONS: [Column; 23] = [
     column("settings", "set", Kind::Settings),
 ];
 
-/// Names of all columns: `id`, `input` and the options of `motorcade run` that a row may give.
-pub const COLUMNS: [&str; OPTIONS.len() + 2] = {
-    let mut names = [""; OPTIONS.len() + 2];
-    names[0] = "id";
-    names[1] = "input";
+/// Columns that are no options; `date` partitions the tables of fleets on Ray.
+const OTHERS: [&str; 3] = ["id", "input", "date"];
+
+/// Names of all columns: `id`, `input`, `date` and the options of `motorcade run` that a row may give.
+pub const COLUMNS: [&str; OPTIONS.len() + OTHERS.len()] = {
+    let mut names = [""; OPTIONS.len() + OTHERS.len()];
     let mut k = 0;
+    while k < OTHERS.len() {
+        names[k] = OTHERS[k];
+        k += 1;
+    }
+    k = 0;
     while k < OPTIONS.len() {
-        names[k + 2] = OPTIONS[k].name;
+        names[k + OTHERS.len()] = OPTIONS[k].name;
         k += 1;
     }
     names

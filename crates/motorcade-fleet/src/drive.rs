@@ -37,6 +37,7 @@ impl Drive {
             match name.as_str() {
                 "id" => id = Some(value.clone()),
                 "input" => input = Some(value.clone()),
+                "date" => {}
                 _ => {
                     let column = Column::find(name).ok_or_else(|| unknown(name))?;
                     column.problem(value).map_or(Ok(()), Err)?;

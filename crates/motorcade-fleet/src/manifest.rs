@@ -5,7 +5,7 @@ use std::path::Path;
 
 use motorcade_dataset::regular_file;
 
-use crate::column::Column;
+use crate::column::{COLUMNS, Column};
 use crate::drive::Drive;
 use crate::error::{Error, Result};
 use crate::jsonl;
@@ -95,8 +95,8 @@ fn csv_rows(path: &Path) -> Result<Vec<Row>> {
 /// Columns that no row fills are errors too, and so are two of one name.
 fn check_header(path: &Path, names: &csv::StringRecord) -> Result<()> {
     for (k, name) in names.iter().enumerate() {
-        if !matches!(name, "id" | "input") && Column::find(name).is_none() {
-            let known = crate::column::COLUMNS.join(", ");
+        if !COLUMNS.contains(&name.replace('-', "_").as_str()) {
+            let known = COLUMNS.join(", ");
             return Err(Error::manifest(path, 1, format!("column `{name}` is not known; columns: {known}")));
         }
         if names.iter().take(k).any(|other| other.replace('-', "_") == name.replace('-', "_")) {

@@ -45,6 +45,8 @@ def execute(job: Job, out: str, threads: int) -> dict[str, Any]:
 def _arguments(job: Job, folder: str) -> dict[str, Any]:
     """Arguments of `motorcade.run`, files from elsewhere copied into `folder`."""
     values = dict(job.values)
+    # The tables are always written.
+    values.pop("parquet", None)
     arguments: dict[str, Any] = {name: staged(values.pop(name), folder) for name in PATHS if name in values}
     arguments |= {name: kind(values.pop(name)) for name, kind in NUMBERS.items() if name in values}
     if "height" in values:
