@@ -24,7 +24,9 @@ impl Monitor for Listener {
         }
     }
     fn stop(&self) -> Stop {
-        if self.stop_at.as_ref().is_some_and(|path| path.exists()) { Stop::Soon } else { Stop::Not }
+        // A file that is there may not be written yet.
+        let written = |path: &PathBuf| fs::metadata(path).is_ok_and(|file| file.len() > 0);
+        if self.stop_at.as_ref().is_some_and(written) { Stop::Soon } else { Stop::Not }
     }
 }
 

@@ -22,7 +22,7 @@ pub(super) struct Described {
 }
 
 /// Name, kind and description of the columns of the tables. Those of one name mean the same in both.
-const COLUMNS: [(&str, Kind, &str); 40] = [
+const COLUMNS: [(&str, Kind, &str); 43] = [
     ("drive_id", Kind::Text, "Identity of the drive"),
     ("timestamp_ns", Kind::Whole, "Time of the frame on the clock of the input"),
     ("frame", Kind::Whole, "Number of the frame in the input"),
@@ -51,6 +51,9 @@ const COLUMNS: [(&str, Kind, &str); 40] = [
     ("length_m", Kind::Number, "Length of the vehicle"),
     ("width_m", Kind::Number, "Width of the vehicle"),
     ("height_m", Kind::Number, "Height of the vehicle"),
+    ("sigma_length_m", Kind::Number, "Standard deviation of the length"),
+    ("sigma_width_m", Kind::Number, "Standard deviation of the width"),
+    ("sigma_height_m", Kind::Number, "Standard deviation of the height"),
     ("yaw_rate_radps", Kind::Number, "Rate of turn about the vertical, left positive"),
     (
         "sigma_forward_m",
