@@ -9,7 +9,6 @@ mod graph;
 mod kernel;
 mod shape;
 mod simulate;
-#[cfg(feature = "parquet")]
 mod tables;
 
 use std::path::PathBuf;
@@ -26,7 +25,6 @@ pub use self::graph::{CompareArguments, GraphCommand, InfoArguments, OptimiseArg
 pub use self::kernel::KernelChoice;
 pub use self::shape::ShapeCommand;
 pub use self::simulate::{DemoArguments, SimulateArguments, Training};
-#[cfg(feature = "parquet")]
 pub use self::tables::TablesArguments;
 
 /// Monocular multi-body SLAM for driving video: one camera in, metric trajectories of the camera and of every vehicle out.
@@ -66,7 +64,6 @@ pub enum Command {
     /// A run on the map (GeoJSON, GPX, KML, KITTI's oxts) and as a scenario for simulators (OpenSCENARIO).
     Export(ExportArguments),
     /// Frames and vehicles of many runs as one dataset of Parquet files, for pandas, polars and DuckDB.
-    #[cfg(feature = "parquet")]
     Tables(TablesArguments),
     /// Errors of a run against the ground truth of a KITTI tracking sequence.
     Evaluate(EvaluateArguments),
@@ -217,7 +214,6 @@ pub struct RunArguments {
     #[arg(long, value_name = "FILE.mcap")]
     pub mcap: Option<PathBuf>,
     /// Also write frames.parquet and tracks.parquet: the tables with types, units and the camera's pose.
-    #[cfg(feature = "parquet")]
     #[arg(long)]
     pub parquet: bool,
     /// Also show frames and estimates in rerun while the run goes on: the address of a viewer, or a file .rrd.

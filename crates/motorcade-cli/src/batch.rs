@@ -66,7 +66,6 @@ fn defaults(arguments: &BatchArguments) -> anyhow::Result<Vec<(&'static str, Str
         };
         all.push(("height", text));
     }
-    #[cfg(feature = "parquet")]
     all.extend(arguments.parquet.then(|| ("parquet", "true".to_owned())));
     if let Some(wrong) = arguments.set.iter().find(|set| !set.contains('=') || set.contains(';')) {
         anyhow::bail!("--set {wrong}: expected stage.key=value without `;`");

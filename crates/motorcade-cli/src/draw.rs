@@ -11,6 +11,8 @@ mod video;
 use motorcade::{RecordedRun, RunRecord};
 
 pub use self::beside::{Frames, Place, Results, write};
+#[cfg(feature = "rerun")]
+pub use self::target::free;
 pub use self::target::{Target, is_recording};
 
 use self::drawing::Drawing;

@@ -99,7 +99,6 @@ fn code_of(error: &anyhow::Error) -> u8 {
         if let Some(e) = cause.downcast_ref::<motorcade_fleet::Error>() {
             return e.exit_code();
         }
-        #[cfg(feature = "parquet")]
         if let Some(e) = cause.downcast_ref::<motorcade_tables::Error>() {
             return e.exit_code();
         }

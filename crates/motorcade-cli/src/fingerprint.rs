@@ -54,8 +54,7 @@ pub fn fingerprint(
     arguments.keypoints.iter().for_each(|path| hash.add_path(path));
     arguments.vehicle_poses.iter().for_each(|path| hash.add_path(path));
     hash.add(&[u8::from(arguments.keep_perception)]);
-    // Other files, as with --keep-perception. Without them the fingerprint is the one of a program without the feature.
-    #[cfg(feature = "parquet")]
+    // Other files, as with --keep-perception; without them the fingerprint of earlier runs stays.
     if arguments.parquet {
         hash.add(b"parquet");
     }

@@ -1,4 +1,4 @@
-//! What a run shows while it goes on.
+//! The live view of a run in the rerun viewer.
 
 use motorcade::Motorcade;
 use motorcade_dataset::Frame;
@@ -18,10 +18,13 @@ impl LiveView {
     /// Opens the viewer that is asked for.
     ///
     /// # Errors
-    /// An address or a file that cannot be opened.
+    /// An address or a file that cannot be opened; a file that exists, unless `--force`.
     pub fn open(arguments: &RunArguments, camera: &PinholeCamera) -> anyhow::Result<Self> {
-        let open = |target| motorcade_rerun::Live::open(target, camera);
-        Ok(Self { stream: arguments.rerun.as_ref().map(open).transpose()? })
+        let Some(target) = &arguments.rerun else { return Ok(Self { stream: None }) };
+        if let motorcade_rerun::Target::File(path) = target {
+            crate::draw::free(path, arguments.force)?;
+        }
+        Ok(Self { stream: Some(motorcade_rerun::Live::open(target, camera)?) })
     }
 
     /// Shows the newest frame. A viewer that fails is told once and left out: the run goes on.

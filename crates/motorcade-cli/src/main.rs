@@ -23,7 +23,6 @@ mod progress;
 mod run;
 mod shape;
 mod simulate;
-#[cfg(feature = "parquet")]
 mod tables;
 mod threads;
 
@@ -53,7 +52,6 @@ fn main() -> ExitCode {
         Command::Simulate(arguments) => simulate::simulate(&arguments),
         Command::Draw(arguments) => draw::draw(&arguments),
         Command::Export(arguments) => export::export(&arguments),
-        #[cfg(feature = "parquet")]
         Command::Tables(arguments) => tables::tables(&arguments),
         Command::Evaluate(arguments) => evaluate::evaluate(&arguments),
         Command::Shape(command) => shape::shape(&command),

@@ -35,15 +35,21 @@ pub fn interruption() -> Arc<AtomicBool> {
     interrupted
 }
 
+/// The kind of progress that suits stderr, and its bar, which is hidden where there is none.
+pub fn kind_and_bar(kind: ProgressKind) -> (ProgressKind, ProgressBar) {
+    let kind = match kind {
+        ProgressKind::Auto if std::io::stderr().is_terminal() => ProgressKind::Auto,
+        ProgressKind::Auto => ProgressKind::Plain,
+        other => other,
+    };
+    let bar = if kind == ProgressKind::Auto { ProgressBar::new(0) } else { ProgressBar::hidden() };
+    (kind, bar)
+}
+
 impl Reporter {
     /// Sets up the kind asked for and listens to Ctrl-C: the first asks to stop, the second stops.
     pub fn new(kind: ProgressKind) -> Self {
-        let kind = match kind {
-            ProgressKind::Auto if std::io::stderr().is_terminal() => ProgressKind::Auto,
-            ProgressKind::Auto => ProgressKind::Plain,
-            other => other,
-        };
-        let bar = if kind == ProgressKind::Auto { ProgressBar::new(0) } else { ProgressBar::hidden() };
+        let (kind, bar) = kind_and_bar(kind);
         Self {
             kind,
             bar,

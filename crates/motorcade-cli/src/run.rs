@@ -65,15 +65,8 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
 }
 
 /// The Parquet files that are asked for.
-#[cfg(feature = "parquet")]
 fn tables(arguments: &RunArguments, result: &RunResult) -> anyhow::Result<Vec<Extra>> {
     Ok(if arguments.parquet { motorcade_tables::extras(result, &arguments.out)? } else { Vec::new() })
-}
-
-/// None in a build without them.
-#[cfg(not(feature = "parquet"))]
-fn tables(_: &RunArguments, _: &RunResult) -> anyhow::Result<Vec<Extra>> {
-    Ok(Vec::new())
 }
 
 /// The drawings that are asked for.

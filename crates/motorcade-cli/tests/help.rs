@@ -15,7 +15,6 @@ fn every_command_shows_examples() {
         "inspect",
         "draw",
         "export",
-        #[cfg(feature = "parquet")]
         "tables",
         "evaluate",
         "ablate",

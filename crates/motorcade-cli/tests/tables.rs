@@ -1,8 +1,6 @@
 //! `motorcade run --parquet` and `motorcade tables`.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly too")]
-#![cfg(feature = "parquet")]
-
 mod common;
 
 use std::fs;

@@ -11,7 +11,7 @@ use crate::process::{Bound, Ending};
 use crate::run_record::{self, Found};
 use crate::status::Status;
 
-/// What an attempt has come to. `stopped` tells that the batch asked the process to end.
+/// Outcome of a finished attempt; `stopped` is true if the batch asked the process to end.
 pub(crate) fn outcome(
     task: &Task<'_>,
     options: &Options,
@@ -46,7 +46,7 @@ pub(crate) fn outcome(
     as_before(outcome, task.before.as_ref())
 }
 
-/// Where `run` found its results there already, times and status are those of the attempt that made them.
+/// If `run` found the results already in place, keeps times and status of the attempt that made them.
 fn as_before(mut outcome: Outcome, before: Option<&Outcome>) -> Outcome {
     if let Some(before) =
         before.filter(|before| before.status.has_results() && before.results == outcome.results)

@@ -1,4 +1,4 @@
-//! The whole: a manifest worked through.
+//! A batch: all drives of a manifest, or of a shard of it.
 
 use std::fs;
 use std::path::PathBuf;
@@ -15,7 +15,7 @@ use crate::state::State;
 use crate::status::Status;
 use crate::summary;
 
-/// How a batch ended.
+/// Result of a batch.
 #[derive(Clone, Debug)]
 pub struct Report {
     /// Id and outcome of each drive of the shard, in the manifest's order.

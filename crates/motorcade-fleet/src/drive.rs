@@ -10,7 +10,7 @@ use crate::hash::hash;
 use crate::id;
 use crate::row::Row;
 
-/// What is run for one row.
+/// A row of the manifest as a `motorcade run` command.
 #[derive(Clone, Debug)]
 pub struct Drive {
     /// Name of its directory and log, unique in the manifest.

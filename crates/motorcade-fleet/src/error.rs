@@ -34,7 +34,6 @@ pub enum Error {
         source: io::Error,
     },
     /// A Parquet file that does not read.
-    #[cfg(feature = "parquet")]
     #[error(transparent)]
     Parquet(#[from] motorcade_tables::Error),
 }

@@ -1,4 +1,4 @@
-//! What all state files of a directory tell about its drives.
+//! Attempts at drives, read from all state files of a directory.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::outcome::Outcome;
 use crate::state::Line;
 
-/// What is known about a drive.
+/// Attempts at a drive.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Known {
     /// Hash of the row that was tried last.
@@ -17,11 +17,11 @@ pub(crate) struct Known {
     pub files: String,
     /// Attempts at that row.
     pub attempts: u32,
-    /// End of the last attempt that ended.
+    /// Outcome of the last finished attempt.
     pub outcome: Option<Outcome>,
 }
 
-/// Everything that all files of a directory tell: drives keep their state when the number of shards changes.
+/// Attempts at all drives, from the files of all shards: drives keep their state when the number of shards changes.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct History(BTreeMap<String, Known>);
 
@@ -58,7 +58,7 @@ impl History {
         }
     }
 
-    /// What is known about a drive.
+    /// Attempts at a drive.
     pub(crate) fn of(&self, id: &str) -> Option<&Known> {
         self.0.get(id)
     }

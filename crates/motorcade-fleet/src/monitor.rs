@@ -1,8 +1,8 @@
-//! What a batch tells while it works, and how it is stopped.
+//! Progress events of a batch, and the request to stop it.
 
 use crate::outcome::Outcome;
 
-/// How far a batch shall stop.
+/// Request to stop a batch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stop {
     /// It goes on.
@@ -13,7 +13,7 @@ pub enum Stop {
     Now,
 }
 
-/// Something that happened.
+/// A progress event.
 #[derive(Clone, Copy, Debug)]
 pub enum Event<'a> {
     /// The work is known: drives of the shard, and how many of them need nothing.
@@ -41,21 +41,21 @@ pub enum Event<'a> {
     Retry {
         /// The drive.
         id: &'a str,
-        /// How it ended.
+        /// Its outcome.
         outcome: &'a Outcome,
     },
     /// The drive needs nothing more in this batch.
     Finished {
         /// The drive.
         id: &'a str,
-        /// How it ended.
+        /// Its outcome.
         outcome: &'a Outcome,
     },
 }
 
 /// A listener. Calls come from several threads.
 pub trait Monitor: Sync {
-    /// Something happened.
+    /// Receives an event.
     fn tell(&self, event: &Event<'_>);
     /// Asked several times a second.
     fn stop(&self) -> Stop;

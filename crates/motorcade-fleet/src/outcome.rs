@@ -1,20 +1,20 @@
-//! How a drive's attempt ended.
+//! Outcome of an attempt at a drive.
 
 use serde::{Deserialize, Serialize};
 
 use crate::run_record::Results;
 use crate::status::Status;
 
-/// How a drive's last attempt ended.
+/// Outcome of the last attempt at a drive.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
-    /// How the drive stands.
+    /// Status of the drive.
     pub status: Status,
     /// Exit code of the process; none when a signal ended it.
     pub exit_code: Option<i32>,
     /// Attempts at this row, those of earlier batches included.
     pub attempts: u32,
-    /// Why there are no results.
+    /// Reason why there are no results.
     pub message: String,
     /// Time of the last attempt \[s\].
     pub wall_s: f64,

@@ -1,4 +1,4 @@
-//! What is to be done about a drive.
+//! Decides for each drive whether it is run, replaced or kept.
 
 use crate::drive::Drive;
 use crate::history::{History, Known};
@@ -7,7 +7,7 @@ use crate::outcome::Outcome;
 use crate::run_record::{self, Found};
 use crate::status::Status;
 
-/// A drive, and what the state says about it.
+/// A drive with its record in the state files.
 #[derive(Clone, Debug)]
 pub(crate) struct Task<'a> {
     /// The drive.
@@ -16,7 +16,7 @@ pub(crate) struct Task<'a> {
     pub row: String,
     /// Hash of the files.
     pub files: String,
-    /// What was tried before with this row.
+    /// Outcome of the last attempt with this row.
     pub before: Option<Outcome>,
     /// Attempts before.
     pub attempts: u32,

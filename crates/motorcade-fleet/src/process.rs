@@ -8,12 +8,12 @@ use crate::monitor::Stop;
 use crate::options::Limits;
 use crate::usage::{self, Sample};
 
-/// How a process ended.
+/// A finished process.
 #[derive(Clone, Debug)]
 pub(crate) struct Ending {
-    /// What it ended with.
+    /// Exit status.
     pub status: ExitStatus,
-    /// The bound it went over.
+    /// The bound that it exceeded.
     pub over: Option<Bound>,
     /// Its time \[s\].
     pub wall_s: f64,
@@ -57,7 +57,7 @@ pub(crate) fn run(command: &mut Command, limits: &Limits, stop: &dyn Fn() -> Sto
     }
 }
 
-/// What was seen of a process and done to it.
+/// Usage of a running process, and the signals sent to it.
 struct Watch {
     over: Option<Bound>,
     told: Stop,

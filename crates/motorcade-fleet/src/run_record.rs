@@ -1,8 +1,9 @@
-//! What a drive's `run.json` says about its results.
+//! Results of a drive as its `run.json` records them.
 
 use std::path::Path;
 
-use motorcade_dataset::regular_file;
+use motorcade::RunRecord;
+use motorcade::output::RUN_RECORD;
 use serde::{Deserialize, Serialize};
 
 /// Figures of a run.
@@ -11,7 +12,7 @@ use serde::{Deserialize, Serialize};
 pub struct Results {
     /// Frames of the run.
     pub frames: u64,
-    /// Way driven \[m\].
+    /// Distance driven \[m\].
     pub length_m: Option<f64>,
     /// From the first to the last frame \[s\].
     pub duration_s: Option<f64>,
@@ -21,32 +22,6 @@ pub struct Results {
     pub warnings: Vec<String>,
     /// Hash of all that decides the results.
     pub fingerprint: String,
-}
-
-/// The part of `run.json` that is needed here.
-#[derive(Deserialize)]
-#[serde(default)]
-#[derive(Default)]
-struct Record {
-    fingerprint: Option<String>,
-    interrupted: Option<bool>,
-    length_m: Option<f64>,
-    input: Input,
-    counters: Counters,
-    warnings: Vec<String>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default)]
-struct Input {
-    duration_s: Option<f64>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default)]
-struct Counters {
-    frames: u64,
-    vehicles: u64,
 }
 
 /// Results found in a directory.
@@ -61,9 +36,11 @@ pub(crate) enum Found {
 
 /// Looks at the directory of a run.
 pub(crate) fn read(directory: &Path) -> Found {
-    let Ok(bytes) = regular_file::read(&directory.join("run.json")) else { return Found::Nothing };
+    if !directory.join(RUN_RECORD).exists() {
+        return Found::Nothing;
+    }
     // A record that does not read is no result that could be kept.
-    let Ok(record) = serde_json::from_slice::<Record>(&bytes) else { return Found::Partial };
+    let Ok(record) = RunRecord::read(directory) else { return Found::Partial };
     match (record.interrupted, record.fingerprint) {
         (Some(false), Some(fingerprint)) => Found::Whole(Results {
             frames: record.counters.frames,

@@ -1,4 +1,4 @@
-//! How a drive stands.
+//! Status of a drive.
 
 use std::fmt;
 

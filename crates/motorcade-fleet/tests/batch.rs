@@ -120,7 +120,6 @@ fn each_drive_ends_for_itself() {
     );
     assert!(table.contains("input,failed,3,1,no such video,"), "{table}");
     assert!(table.contains("good,done,0,1,,a warning,20,12.500,2.000,1,"), "{table}");
-    #[cfg(feature = "parquet")]
     {
         let rows = motorcade_tables::read_rows(&fleet.at("out/manifest.done.parquet")).unwrap();
         assert_eq!(

@@ -61,7 +61,6 @@ fn a_mistake_is_named_with_line_and_column() {
     refused("m.txt", "input\na\n", &["1: ", ".csv"]);
 }
 
-#[cfg(feature = "parquet")]
 #[test]
 fn parquet_says_the_same() {
     use motorcade_tables::{Column, Table, Values, parquet_bytes};

@@ -42,7 +42,7 @@ struct Fix {
 }
 
 /// A run in its own level plane: right, forward, up of the first camera \[m\].
-struct Way {
+struct LevelTrajectory {
     times_s: Vec<f64>,
     at: Vec<Vector3<f64>>,
 }
@@ -67,12 +67,12 @@ pub fn align(run: &RecordedRun, track: &Track, known: Option<ClockOffset>) -> Re
     let wrong = |problem: String| Error::Alignment(problem);
     let origin = track.points.first().ok_or_else(|| wrong("the track is empty".into()))?.at;
     let fixes: Vec<Fix> = track.points.iter().map(|p| fix(&origin, p)).collect();
-    let way = way(run).ok_or_else(|| wrong("the run has no frames".into()))?;
-    let best = search(&way, &fixes, known).ok_or_else(|| {
+    let trajectory = trajectory(run).ok_or_else(|| wrong("the run has no frames".into()))?;
+    let best = search(&trajectory, &fixes, known).ok_or_else(|| {
         wrong("no clock offset puts three or more fixes into the time of the run; is it the track of this drive?".into())
     })?;
-    let prior_s = known.map_or_else(|| uniform_sigma_s(&way, &fixes), |clock| clock.sigma_s);
-    let result = deviations::with_deviations(&way, &fixes, &origin, &best, prior_s);
+    let prior_s = known.map_or_else(|| uniform_sigma_s(&trajectory, &fixes), |clock| clock.sigma_s);
+    let result = deviations::with_deviations(&trajectory, &fixes, &origin, &best, prior_s);
     let heading_sigma = result.anchor.sigma.map_or(f64::INFINITY, |(_, heading)| heading);
     if heading_sigma.is_nan() || heading_sigma > MOST_HEADING_SIGMA_DEG {
         return Err(wrong(format!(
@@ -89,16 +89,16 @@ fn fix(origin: &Geodetic, point: &crate::track::TrackPoint) -> Fix {
     Fix { time_s: point.time_s, at: local.xy(), up: local.z, sigma: point.sigma_m }
 }
 
-fn way(run: &RecordedRun) -> Option<Way> {
+fn trajectory(run: &RecordedRun) -> Option<LevelTrajectory> {
     let (axes, first) = (level_axes(run)?, run.frames.first()?);
     let origin = first.world_from_camera.translation();
-    Some(Way {
+    Some(LevelTrajectory {
         times_s: run.frames.iter().map(|f| f.timestamp_ns as f64 * 1e-9).collect(),
         at: run.frames.iter().map(|f| axes * (f.world_from_camera.translation() - origin)).collect(),
     })
 }
 
-impl Way {
+impl LevelTrajectory {
     /// Position at a time, between frames by interpolation.
     fn at(&self, time_s: f64) -> Option<Vector3<f64>> {
         let after = self.times_s.partition_point(|t| *t < time_s);
@@ -112,12 +112,12 @@ impl Way {
 }
 
 /// The best clock offset: a coarse search, then ever finer ones around its best.
-fn search(way: &Way, fixes: &[Fix], known: Option<ClockOffset>) -> Option<Fit> {
-    let (low, high) = offsets(way, fixes, known)?;
+fn search(trajectory: &LevelTrajectory, fixes: &[Fix], known: Option<ClockOffset>) -> Option<Fit> {
+    let (low, high) = offsets(trajectory, fixes, known)?;
     let mut best: Option<Fit> = None;
     let steps = ((high - low) / COARSE_S).ceil().max(1.0) as usize;
     let consider = |offset: f64, best: &mut Option<Fit>| {
-        let Some(mut fit) = fit(way, fixes, offset) else { return };
+        let Some(mut fit) = fit(trajectory, fixes, offset) else { return };
         if let Some(clock) = known {
             fit.cost += 0.5 * ((offset - clock.offset_s) / clock.sigma_s).powi(2);
         }
@@ -139,8 +139,8 @@ fn search(way: &Way, fixes: &[Fix], known: Option<ClockOffset>) -> Option<Fit> {
 }
 
 /// Clock offsets that are possible.
-fn offsets(way: &Way, fixes: &[Fix], known: Option<ClockOffset>) -> Option<(f64, f64)> {
-    let (start, end) = (*way.times_s.first()?, *way.times_s.last()?);
+fn offsets(trajectory: &LevelTrajectory, fixes: &[Fix], known: Option<ClockOffset>) -> Option<(f64, f64)> {
+    let (start, end) = (*trajectory.times_s.first()?, *trajectory.times_s.last()?);
     let (first, last) = (fixes.first()?.time_s, fixes.last()?.time_s);
     let half = 0.5 * (end - start);
     Some(match known {
@@ -151,15 +151,15 @@ fn offsets(way: &Way, fixes: &[Fix], known: Option<ClockOffset>) -> Option<(f64,
 
 /// Heading and shift at a clock offset by iteratively reweighted least squares (Cauchy); `None` with fewer than three fixes, or
 /// with so few that most of the run has none.
-fn fit(way: &Way, fixes: &[Fix], offset_s: f64) -> Option<Fit> {
+fn fit(trajectory: &LevelTrajectory, fixes: &[Fix], offset_s: f64) -> Option<Fit> {
     let pairs: Vec<(usize, Vector2<f64>)> = fixes
         .iter()
         .enumerate()
-        .filter_map(|(k, fix)| Some((k, way.at(fix.time_s - offset_s)?.xy())))
+        .filter_map(|(k, fix)| Some((k, trajectory.at(fix.time_s - offset_s)?.xy())))
         .collect();
     let [(first, _), .., (last, _)] = pairs[..] else { return None };
     let covered = fixes[last].time_s - fixes[first].time_s;
-    let whole = way.times_s.last()? - way.times_s.first()?;
+    let whole = trajectory.times_s.last()? - trajectory.times_s.first()?;
     if pairs.len() < 3 || covered < 0.4 * whole {
         return None;
     }
@@ -194,8 +194,8 @@ fn fit(way: &Way, fixes: &[Fix], offset_s: f64) -> Option<Fit> {
 }
 
 /// Standard deviation of a clock that could have any possible offset \[s\].
-fn uniform_sigma_s(way: &Way, fixes: &[Fix]) -> f64 {
-    offsets(way, fixes, None).map_or(0.0, |(low, high)| (high - low) / 12_f64.sqrt())
+fn uniform_sigma_s(trajectory: &LevelTrajectory, fixes: &[Fix]) -> f64 {
+    offsets(trajectory, fixes, None).map_or(0.0, |(low, high)| (high - low) / 12_f64.sqrt())
 }
 
 /// Number of independent fixes among these.

@@ -30,9 +30,8 @@ impl std::str::FromStr for Anchor {
                 "{text:?}: expected LATITUDE,LONGITUDE,HEADING[,ALTITUDE] in degrees and metres, as 49.0112,8.4228,270"
             ))
         };
-        let numbers: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse::<f64>()).collect();
-        let numbers = numbers.map_err(|_| wrong())?;
-        let (latitude_deg, longitude_deg, heading_deg, altitude_m) = match numbers[..] {
+        let (latitude_deg, longitude_deg, heading_deg, altitude_m) = match numbers(text).ok_or_else(wrong)?[..]
+        {
             [latitude, longitude, heading] => (latitude, longitude, heading, 0.0),
             [latitude, longitude, heading, altitude] => (latitude, longitude, heading, altitude),
             _ => return Err(wrong()),
@@ -43,6 +42,11 @@ impl std::str::FromStr for Anchor {
         }
         Ok(Self { start, heading_deg, sigma: None, clock_offset_s: None })
     }
+}
+
+/// Numbers separated by commas.
+pub(crate) fn numbers(text: &str) -> Option<Vec<f64>> {
+    text.split(',').map(|part| part.trim().parse().ok()).collect()
 }
 
 /// A run with its place on the map.

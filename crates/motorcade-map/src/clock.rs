@@ -1,13 +1,14 @@
-//! What is known of a clock before the alignment.
+//! The clock offset as it is known before the alignment.
 
 use std::str::FromStr;
 
+use crate::anchor::numbers;
 use crate::error::Error;
 
 /// Standard deviation of a clock offset that was given without one \[s\].
 const SIGMA_S: f64 = 2.0;
 
-/// What is added to the times of a run to get those of a track, as it is known beforehand.
+/// Offset from the clock of a run to that of a track, as it is known before the alignment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClockOffset {
     /// Offset \[s\].
@@ -26,8 +27,7 @@ impl FromStr for ClockOffset {
                 "{text:?}: expected SECONDS or SECONDS,SIGMA with a SIGMA from 0.001 to 3600, as 3.5,0.2"
             ))
         };
-        let numbers: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse::<f64>()).collect();
-        let (offset_s, sigma_s) = match numbers.map_err(|_| wrong())?[..] {
+        let (offset_s, sigma_s) = match numbers(text).ok_or_else(wrong)?[..] {
             [offset] => (offset, SIGMA_S),
             [offset, sigma] => (offset, sigma),
             _ => return Err(wrong()),

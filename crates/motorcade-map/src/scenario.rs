@@ -106,12 +106,12 @@ impl Scenario {
 
 /// The car with the camera: its axes are those of the road under it.
 fn own(placed: &Placed<'_>, height_m: f64) -> Actor {
-    let frames: &RecordedRun = placed.run;
-    let start_ns = frames.frames.first().map_or(0, |f| f.timestamp_ns);
+    let run: &RecordedRun = placed.run;
+    let start_ns = run.frames.first().map_or(0, |f| f.timestamp_ns);
     let mut own = Actor { name: "ego".into(), category: "car", size_m: OWN_SIZE_M, poses: Vec::new() };
     let ahead = CAMERA_SHARE * own.wheelbase_m();
     let down = Vector3::new(0.0, 0.0, height_m);
-    own.poses = frames
+    own.poses = run
         .frames
         .iter()
         .filter_map(|frame| {

@@ -143,6 +143,16 @@ def test_inputs_and_results_on_object_storage(cluster, manifest, single, bucket,
     assert store.exists("fleet/out/manifest.done.parquet")
 
 
+def test_a_run_of_somebody_else_is_not_replaced(manifest, tmp_path):
+    job = _manifest.read(str(manifest), {})[0]
+    record = tmp_path / "runs" / job.id / "run.json"
+    record.parent.mkdir(parents=True)
+    record.write_text("mine")
+    line = _drive.execute(job, str(tmp_path), 1)
+    assert line["status"] == "failed" and "choose another out" in line["message"]
+    assert record.read_text() == "mine" and not (tmp_path / "done").exists()
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [

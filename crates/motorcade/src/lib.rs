@@ -68,7 +68,9 @@ pub use motorcade_vehicles::{TrackerOptions, TrafficSide, VehicleOptions};
 pub use output::{RunContext, write_run, write_run_and};
 pub use progress::{NoProgress, Progress};
 pub use record::{FrameInfo, FrontEndRecord, FrontEndView};
-pub use recorded::{RecordedFrame, RecordedInput, RecordedRun, RecordedState, RecordedVehicle, RunRecord};
+pub use recorded::{
+    RecordedCounters, RecordedFrame, RecordedInput, RecordedRun, RecordedState, RecordedVehicle, RunRecord,
+};
 pub use relative::relative_sigma_m;
 pub use result::RunResult;
 pub use run::{FrameCallback, push_sequence, survey_sequence};

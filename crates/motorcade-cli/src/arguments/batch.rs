@@ -73,7 +73,6 @@ pub struct BatchArguments {
     #[arg(long = "set", value_name = "STAGE.KEY=VALUE")]
     pub set: Vec<String>,
     /// Tables of each run as Parquet too, of rows that say nothing about it; `motorcade tables` joins them.
-    #[cfg(feature = "parquet")]
     #[arg(long)]
     pub parquet: bool,
     /// Form of the progress on stderr.

@@ -28,8 +28,8 @@ pub struct ExportArguments {
     /// GPS track of the drive: .gpx, .nmea, or .csv with columns time, latitude, longitude and optionally altitude, sigma_m.
     #[arg(long, value_name = "FILE")]
     pub track: Option<PathBuf>,
-    /// What is added to the run's times to get those of the track, in seconds, and its standard deviation (2 s without one); looked
-    /// for without it.
+    /// Offset from the run's clock to that of the track in seconds, and its standard deviation (2 s by default). Without this option
+    /// the offset is estimated from the track alone.
     #[arg(long, value_name = "SECONDS[,SIGMA]", requires = "track", allow_hyphen_values = true)]
     pub clock_offset: Option<ClockOffset>,
     /// Replace an earlier export in --out; only files that its export.json lists are removed.

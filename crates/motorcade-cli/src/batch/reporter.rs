@@ -1,6 +1,5 @@
 //! Progress over all drives of a batch, and the answer to Ctrl-C.
 
-use std::io::IsTerminal;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -10,6 +9,7 @@ use motorcade_fleet::{Event, Monitor, Outcome, Stop};
 
 use crate::arguments::ProgressKind;
 use crate::exit::eprint;
+use crate::progress::kind_and_bar;
 
 /// Progress for a terminal, a log or a program.
 pub struct BatchReporter {
@@ -29,12 +29,7 @@ struct Counts {
 impl BatchReporter {
     /// Sets up the kind asked for and listens to Ctrl-C.
     pub fn new(kind: ProgressKind) -> Self {
-        let kind = match kind {
-            ProgressKind::Auto if std::io::stderr().is_terminal() => ProgressKind::Auto,
-            ProgressKind::Auto => ProgressKind::Plain,
-            other => other,
-        };
-        let bar = if kind == ProgressKind::Auto { ProgressBar::new(0) } else { ProgressBar::hidden() };
+        let (kind, bar) = kind_and_bar(kind);
         let interrupts = Arc::new(AtomicUsize::new(0));
         let count = Arc::clone(&interrupts);
         // A second handler (tests in one process) is refused.

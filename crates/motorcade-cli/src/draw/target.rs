@@ -103,7 +103,10 @@ pub fn write_pictures(
 }
 
 /// Checks that nothing is in the way of a file.
-fn free(path: &Path, force: bool) -> anyhow::Result<()> {
+///
+/// # Errors
+/// Something that is there already, unless `force`.
+pub fn free(path: &Path, force: bool) -> anyhow::Result<()> {
     if path.symlink_metadata().is_ok() && !force {
         let advice = "choose another place or add --force to replace it";
         return Err(motorcade::Error::Config(format!("{} is already there; {advice}", path.display())).into());

@@ -1,50 +1,11 @@
 //! Columns of the table.
 
+use motorcade_tables::{Column, Table, Values};
+
 use crate::drive::Drive;
 use crate::options::Options;
 use crate::outcome::Outcome;
 use crate::run_record::Results;
-
-/// The columns, all of one length.
-pub(super) type Table = Vec<Column>;
-
-/// A column.
-pub(super) struct Column {
-    /// Name.
-    pub name: &'static str,
-    /// Unit, empty where there is none.
-    #[cfg_attr(not(feature = "parquet"), allow(dead_code, reason = "CSV has names alone"))]
-    pub unit: &'static str,
-    /// What the values are.
-    #[cfg_attr(not(feature = "parquet"), allow(dead_code, reason = "CSV has names alone"))]
-    pub description: &'static str,
-    /// The values.
-    pub values: Values,
-}
-
-/// Values of a column.
-pub(super) enum Values {
-    /// Numbers.
-    F64(Vec<Option<f64>>),
-    /// Whole numbers.
-    I64(Vec<Option<i64>>),
-    /// Whole numbers from 0.
-    U64(Vec<Option<u64>>),
-    /// Text.
-    Text(Vec<Option<String>>),
-}
-
-impl Values {
-    /// Number of values.
-    pub(super) fn len(&self) -> usize {
-        match self {
-            Self::F64(v) => v.len(),
-            Self::I64(v) => v.len(),
-            Self::U64(v) => v.len(),
-            Self::Text(v) => v.len(),
-        }
-    }
-}
 
 /// The table, drives in their order.
 pub(super) fn table(drives: &[(&Drive, Outcome)], options: &Options) -> Table {
@@ -63,12 +24,12 @@ pub(super) fn table(drives: &[(&Drive, Outcome)], options: &Options) -> Table {
     let code = drives.iter().map(|(_, o)| o.exit_code.map(i64::from)).collect();
     let attempts = drives.iter().map(|(_, o)| Some(u64::from(o.attempts))).collect();
     let some = |value: String| Some(value).filter(|value| !value.is_empty());
-    vec![
+    let columns = vec![
         column("id", "", "Name of the drive", text(&|drive, _| Some(drive.id.clone()))),
-        column("status", "", "How the drive stands", text(&|_, o| Some(o.status.to_string()))),
+        column("status", "", "Status of the drive", text(&|_, o| Some(o.status.to_string()))),
         column("exit_code", "", "Exit code of the last attempt; none after a signal", Values::I64(code)),
         column("attempts", "", "Attempts at this row", Values::U64(attempts)),
-        column("message", "", "Why there are no results", text(&|_, o| some(o.message.clone()))),
+        column("message", "", "Reason why there are no results", text(&|_, o| some(o.message.clone()))),
         column(
             "warnings",
             "",
@@ -76,7 +37,7 @@ pub(super) fn table(drives: &[(&Drive, Outcome)], options: &Options) -> Table {
             text(&|_, o| some(o.results.as_ref()?.warnings.join(" | "))),
         ),
         column("frames", "", "Frames of the run", count(&|r| r.frames)),
-        column("length_m", "m", "Way driven", of(&|r| r.length_m)),
+        column("length_m", "m", "Distance driven", of(&|r| r.length_m)),
         column("duration_s", "s", "From the first to the last frame", of(&|r| r.duration_s)),
         column("vehicles", "", "Vehicles found", count(&|r| r.vehicles)),
         column("wall_s", "s", "Time of the last attempt", number(&|o| (o.attempts > 0).then_some(o.wall_s))),
@@ -94,9 +55,10 @@ pub(super) fn table(drives: &[(&Drive, Outcome)], options: &Options) -> Table {
             "Directory of the results",
             text(&|drive, o| o.results.as_ref().map(|_| output(&drive.id))),
         ),
-    ]
+    ];
+    Table { name: "drives".into(), description: "One row a drive of a batch".into(), columns }
 }
 
-fn column(name: &'static str, unit: &'static str, description: &'static str, values: Values) -> Column {
-    Column { name, unit, description, values }
+fn column(name: &str, unit: &str, description: &str, values: Values) -> Column {
+    Column { name: name.into(), unit: unit.into(), description: description.into(), values }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2x4, Matrix4, Vector2, Vector3};
 
-use super::{Alignment, Fit, Fix, Way, independent, turned};
+use super::{Alignment, Fit, Fix, LevelTrajectory, independent, turned};
 use crate::anchor::Anchor;
 use crate::geodesy::Geodetic;
 
@@ -13,13 +13,13 @@ const HALF_S: f64 = 0.25;
 /// bend at constant speed they cannot be told apart), those near in time counted as one, and the larger of what the file says and
 /// what the residuals show. The clock was known with the standard deviation `prior_s`.
 pub(super) fn with_deviations(
-    way: &Way,
+    trajectory: &LevelTrajectory,
     fixes: &[Fix],
     origin: &Geodetic,
     fit: &Fit,
     prior_s: f64,
 ) -> Alignment {
-    let at = |k: usize| way.at(fixes[k].time_s - fit.offset_s).unwrap_or_default();
+    let at = |k: usize| trajectory.at(fixes[k].time_s - fit.offset_s).unwrap_or_default();
     let sum: f64 = fit.weights.iter().sum();
     let mean = |of: &dyn Fn(usize) -> f64| {
         fit.used.iter().zip(&fit.weights).map(|(k, w)| w * of(*k)).sum::<f64>() / sum
@@ -29,7 +29,7 @@ pub(super) fn with_deviations(
     let one = mean(&|k| fixes[k].sigma).max(rms_m / 2_f64.sqrt());
     let mut information = Matrix4::zeros();
     for (k, w) in fit.used.iter().zip(&fit.weights) {
-        let rows = jacobian(way, &fixes[*k], fit);
+        let rows = jacobian(trajectory, &fixes[*k], fit);
         information += rows.transpose() * rows * (w / sum);
     }
     information *= independent(fixes, &fit.used) / (one * one);
@@ -52,10 +52,10 @@ pub(super) fn with_deviations(
 }
 
 /// Derivative of the place of the camera at the time of a fix by heading \[rad\], start \[m\] and clock offset \[s\].
-fn jacobian(way: &Way, fix: &Fix, fit: &Fit) -> Matrix2x4<f64> {
+fn jacobian(trajectory: &LevelTrajectory, fix: &Fix, fit: &Fit) -> Matrix2x4<f64> {
     let time_s = fix.time_s - fit.offset_s;
-    let at = way.at(time_s).unwrap_or_default().xy();
-    let (before, after) = (way.at(time_s - HALF_S), way.at(time_s + HALF_S));
+    let at = trajectory.at(time_s).unwrap_or_default().xy();
+    let (before, after) = (trajectory.at(time_s - HALF_S), trajectory.at(time_s + HALF_S));
     let velocity = before.zip(after).map_or_else(Vector2::zeros, |(a, b)| (b - a).xy() / (2.0 * HALF_S));
     let by_heading = turned(&at, fit.heading + std::f64::consts::FRAC_PI_2);
     let by_clock = -turned(&velocity, fit.heading);

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{CAMERA, camera, name, vehicle};
+use super::{CAMERA, camera, name, position_sigma_m, vehicle};
 use crate::anchor::Placed;
 use crate::geodesy::Geodetic;
 
@@ -11,10 +11,7 @@ use crate::geodesy::Geodetic;
 /// placing itself stand in `anchor`.
 pub fn geojson(placed: &Placed<'_>) -> String {
     let run = placed.run;
-    let sigma = run.frames.iter().map(|f| {
-        let c = &f.covariance;
-        (c[(3, 3)] + c[(4, 4)] + c[(5, 5)]).max(0.0).sqrt()
-    });
+    let sigma = run.frames.iter().map(position_sigma_m);
     let own = json!({"name": CAMERA, "kind": CAMERA, "sigma_m": sigma.map(round).collect::<Vec<_>>()});
     let mut features = vec![feature(placed, &camera(placed), own)];
     for v in &run.vehicles {

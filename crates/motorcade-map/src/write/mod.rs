@@ -13,7 +13,7 @@ pub use kml::kml;
 pub use oxts::oxts;
 pub use xosc::xosc;
 
-use motorcade::RecordedVehicle;
+use motorcade::{RecordedFrame, RecordedVehicle};
 
 use crate::anchor::Placed;
 use crate::geodesy::Geodetic;
@@ -23,6 +23,12 @@ const CAMERA: &str = "camera";
 
 fn name(vehicle: &RecordedVehicle) -> String {
     format!("{} {}", vehicle.class, vehicle.id)
+}
+
+/// Standard deviation of the position of the camera in the world of the run \[m\].
+fn position_sigma_m(frame: &RecordedFrame) -> f64 {
+    let c = &frame.covariance;
+    (c[(3, 3)] + c[(4, 4)] + c[(5, 5)]).max(0.0).sqrt()
 }
 
 /// Places of the camera, one a frame.

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use nalgebra::Vector3;
 
+use super::position_sigma_m;
 use crate::anchor::Placed;
 
 /// One line a frame with the 30 values of KITTI raw (Geiger et al., 2013), separated by spaces: latitude, longitude \[deg\], altitude
@@ -26,8 +27,7 @@ pub fn oxts(placed: &Placed<'_>) -> String {
         let velocity = if seconds > 0.0 { (point(b) - point(a)) / seconds } else { Vector3::zeros() };
         let level = Vector3::new(yaw.cos(), yaw.sin(), 0.0);
         let left = Vector3::new(-yaw.sin(), yaw.cos(), 0.0);
-        let c = &frame.covariance;
-        let sigma_m = (c[(3, 3)] + c[(4, 4)] + c[(5, 5)]).max(0.0).sqrt();
+        let sigma_m = position_sigma_m(frame);
         let values = [velocity.y, velocity.x, velocity.dot(&level), velocity.dot(&left), velocity.z];
         let _ = write!(
             out,

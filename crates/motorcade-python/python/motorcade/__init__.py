@@ -32,6 +32,7 @@ Errors: `Error` is the base of `SettingsError` (arguments and settings), `InputE
 programs) and `GraphError`. Warnings go to the logger `motorcade`. Ctrl-C stops within a frame.
 """
 
+# NumPy is imported by the functions that need it: it takes more time than all of this package.
 from ._camera import Camera
 from ._dataset import tables
 from ._detector import Detection, Detector

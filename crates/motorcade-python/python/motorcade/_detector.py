@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, NamedTuple, Protocol, Union
-
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Union
 
 from ._native import InputError, SettingsError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
 
 
 class Detection(NamedTuple):
@@ -60,6 +61,8 @@ def adapted(detector: Detector | None) -> tuple[Callable[[NDArray[np.uint8]], Li
 
 def lists(found: Any) -> Lists:
     """Boxes, classes and scores in any of the accepted forms as lists."""
+    import numpy as np
+
     try:
         if isinstance(found, Detection):
             found = [found]
@@ -80,6 +83,8 @@ def lists(found: Any) -> Lists:
 
 
 def _of_array(found: NDArray[Any]) -> tuple[Any, list[str], Any]:
+    import numpy as np
+
     if found.size == 0:
         return np.empty((0, 4)), [], []
     if found.ndim != 2 or found.shape[1] not in (4, 5):
@@ -89,6 +94,8 @@ def _of_array(found: NDArray[Any]) -> tuple[Any, list[str], Any]:
 
 
 def _detection(one: Any) -> Detection:
+    import numpy as np
+
     if isinstance(one, Detection):
         return one
     if np.ndim(one[0]) == 0:

@@ -9,17 +9,16 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
 from . import _native, _tables, _vehicle
 from ._camera import Camera
 from ._vehicle import Vehicle
 
 if TYPE_CHECKING:
+    import numpy as np
     import pandas
     import polars
     import pyarrow
+    from numpy.typing import NDArray
 
 T = TypeVar("T")
 
@@ -90,6 +89,8 @@ class Drive:
     @property
     def times_s(self) -> NDArray[np.float64]:
         """Times [s]; shape [n]."""
+        import numpy as np
+
         return np.asarray(self.times_ns, dtype=np.float64) * 1e-9
 
     @property
@@ -111,6 +112,8 @@ class Drive:
     @property
     def tracked_share(self) -> float:
         """Share of frames whose pose was tracked or stood."""
+        import numpy as np
+
         if len(self) == 0:
             return 0.0
         return float(np.isin(self.status, ["tracked", "standstill"]).mean())

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +64,8 @@ class Estimate:
 
     def camera_from_vehicle(self, vehicle: VehicleEstimate) -> NDArray[np.float64]:
         """Pose of a vehicle in the camera [m]; shape [4, 4]."""
+        import numpy as np
+
         pose: NDArray[np.float64] = np.linalg.inv(self.pose) @ vehicle.pose
         return pose
 

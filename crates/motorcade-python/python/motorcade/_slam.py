@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Literal
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any, Literal
 
 from . import _drive, _estimate, _native, _progress, _settings
 from ._camera import CameraArgument, camera_of
 from ._detector import Detector, adapted
 from ._drive import Drive
 from ._estimate import Estimate
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 
 class Motorcade:
@@ -127,6 +128,8 @@ class Motorcade:
 
 
 def _mask(ignore: NDArray[Any] | None) -> NDArray[np.uint8] | None:
+    import numpy as np
+
     if ignore is None:
         return None
     mask = np.asarray(ignore)

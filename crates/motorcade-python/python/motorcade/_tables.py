@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import csv
 import io
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 Table = dict[str, "NDArray[Any]"]
 """Columns by name, in the order of the file."""
@@ -25,6 +26,8 @@ def parsed(content: bytes) -> Table:
 
 
 def _column(name: str, texts: list[str]) -> NDArray[Any]:
+    import numpy as np
+
     if name in _TEXT:
         return np.array(texts, dtype=str)
     if name in _TRUTH:

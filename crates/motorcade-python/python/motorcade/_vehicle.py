@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +65,8 @@ class Vehicle:
 
 def from_native(data: dict[str, Any], tracks: dict[str, NDArray[Any]]) -> Vehicle:
     """A vehicle of what the native part gives and of its rows in tracks.csv."""
+    import numpy as np
+
     own = {name: column[tracks["id"] == data["id"]] for name, column in tracks.items()}
     sizes = [own[f"sigma_{side}_m"][:1] for side in ("length", "width", "height")]
     return Vehicle(
@@ -87,6 +90,8 @@ def from_native(data: dict[str, Any], tracks: dict[str, NDArray[Any]]) -> Vehicl
 
 
 def _known_variances(own: dict[str, NDArray[Any]]) -> NDArray[np.float64]:
+    import numpy as np
+
     out = np.full((len(own["frame"]), 6, 6), np.nan)
     names = ("sigma_heading_rad", "sigma_forward_m", "sigma_left_m", "sigma_up_m")
     for k, name in zip((2, 3, 4, 5), names):

@@ -8,7 +8,7 @@ mod vehicles;
 use std::path::Path;
 
 pub use frames::RecordedFrame;
-pub use record::{RecordedInput, RunRecord};
+pub use record::{RecordedCounters, RecordedInput, RunRecord};
 pub use vehicles::{RecordedState, RecordedVehicle};
 
 use crate::error::Result;

@@ -26,8 +26,20 @@ pub struct RunRecord {
     pub length_m: Option<f64>,
     /// Messages for the user.
     pub warnings: Vec<String>,
+    /// Numbers of what it holds.
+    pub counters: RecordedCounters,
     /// The input.
     pub input: RecordedInput,
+}
+
+/// Numbers of what a run holds.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(default)]
+pub struct RecordedCounters {
+    /// Frames.
+    pub frames: u64,
+    /// Vehicles.
+    pub vehicles: u64,
 }
 
 /// The input of a run.
@@ -40,6 +52,8 @@ pub struct RecordedInput {
     pub sequence: Option<String>,
     /// Camera of a KITTI rig.
     pub camera: Option<u8>,
+    /// From the first to the last selected frame \[s\].
+    pub duration_s: Option<f64>,
     /// First and last selected number.
     pub numbers: Option<(u64, u64)>,
     /// Width of the frames \[px\].

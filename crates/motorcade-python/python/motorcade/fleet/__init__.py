@@ -8,7 +8,7 @@ and results are local or at URLs that fsspec knows; inputs are copied to the dis
 
 - `runs/<id>/`: the files of the run, as `Drive.save` writes them;
 - `frames/date=<date>/<id>.parquet`, `tracks/date=<date>/<id>.parquet`: two datasets of all drives;
-- `done/<id>.json`: the drive's line, written last;
+- `done/<id>.json`: the drive's line, `begun` at first and whole when all else is there;
 - `manifest.done.parquet`: all lines.
 
 A drive whose worker or node dies runs again elsewhere. Drives that are done are left alone when the same command runs again.

@@ -24,8 +24,12 @@ def execute(job: Job, out: str, threads: int) -> dict[str, Any]:
     if before is not None and before.get("key") == job.key and before.get("status") == "done":
         return dict(before)
     start = time.monotonic()
+    line: dict[str, Any] = {"id": job.id, "date": job.date, "key": job.key}
+    if before is None and place.exists(f"runs/{job.id}/run.json"):
+        return line | {"status": "failed", "message": f"{out}/runs/{job.id} holds a run that no fleet made; choose another out"}
     with tempfile.TemporaryDirectory(prefix="motorcade-") as folder:
-        line: dict[str, Any] = {"id": job.id, "date": job.date, "key": job.key}
+        # From here on the results there are this fleet's own, which a later attempt may replace.
+        place.put_json(line | {"status": "begun"}, f"done/{job.id}.json", folder)
         try:
             drive = motorcade.run(threads=threads, **_arguments(job, folder))
         except (motorcade.InputError, motorcade.SettingsError) as error:

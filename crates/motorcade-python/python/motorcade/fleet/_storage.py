@@ -48,6 +48,10 @@ class Place:
             json.dump(value, file)
         self.put(local, name)
 
+    def exists(self, name: str) -> bool:
+        """True when it has a file of this name."""
+        return bool(self.fs.exists(self.path(name)))
+
     def get_json(self, name: str) -> Any | None:
         """A value that was written; None where there is none that reads."""
         try:
