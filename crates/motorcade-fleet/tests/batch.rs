@@ -14,13 +14,16 @@ use tempfile::TempDir;
 #[derive(Default)]
 struct Listener {
     started: Mutex<Vec<String>>,
+    waited_for: Mutex<Vec<String>>,
     stop_at: Option<PathBuf>,
 }
 
 impl Monitor for Listener {
     fn tell(&self, event: &Event<'_>) {
-        if let Event::Started { id, .. } = event {
-            self.started.lock().unwrap().push((*id).to_owned());
+        match event {
+            Event::Started { id, .. } => self.started.lock().unwrap().push((*id).to_owned()),
+            Event::Waiting { id } => self.waited_for.lock().unwrap().push((*id).to_owned()),
+            _ => {}
         }
     }
     fn stop(&self) -> Stop {
@@ -216,6 +219,24 @@ fn a_stopped_batch_goes_on_where_it_was() {
     let report = fleet.run();
     assert_eq!(report.exit_code(), 0);
     assert_eq!((fleet.calls("a").len(), fleet.calls("b").len(), fleet.calls("c").len()), (1, 2, 1));
+}
+
+#[test]
+fn a_process_that_outlives_its_batch_is_waited_for() {
+    // The first attempt is killed and leaves a process behind that still writes.
+    let outlived = "[ $attempt = 1 ] && { (sleep 1; echo end >\"$input.ended\") & kill -9 $$; }\n\
+                    test -s \"$input.ended\" && results f1";
+    let fleet = Fleet::new(&[("a", outlived)]);
+    let once = Options { retries: 0, ..fleet.options() };
+    assert_eq!(fleet.run_with(&once, &Listener::default()).count(Status::Failed), 1);
+    // A batch that is told to stop meanwhile does not begin the drive.
+    let stopped = Listener { stop_at: Some(fleet.at("a.calls")), ..Listener::default() };
+    assert_eq!(fleet.run_with(&once, &stopped).exit_code(), 130);
+    let listener = Listener::default();
+    let report = fleet.run_with(&once, &listener);
+    assert_eq!(*listener.waited_for.lock().unwrap(), ["a"]);
+    assert_eq!(statuses(&report), [("a", Status::Done)]);
+    assert_eq!(fleet.calls("a").len(), 2);
 }
 
 #[test]
