@@ -9,6 +9,7 @@ and Python blocks, option names, settings and their defaults; after that: every 
 import argparse
 import csv
 import json
+import math
 import os
 import re
 import shutil
@@ -251,7 +252,17 @@ def prepare(folder, program):
     shutil.copy(training / "detections" / "0000.txt", folder / "boxes.txt")
     listed = re.search(r"^```text\n(id,.*?)^```", (BOOK / "fleet.md").read_text(), re.MULTILINE | re.DOTALL)
     (folder / "drives.csv").write_text(listed[1])
+    (folder / "speed.csv").write_text(speeds((training / "gt_poses" / "0000.txt").read_text()))
     (folder / "track.gpx").write_text(gpx((training / "gt_poses" / "0000.txt").read_text()))
+
+
+def speeds(poses):
+    """The speed over every half second of the drive, in whole km/h."""
+    step = int(FPS / 2)
+    places = [(float(v[3]), float(v[11])) for v in map(str.split, poses.splitlines()[::step])]
+    ways = [math.dist(a, b) for a, b in zip(places, places[1:])]
+    rows = [f"{(k + 0.5) * step / FPS:.2f},{way * 3.6 * FPS / step:.0f}" for k, way in enumerate(ways)]
+    return "time,speed_kmh\n" + "\n".join(rows) + "\n"
 
 
 def gpx(poses):

@@ -127,6 +127,13 @@ for stride in (2, 3):
 own = judge(run("0005-own", tracking, "--sequence", "0005", "--camera", 3), tracking, "0005", 3, 0)
 check("tracking 0005, own network", "ego ATE, SE(3)-aligned [m]", own["ego"]["ate_se3_m"], most=0.5)
 check("tracking 0005, own network", "vehicle coverage", own["vehicles_mean"]["coverage"], least=0.9)
+# Metres by other sensors where nothing is known of the height.
+sensors = out / "0005-sensors"
+subprocess.check_call([sys.executable, pathlib.Path(__file__).parent / "sensors_from_truth.py", tracking / "gt_poses/0005.txt", sensors])
+for option, file, most in (("--speed", "speed.csv", 0.02), ("--gps", "gps.csv", 0.03)):
+    arguments = (tracking, "--sequence", "0005", "--camera", 3, "--detections", out / "0005-own/detections.txt", "--height", "auto", option, sensors / file)
+    found = judge(run(f"0005{option}", *arguments), tracking, "0005", 3, 0)["ego"]["best_scale"]
+    check(f"tracking 0005, {option}", "error of scale", abs(found - 1), most=most)
 
 # Other roads and cameras: lengths against the dashes of the lane, the height known and found by cars.
 roads = options.shared / "roads"

@@ -14,7 +14,7 @@ mod tables;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use motorcade_dataset::{Format, FrameRange};
+use motorcade_dataset::{ClockOffset, Format, FrameRange};
 
 pub use self::ablate::{AblateArguments, AblateCommand};
 pub use self::batch::BatchArguments;
@@ -224,6 +224,18 @@ pub struct RunArguments {
     /// (1.65).
     #[arg(long, value_name = "METRES|auto", allow_negative_numbers = true)]
     pub height: Option<CameraHeight>,
+    /// Speeds of the car: a CSV file with the columns time (seconds, or RFC 3339), speed_mps, speed_kmh or speed_mph, and optionally
+    /// sigma_mps. With --height they correct each other, with --height auto they give the metres.
+    #[arg(long, value_name = "FILE", group = "distances", conflicts_with = "online")]
+    pub speed: Option<PathBuf>,
+    /// GPS track of the drive: .gpx, .nmea, or .csv with columns time, latitude, longitude and optionally altitude, sigma_m. It serves
+    /// as --speed does.
+    #[arg(long, value_name = "FILE", group = "distances", conflicts_with = "online")]
+    pub gps: Option<PathBuf>,
+    /// Offset in seconds from the clock of the frames (0 at the start of a video) to that of --speed or --gps, and its standard
+    /// deviation (2 s by default); it is then refined. 0 ± 1 s without this option.
+    #[arg(long, value_name = "SECONDS[,SIGMA]", allow_hyphen_values = true, requires = "distances")]
+    pub clock_offset: Option<ClockOffset>,
     /// Folder of ONNX networks, or `none`; the networks inside the program by default.
     #[arg(long, env = "MOTORCADE_MODELS")]
     pub models: Option<PathBuf>,

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use motorcade::output::{OutputDirectory, io_error};
 use motorcade::{Error, RecordedRun, RunRecord};
-use motorcade_map::{Alignment, Anchor, Geodetic, Placed, Scenario, Track, align};
+use motorcade_dataset::{Geodetic, GpsTrack};
+use motorcade_map::{Alignment, Anchor, Placed, Scenario, align};
 
 use crate::arguments::ExportArguments;
 use crate::drive::command_line;
@@ -43,7 +44,7 @@ pub fn export(arguments: &ExportArguments) -> anyhow::Result<u8> {
 
 fn find(arguments: &ExportArguments, run: &RecordedRun) -> anyhow::Result<Found> {
     if let Some(path) = &arguments.track {
-        let alignment = align(run, &Track::read(path)?, arguments.clock_offset)?;
+        let alignment = align(run, &GpsTrack::read(path)?, arguments.clock_offset)?;
         return Ok(Found { anchor: alignment.anchor, alignment: Some(alignment), on_earth: true });
     }
     let nowhere = Anchor {

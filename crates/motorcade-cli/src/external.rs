@@ -1,4 +1,4 @@
-//! Inputs from files in place of stages, or as help for them: `--trajectory`, `--vehicle-poses`, `--keypoints`.
+//! Inputs from files in place of stages, or as help for them: `--trajectory`, `--speed`, `--gps`, `--vehicle-poses`, `--keypoints`.
 
 use motorcade::{External, ExternalFiles};
 
@@ -9,6 +9,9 @@ pub fn read(arguments: &RunArguments, numbers: &[u64], timestamps_ns: &[i64]) ->
     let files = ExternalFiles {
         trajectory: arguments.trajectory.clone(),
         metric: arguments.trajectory_scale == TrajectoryScale::Metric,
+        speed: arguments.speed.clone(),
+        gps: arguments.gps.clone(),
+        clock_offset: arguments.clock_offset,
         vehicle_poses: arguments.vehicle_poses.clone(),
         keypoints: arguments.keypoints.clone(),
         shape_prior: arguments.shape_prior.clone(),

@@ -58,6 +58,13 @@ pub fn fingerprint(
     if arguments.parquet {
         hash.add(b"parquet");
     }
+    for (name, path) in [("speed", &arguments.speed), ("gps", &arguments.gps)] {
+        if let Some(path) = path {
+            hash.add(name.as_bytes());
+            hash.add_path(path);
+            hash.add(format!("{:?}", arguments.clock_offset).as_bytes());
+        }
+    }
     let files = [
         &arguments.models,
         &arguments.detections,

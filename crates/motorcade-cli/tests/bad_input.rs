@@ -82,6 +82,25 @@ fn a_detection_with_a_wrong_column() {
 }
 
 #[test]
+fn speeds_and_tracks_that_do_not_fit() {
+    let folder = drive(3);
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    write("speed.csv", "time,speed_kmh\n0,36\n1,fast\n");
+    run(folder.path(), "--speed speed.csv").expect(3, &["speed.csv:3", "fast"]);
+    write("speed.csv", "time,speed_kmh\n1000,36\n1001,36\n1002,36\n");
+    run(folder.path(), "--speed speed.csv").expect(3, &["no time in common", "--clock-offset"]);
+    write("track.csv", "time,latitude,longitude\n0,49,8\n1,49,8\n");
+    run(folder.path(), "--gps track.csv").expect(3, &["track.csv", "no distance"]);
+    run(folder.path(), "--gps track.csv --speed speed.csv").expect(1, &["--gps", "--speed"]);
+    run(folder.path(), "--gps track.csv --online").expect(1, &["--gps", "--online"]);
+    run(folder.path(), "--gps track.csv --clock-offset soon").expect(1, &["--clock-offset", "soon"]);
+    run(folder.path(), "--clock-offset 1").expect(1, &["--clock-offset"]);
+    write("speed.csv", "time,speed_kmh\n0,36\n1,36\n2,36\n");
+    run(folder.path(), "--speed speed.csv --preset paper").expect(1, &["scale.smoothed"]);
+    nothing_written(folder.path());
+}
+
+#[test]
 fn an_unknown_setting_names_the_nearest() {
     let folder = drive(3);
     run(folder.path(), "--set road.far_hights=12").expect(1, &["far_hights", "`far_heights`"]);

@@ -38,6 +38,16 @@ pub enum Error {
         /// Found content.
         found: String,
     },
+    /// A place in a text file that is wrong.
+    #[error("{path}:{line}: {problem}", path = .path.display())]
+    AtLine {
+        /// The file.
+        path: PathBuf,
+        /// Its line, counted from 1.
+        line: usize,
+        /// What was expected.
+        problem: String,
+    },
     /// Two sizes that must be equal differ.
     #[error("{path}: {what} is {found_width}x{found_height} but {against} is {width}x{height}; {advice}", path = .path.display())]
     Size {
@@ -79,7 +89,7 @@ impl Error {
                 io::ErrorKind::OutOfMemory | io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => 5,
                 _ => 3,
             },
-            Self::Input { .. } | Self::Line { .. } | Self::Size { .. } => 3,
+            Self::Input { .. } | Self::Line { .. } | Self::AtLine { .. } | Self::Size { .. } => 3,
             Self::Program { .. } => 5,
         }
     }

@@ -13,6 +13,11 @@ pub const LARGEST: f64 = 1e12;
 /// Latest time of a file \[s\], counted from 1970 in the year 2096: differences of times in nanoseconds fit into an i64.
 const LATEST_S: i64 = 4_000_000_000;
 
+/// Numbers separated by commas, as options have them; `None` where a part is no number.
+pub fn numbers(text: &str) -> Option<Vec<f64>> {
+    text.split(',').map(|part| part.trim().parse().ok()).collect()
+}
+
 /// A whole text file in memory.
 pub struct TextFile {
     path: PathBuf,

@@ -38,9 +38,12 @@ const fn column(name: &'static str, option: &'static str, kind: Kind) -> Column 
     Column { name, option, kind }
 }
 
-const OPTIONS: [Column; 23] = [
+const OPTIONS: [Column; 26] = [
     column("calibration", "calibration", Kind::Path),
     column("height", "height", Kind::Height),
+    column("speed", "speed", Kind::Path),
+    column("gps", "gps", Kind::Path),
+    column("clock_offset", "clock-offset", Kind::Text),
     column("sequence", "sequence", Kind::Text),
     column("camera", "camera", Kind::Whole),
     column("frames", "frames", Kind::Text),

@@ -3,13 +3,11 @@
 mod deviations;
 
 use motorcade::RecordedRun;
+use motorcade_dataset::{ClockOffset, Geodetic, GpsTrack, TrackPoint};
 use nalgebra::{Vector2, Vector3};
 
 use crate::anchor::{Anchor, level_axes};
-use crate::clock::ClockOffset;
 use crate::error::Error;
-use crate::geodesy::Geodetic;
-use crate::track::Track;
 
 /// Largest standard deviation of the heading that is a result \[deg\].
 const MOST_HEADING_SIGMA_DEG: f64 = 15.0;
@@ -63,7 +61,7 @@ struct Fit {
 ///
 /// # Errors
 /// A track that does not overlap, or a drive too short or slow for its heading to be told.
-pub fn align(run: &RecordedRun, track: &Track, known: Option<ClockOffset>) -> Result<Alignment, Error> {
+pub fn align(run: &RecordedRun, track: &GpsTrack, known: Option<ClockOffset>) -> Result<Alignment, Error> {
     let wrong = |problem: String| Error::Alignment(problem);
     let origin = track.points.first().ok_or_else(|| wrong("the track is empty".into()))?.at;
     let fixes: Vec<Fix> = track.points.iter().map(|p| fix(&origin, p)).collect();
@@ -84,7 +82,7 @@ pub fn align(run: &RecordedRun, track: &Track, known: Option<ClockOffset>) -> Re
     Ok(result)
 }
 
-fn fix(origin: &Geodetic, point: &crate::track::TrackPoint) -> Fix {
+fn fix(origin: &Geodetic, point: &TrackPoint) -> Fix {
     let local = origin.local(&point.at);
     Fix { time_s: point.time_s, at: local.xy(), up: local.z, sigma: point.sigma_m }
 }

@@ -1,11 +1,12 @@
 //! The place of a run on the map.
 
 use motorcade::RecordedRun;
+use motorcade_dataset::Geodetic;
+use motorcade_dataset::text::numbers;
 use motorcade_geometry::{Pose, World};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::error::Error;
-use crate::geodesy::Geodetic;
 
 /// Where the first camera is and where it looks.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,11 +43,6 @@ impl std::str::FromStr for Anchor {
         }
         Ok(Self { start, heading_deg, sigma: None, clock_offset_s: None })
     }
-}
-
-/// Numbers separated by commas.
-pub(crate) fn numbers(text: &str) -> Option<Vec<f64>> {
-    text.split(',').map(|part| part.trim().parse().ok()).collect()
 }
 
 /// A run with its place on the map.

@@ -6,18 +6,12 @@
 
 mod align;
 mod anchor;
-mod clock;
 mod error;
-mod geodesy;
 mod scenario;
-mod track;
 mod write;
 
 pub use align::{Alignment, align};
 pub use anchor::{Anchor, Placed};
-pub use clock::ClockOffset;
 pub use error::Error;
-pub use geodesy::Geodetic;
 pub use scenario::Scenario;
-pub use track::{Track, TrackPoint};
 pub use write::{geojson, gpx, kml, oxts, xosc};

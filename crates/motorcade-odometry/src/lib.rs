@@ -51,7 +51,9 @@ pub use road::{
     HeightOptions, PlaneTrackingOptions, ProfileOptions, RoadCurvature, RoadEstimate, RoadInput,
     RoadMeasurement, RoadOptions, RoadPlane, RoadState, RoadTracker, ScaleAverage, road_normal,
 };
-pub use scale::{EgoFrame, EgoTrajectory, MetricOptions, NoiseModel, SmootherOptions, Uncertainty};
+pub use scale::{
+    EgoFrame, EgoTrajectory, MetricOptions, NoiseModel, ScaleMeasurement, SmootherOptions, Uncertainty,
+};
 pub use tracking::{
     AdvancedKltOptions, CornerOptions, KltOptions, Pyramid, PyramidLevel, Request, StaticMask, detect, track,
     track_checked,

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use motorcade::{ExternalFiles, Motorcade, RunContext, push_sequence, survey_sequence};
-use motorcade_dataset::{Sequence, SequenceOptions};
+use motorcade_dataset::{ClockOffset, Sequence, SequenceOptions};
 use motorcade_perception::{KeptObservations, ModelOptions, ModelSource, Perception, PerceptionOptions};
 use motorcade_viewer::Pictures;
 use pyo3::prelude::*;
@@ -35,6 +35,10 @@ pub struct RunArguments {
     road_masks: Option<PathBuf>,
     trajectory: Option<PathBuf>,
     metric: bool,
+    speed: Option<PathBuf>,
+    gps: Option<PathBuf>,
+    /// Seconds and their standard deviation.
+    clock_offset: Option<(f64, f64)>,
     vehicle_poses: Vec<PathBuf>,
     keypoints: Option<PathBuf>,
     shape_prior: Option<PathBuf>,
@@ -141,6 +145,9 @@ impl RunArguments {
         ExternalFiles {
             trajectory: self.trajectory.clone(),
             metric: self.metric,
+            speed: self.speed.clone(),
+            gps: self.gps.clone(),
+            clock_offset: self.clock_offset.map(|(offset_s, sigma_s)| ClockOffset { offset_s, sigma_s }),
             vehicle_poses: self.vehicle_poses.clone(),
             keypoints: self.keypoints.clone(),
             shape_prior: self.shape_prior.clone(),

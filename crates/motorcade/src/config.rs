@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use crate::error::{Error, Result};
-use crate::estimator_options::{OnlineOptions, UnitOptions, VehicleHeightOptions};
+use crate::estimator_options::{DistanceOptions, OnlineOptions, UnitOptions, VehicleHeightOptions};
 
 /// Ready-made configurations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -82,6 +82,8 @@ pub struct ScaleOptions {
     pub unit: UnitOptions,
     /// Height of the camera by vehicles.
     pub height: VehicleHeightOptions,
+    /// Distances by another sensor.
+    pub distances: DistanceOptions,
     /// Settings that rarely need a change.
     pub advanced: MetricOptions,
 }
@@ -96,6 +98,7 @@ impl Default for ScaleOptions {
             matching: AdvancedClosedFormOptions::default(),
             unit: UnitOptions::default(),
             height: VehicleHeightOptions::default(),
+            distances: DistanceOptions::default(),
             advanced: MetricOptions::default(),
         }
     }

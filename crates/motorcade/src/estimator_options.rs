@@ -100,3 +100,34 @@ impl Default for VehicleHeightOptions {
         }
     }
 }
+
+/// Metres by distances of another sensor (speeds, GPS), beside the height of the camera.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct DistanceOptions {
+    /// Relative error that all speeds of a record share, one standard deviation: worn and cold tyres, another size of wheel.
+    pub speed_sigma: f64,
+    /// The same of distances between fixes: errors that last for minutes cancel, slopes and bends leave a rest.
+    pub gps_sigma: f64,
+    /// Shorter distances are left out \[m\]: at walking pace a speed says little.
+    pub least_m: f64,
+    /// Distance of a GPS antenna from the camera \[m\]; it moves otherwise in bends.
+    pub lever_m: f64,
+    /// Scale of the Cauchy kernel [standard deviations]: fixes between houses.
+    pub kernel_sigmas: f64,
+    /// Deviation from the height that is reported [standard deviations].
+    pub disagreement_sigmas: f64,
+}
+
+impl Default for DistanceOptions {
+    fn default() -> Self {
+        Self {
+            speed_sigma: 0.02,
+            gps_sigma: 0.005,
+            least_m: 2.0,
+            lever_m: 1.5,
+            kernel_sigmas: 2.0,
+            disagreement_sigmas: 3.0,
+        }
+    }
+}

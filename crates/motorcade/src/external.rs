@@ -4,6 +4,7 @@ use motorcade_dataset::ExternalVehiclePose;
 use motorcade_perception::KeypointTable;
 use motorcade_shape::ShapePrior;
 
+use crate::distances::Distances;
 use crate::motion_source::ExternalTrajectory;
 
 /// Inputs from files in place of stages, or as help for them; all absent by default.
@@ -11,6 +12,8 @@ use crate::motion_source::ExternalTrajectory;
 pub struct External {
     /// In place of odometry.
     pub trajectory: Option<ExternalTrajectory>,
+    /// Beside the height of the camera.
+    pub distances: Option<Distances>,
     /// In place of vehicle localisation.
     pub vehicles: Option<Vec<ExternalVehiclePose>>,
     /// Keypoints of vehicles, by frame number.

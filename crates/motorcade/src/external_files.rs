@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
-use motorcade_dataset::{Trajectory, read_trajectory, read_vehicle_poses};
+use motorcade_dataset::{ClockOffset, Trajectory, read_trajectory, read_vehicle_poses};
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_perception::KeypointTable;
 use motorcade_shape::ShapePrior;
 
+use crate::distances::Distances;
 use crate::error::{Error, Result};
 use crate::external::External;
 use crate::motion_source::ExternalTrajectory;
@@ -18,6 +19,12 @@ pub struct ExternalFiles {
     pub trajectory: Option<PathBuf>,
     /// True when that trajectory is in metres.
     pub metric: bool,
+    /// Speeds of the car (CSV), beside the height of the camera.
+    pub speed: Option<PathBuf>,
+    /// GPS track (GPX, NMEA, CSV), beside the height of the camera.
+    pub gps: Option<PathBuf>,
+    /// Offset from the clock of the frames to that of `speed` or `gps`.
+    pub clock_offset: Option<ClockOffset>,
     /// Vehicle poses in place of vehicle localisation.
     pub vehicle_poses: Vec<PathBuf>,
     /// Keypoints of vehicles, by frame number.
@@ -30,7 +37,7 @@ impl ExternalFiles {
     /// Reads the files, fitted to the frames of a run with these numbers and times \[ns\].
     ///
     /// # Errors
-    /// A file that does not read; a trajectory without a pose for every frame.
+    /// A file that does not read; a trajectory without a pose for every frame; speeds or a track of another time; both of them.
     pub fn read(&self, numbers: &[u64], timestamps_ns: &[i64]) -> Result<External> {
         let trajectory = self.read_trajectory(numbers, timestamps_ns)?;
         let vehicles = match self.vehicle_poses.as_slice() {
@@ -39,10 +46,26 @@ impl ExternalFiles {
         };
         Ok(External {
             trajectory,
+            distances: self.read_distances(timestamps_ns)?,
             vehicles,
             keypoints: self.keypoints.as_deref().map(KeypointTable::read).transpose()?,
             shape_prior: self.shape_prior.as_deref().map(ShapePrior::read).transpose()?,
         })
+    }
+
+    fn read_distances(&self, timestamps_ns: &[i64]) -> Result<Option<Distances>> {
+        let (path, distances) = match (&self.speed, &self.gps) {
+            (None, None) => return Ok(None),
+            (Some(path), None) => (path, Distances::of_speeds(path, self.clock_offset)?),
+            (None, Some(path)) => (path, Distances::of_track(path, self.clock_offset)?),
+            (Some(_), Some(_)) => {
+                return Err(Error::Config("give either speeds or a GPS track, not both".to_owned()));
+            }
+        };
+        match distances.problem(timestamps_ns) {
+            Some(problem) => Err(Error::Input(format!("{}: {problem}", path.display()))),
+            None => Ok(Some(distances)),
+        }
     }
 
     fn read_trajectory(&self, numbers: &[u64], timestamps_ns: &[i64]) -> Result<Option<ExternalTrajectory>> {

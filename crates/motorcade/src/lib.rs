@@ -25,6 +25,7 @@
 mod assembly;
 mod config;
 mod config_text;
+mod distances;
 mod error;
 mod estimate;
 mod estimator;
@@ -52,10 +53,11 @@ mod speeds;
 mod timing;
 
 pub use config::{Config, Preset, RunOptions, ScaleOptions, VehicleMask};
+pub use distances::{DistanceSensor, Distances};
 pub use error::{Error, Result};
 pub use estimate::{Estimate, VehicleEstimate};
 pub use estimator::{SlidingEstimator, estimate_drive};
-pub use estimator_options::{OnlineOptions, UnitOptions, VehicleHeightOptions};
+pub use estimator_options::{DistanceOptions, OnlineOptions, UnitOptions, VehicleHeightOptions};
 pub use external::External;
 pub use external_files::ExternalFiles;
 pub use motion_source::ExternalTrajectory;

@@ -339,7 +339,8 @@ impl MotorcadeBuilder {
     /// Ready for the first frame.
     ///
     /// # Errors
-    /// No height, or one that no camera has; intrinsics that are none; a configuration out of range.
+    /// No height, or one that no camera has; intrinsics that are none; a configuration out of range; distances of another sensor
+    /// where metres are given.
     pub fn build(self) -> Result<Motorcade> {
         let Self { camera, height_m, height_unknown, config, external, perception, threads } = self;
         let height_m = height_m.filter(|h| HEIGHT_RANGE_M.contains(h)).ok_or_else(|| {
@@ -347,6 +348,14 @@ impl MotorcadeBuilder {
         })?;
         camera.validate().map_err(|e| Error::Config(e.to_string()))?;
         config.validate().map_err(Error::Config)?;
+        let in_metres = external.trajectory.as_ref().is_some_and(|trajectory| trajectory.metric);
+        if external.distances.is_some() && (in_metres || !config.scale.smoothed) {
+            return Err(Error::Config(
+                "speeds and GPS tracks help a scale that is smoothed over time: not a trajectory in metres, not scale.smoothed = false \
+                 (preset paper)"
+                    .to_owned(),
+            ));
+        }
         let settings = Settings { camera, height_m, height_unknown, config, external, threads };
         let mut front_end = FrontEnd::new(&settings);
         front_end.record_mut().detects_vehicles |= perception.detects_vehicles();

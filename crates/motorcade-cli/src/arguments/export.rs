@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use motorcade_map::{Anchor, ClockOffset};
+use motorcade_dataset::ClockOffset;
+use motorcade_map::Anchor;
 
 /// `motorcade export`.
 #[derive(Debug, Args)]

@@ -1,10 +1,10 @@
 //! Standard deviations of an alignment.
 
+use motorcade_dataset::Geodetic;
 use nalgebra::{Matrix2x4, Matrix4, Vector2, Vector3};
 
 use super::{Alignment, Fit, Fix, LevelTrajectory, independent, turned};
 use crate::anchor::Anchor;
-use crate::geodesy::Geodetic;
 
 /// Half of the interval over which a velocity is taken \[s\].
 const HALF_S: f64 = 0.25;

@@ -1,11 +1,11 @@
 //! Tracks made of a known run.
 
 use motorcade::{RecordedFrame, RecordedRun};
+use motorcade_dataset::TrackPoint;
 use motorcade_geometry::Pose;
 use nalgebra::{Matrix6, UnitQuaternion, Vector3};
 
 use super::*;
-use crate::TrackPoint;
 
 /// A bend of 90 degrees at a speed that changes: 60 s at 10 frames a second.
 fn run() -> RecordedRun {
@@ -39,7 +39,7 @@ const START: Geodetic = Geodetic { latitude_deg: 49.011, longitude_deg: 8.423, a
 const OFFSET_S: f64 = 1_714_557_600.4;
 
 /// A fix a second of a run that starts northwest, five of them 60 m away.
-fn track(run: &RecordedRun, sigma_m: f64) -> Track {
+fn track(run: &RecordedRun, sigma_m: f64) -> GpsTrack {
     let anchor = Anchor { start: START, heading_deg: 315.0, sigma: None, clock_offset_s: None };
     let placed = crate::Placed::new(run, anchor).unwrap();
     let points = run.frames.iter().skip(5).step_by(10).enumerate().map(|(k, frame)| {
@@ -48,7 +48,7 @@ fn track(run: &RecordedRun, sigma_m: f64) -> Track {
         let at = placed.place(&frame.world_from_camera.translation()).moved(&error);
         TrackPoint { time_s: frame.timestamp_ns as f64 * 1e-9 + OFFSET_S, at, sigma_m: 2.0 }
     });
-    Track { points: points.collect() }
+    GpsTrack { points: points.collect() }
 }
 
 fn about(wrong_s: f64, sigma_s: f64) -> ClockOffset {
@@ -86,7 +86,7 @@ fn without_noise_it_is_exact() {
 fn what_does_not_fit_is_refused() {
     let run = run();
     let track = track(&run, 1.0);
-    let told = |run: &RecordedRun, track: &Track, known| align(run, track, known).unwrap_err().to_string();
+    let told = |run: &RecordedRun, track: &GpsTrack, known| align(run, track, known).unwrap_err().to_string();
     assert!(told(&run, &track, Some(ClockOffset { offset_s: 0.0, sigma_s: 1.0 })).contains("clock offset"));
     let standing = {
         let mut run = run.clone();

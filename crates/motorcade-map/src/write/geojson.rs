@@ -1,10 +1,10 @@
 //! GeoJSON (RFC 7946).
 
+use motorcade_dataset::Geodetic;
 use serde_json::{Value, json};
 
 use super::{CAMERA, camera, name, position_sigma_m, vehicle};
 use crate::anchor::Placed;
-use crate::geodesy::Geodetic;
 
 /// A collection with a line a vehicle and one of the camera. Properties: `times` (UTC, where known), seconds of the run, standard
 /// deviations \[m\] at every position: of the camera those in the world of the run, of the vehicles likewise; those of the

@@ -1,9 +1,10 @@
 //! GPX 1.1.
 
+use motorcade_dataset::Geodetic;
+
 use super::xml::Xml;
 use super::{CAMERA, camera, name, vehicle};
 use crate::anchor::Placed;
-use crate::geodesy::Geodetic;
 
 /// A track a vehicle and one of the camera, with times where they are known.
 pub fn gpx(placed: &Placed<'_>) -> String {

@@ -1,9 +1,10 @@
 //! KML 2.2.
 
+use motorcade_dataset::Geodetic;
+
 use super::xml::Xml;
 use super::{CAMERA, camera, name, vehicle};
 use crate::anchor::Placed;
-use crate::geodesy::Geodetic;
 
 /// A line a vehicle and one of the camera, on the ground.
 pub fn kml(placed: &Placed<'_>) -> String {

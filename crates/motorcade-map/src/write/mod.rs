@@ -14,9 +14,9 @@ pub use oxts::oxts;
 pub use xosc::xosc;
 
 use motorcade::{RecordedFrame, RecordedVehicle};
+use motorcade_dataset::Geodetic;
 
 use crate::anchor::Placed;
-use crate::geodesy::Geodetic;
 
 /// Name of the camera's way in the files.
 const CAMERA: &str = "camera";

@@ -82,7 +82,7 @@ fn a_track_written_is_read_again() {
     // The camera's alone.
     let camera = text.split("</trk>").next().unwrap().to_owned() + "</trk></gpx>";
     std::fs::write(&path, camera).unwrap();
-    let track = crate::Track::read(&path).unwrap();
+    let track = motorcade_dataset::GpsTrack::read(&path).unwrap();
     assert_eq!(track.points.len(), 10);
     assert!((track.points[9].time_s - 1_000_000_005.9).abs() < 1e-6);
 }

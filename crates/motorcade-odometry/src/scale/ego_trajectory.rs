@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, Matrix6};
 
 use super::ego_frame::EgoFrame;
 use super::options::MetricOptions;
+use super::scale_measurement::ScaleMeasurement;
 use super::segment_states::{Drive, Method};
 use super::state::{NoiseModel, SmoothedState};
 use super::steps::{metric_steps, unit_steps};
@@ -35,7 +36,18 @@ impl EgoTrajectory {
         height_m: f64,
         options: &MetricOptions,
     ) -> Self {
-        Self::build(odometry, measurements, height_m, options, Method::Smoothed)
+        Self::build(odometry, (measurements, &[]), height_m, options, Method::Smoothed)
+    }
+
+    /// As [`EgoTrajectory::new`], with scales that another sensor tells where the road does not.
+    pub fn with_distances(
+        odometry: &OdometryTrajectory,
+        measurements: &[RoadMeasurement],
+        distances: &[ScaleMeasurement],
+        height_m: f64,
+        options: &MetricOptions,
+    ) -> Self {
+        Self::build(odometry, (measurements, distances), height_m, options, Method::Smoothed)
     }
 
     /// As [`EgoTrajectory::new`], but each frame keeps the scale measured in it, as in the paper; frames without one take
@@ -46,7 +58,7 @@ impl EgoTrajectory {
         height_m: f64,
         options: &MetricOptions,
     ) -> Self {
-        Self::build(odometry, measurements, height_m, options, Method::PerFrame)
+        Self::build(odometry, (measurements, &[]), height_m, options, Method::PerFrame)
     }
 
     /// As [`EgoTrajectory::new`] for an odometry that is metric already: only the road is taken from the measurements.
@@ -59,18 +71,18 @@ impl EgoTrajectory {
         options: &MetricOptions,
     ) -> Self {
         let options = MetricOptions { bias_sigma: scale_bias_sigma, ..*options };
-        Self::build(odometry, measurements, height_m, &options, Method::Metric)
+        Self::build(odometry, (measurements, &[]), height_m, &options, Method::Metric)
     }
 
     fn build(
         odometry: &OdometryTrajectory,
-        measurements: &[RoadMeasurement],
+        (measurements, distances): (&[RoadMeasurement], &[ScaleMeasurement]),
         height_m: f64,
         options: &MetricOptions,
         method: Method,
     ) -> Self {
         let steps = unit_steps(odometry);
-        let drive = Drive { odometry, steps: &steps, measurements, height_m, options };
+        let drive = Drive { odometry, steps: &steps, measurements, distances, height_m, options };
         let mut states: Vec<Option<SmoothedState>> = vec![None; odometry.frames.len()];
         let segments = 0..odometry.keyframes.len();
         let noise = segments.map(|segment| drive.fill(method, segment, &mut states)).collect();

@@ -1,9 +1,13 @@
 //! Scale and tilt in every frame of a segment.
 
+use std::collections::BTreeSet;
+use std::ops::RangeInclusive;
+
 use motorcade_geometry::{Camera, Pose, robust::median};
 use nalgebra::{Matrix3, Vector3};
 
 use super::options::MetricOptions;
+use super::scale_measurement::ScaleMeasurement;
 use super::smoother::smooth;
 use super::state::{Interval, NoiseModel, SmoothedState, StateMeasurement};
 use crate::road::{RoadEstimate, RoadMeasurement};
@@ -28,6 +32,7 @@ pub(super) struct Drive<'a> {
     /// Steps in the odometry's unit.
     pub steps: &'a [Option<Pose<Camera, Camera>>],
     pub measurements: &'a [RoadMeasurement],
+    pub distances: &'a [ScaleMeasurement],
     pub height_m: f64,
     pub options: &'a MetricOptions,
 }
@@ -71,10 +76,12 @@ impl Drive<'_> {
                 frame: middle - first,
                 value: self.value(&estimate),
                 covariance: estimate.covariance,
+                of_road: true,
             }
         };
         let own = self.measurements.iter().filter(|m| (first..=last).contains(&m.frame));
-        let own: Vec<StateMeasurement> = own.map(state).collect();
+        let mut own: Vec<StateMeasurement> = own.map(state).collect();
+        own.extend(self.other_measurements(first..=last, &own));
         let mut scales: Vec<f64> = own.iter().map(|m| m.value.x).collect();
         let typical = median(&mut scales)?.exp();
         let interval = |k: usize| Interval {
@@ -85,11 +92,24 @@ impl Drive<'_> {
             },
         };
         let intervals: Vec<Interval> = (first..=last).map(interval).collect();
-        let (smoothed, model) = smooth(&intervals, &own, &self.options.smoother)?;
+        let (smoothed, model) =
+            smooth(&intervals, &own, self.options.unknown_tilt_sigma_rad, &self.options.smoother)?;
         for (k, state) in (first..=last).zip(smoothed) {
             states[k] = Some(state);
         }
         Some(model)
+    }
+
+    /// Distances by other sensors, at frames whose scale the road does not tell: it tells it better.
+    fn other_measurements(
+        &self,
+        frames: RangeInclusive<usize>,
+        road: &[StateMeasurement],
+    ) -> Vec<StateMeasurement> {
+        let measured: BTreeSet<usize> = road.iter().map(|m| m.frame).collect();
+        let own = self.distances.iter().filter(|m| frames.contains(&m.frame));
+        let own = own.map(|m| StateMeasurement::of_scale(m.frame - frames.start(), m.log_scale, m.variance));
+        own.filter(|m| !measured.contains(&m.frame)).collect()
     }
 
     fn fill_per_frame(&self, segment: usize, states: &mut [Option<SmoothedState>]) {

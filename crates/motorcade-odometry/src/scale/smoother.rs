@@ -11,22 +11,24 @@ use super::options::SmootherOptions;
 use super::state::{Interval, NoiseModel, SmoothedState, StateMeasurement};
 use crate::time::CALIBRATION_INTERVAL_S;
 
-/// Smooths over all frames; `intervals[k]` leads from frame k−1 to k. `None` without measurements. Linear in the number of
-/// frames; the likelihood is evaluated at measured frames only.
+/// Smooths over all frames; `intervals[k]` leads from frame k−1 to k. `None` without measurements; `unknown_rad` is the standard
+/// deviation of a tilt that none of them tells. Linear in the number of frames; the likelihood is evaluated at measured frames only.
 pub(super) fn smooth(
     intervals: &[Interval],
     measurements: &[StateMeasurement],
+    unknown_rad: f64,
     options: &SmootherOptions,
 ) -> Option<(Vec<SmoothedState>, NoiseModel)> {
     let mut by_frame: Vec<Option<&StateMeasurement>> = vec![None; intervals.len()];
     for m in measurements.iter().filter(|m| m.frame < intervals.len()) {
         by_frame[m.frame] = Some(m);
     }
-    let tilt = NoiseModel::of_tilt(measurements, options)?;
+    let tilt = NoiseModel::of_tilt(measurements, unknown_rad, options)?;
     let model = most_likely(intervals, &by_frame, &tilt, options)?;
     let (filtered, _) = forward(intervals, &by_frame, &model, options);
     let mut states = backward(&filtered, &model);
-    let overlap = overlap(intervals, &by_frame, measurements.len(), options);
+    let on_road = measurements.iter().filter(|m| m.of_road).count();
+    let overlap = overlap(intervals, &by_frame, on_road, options);
     for state in &mut states {
         state.overlap = overlap;
         // Variance times overlap, covariances with the tilt times its root.
@@ -78,12 +80,15 @@ fn overlap(
     measurements: usize,
     options: &SmootherOptions,
 ) -> f64 {
+    if measurements == 0 {
+        return 1.0;
+    }
     let travelled: f64 = intervals.iter().map(|i| i.travelled).sum();
-    let step = travelled / measurements.max(1) as f64;
+    let step = travelled / measurements as f64;
     let (mut elapsed, mut spacings) = (0.0, Vec::new());
     for (interval, m) in intervals.iter().zip(by_frame) {
         elapsed += interval.elapsed;
-        if m.is_some() {
+        if m.is_some_and(|m| m.of_road) {
             spacings.push(std::mem::take(&mut elapsed));
         }
     }
@@ -119,16 +124,50 @@ mod tests {
                     frame: k,
                     value,
                     covariance: Matrix3::from_diagonal(&(sigma / 3.0).map(|s| s * s)),
+                    of_road: true,
                 }
             })
             .collect();
-        let (states, model) = smooth(&intervals, &measurements, &options).unwrap();
+        let (states, model) = smooth(&intervals, &measurements, 0.02, &options).unwrap();
         let rms = (states.iter().enumerate().map(|(k, s)| (s.value.x - truth(k)).powi(2)).sum::<f64>()
             / n as f64)
             .sqrt();
         assert!(rms < 0.01, "rms {rms}");
         assert!(model.height_sigma > 0.01 && model.drift < 0.01, "{model:?}");
-        assert!(smooth(&intervals, &[], &options).is_none());
+        assert!(smooth(&intervals, &[], 0.02, &options).is_none());
+    }
+
+    #[test]
+    fn distances_tell_the_scale_between_measurements_of_the_road() {
+        let options = SmootherOptions::default();
+        let n = 200;
+        let intervals = vec![Interval { travelled: 0.6, elapsed: 1.0 }; n];
+        let truth = |k: usize| 0.5 + 0.002 * k as f64;
+        let road = |k: usize| StateMeasurement {
+            frame: k,
+            value: Vector3::new(truth(k), 0.01, -0.02),
+            covariance: Matrix3::identity() * 1e-5,
+            of_road: true,
+        };
+        // The road is seen at the beginning alone.
+        let mut measured: Vec<_> = (0..40).map(road).collect();
+        let error = |measured: &[StateMeasurement]| {
+            let (states, _) = smooth(&intervals, measured, 0.02, &options).unwrap();
+            (states[n - 1].value.x - truth(n - 1), states[n - 1].covariance[(0, 0)].sqrt())
+        };
+        let (alone, wide) = error(&measured);
+        let distances = (45..n).step_by(10).map(|k| StateMeasurement::of_scale(k, truth(k), 4e-4));
+        measured.extend(distances.clone());
+        let (helped, narrow) = error(&measured);
+        assert!(
+            helped.abs() < narrow && alone.abs() > 0.2 && narrow < 0.04,
+            "{alone} ± {wide}, {helped} ± {narrow}"
+        );
+        // Without any road the tilt stays unknown.
+        let (states, model) = smooth(&intervals, &distances.collect::<Vec<_>>(), 0.02, &options).unwrap();
+        let tilt_sigma = states[100].covariance[(1, 1)].sqrt();
+        assert!(model.mean_tilt == [0.0, 0.0] && (tilt_sigma - 0.02).abs() < 1e-3, "{tilt_sigma}");
+        assert!((states[100].value.x - truth(100)).abs() < 0.02);
     }
 
     /// The same drive, measured ten times a second, with frames in between at higher rates.
@@ -145,9 +184,10 @@ mod tests {
                 frame: (k + 1) * frames_each - 1,
                 value: Vector3::new(0.5 + 0.001 * k as f64, 0.01, -0.02) + noise,
                 covariance: Matrix3::identity() * 1e-5,
+                of_road: true,
             });
             let measured: Vec<_> = measured.collect();
-            smooth(&vec![interval; noise.len() * frames_each], &measured, &options).unwrap()
+            smooth(&vec![interval; noise.len() * frames_each], &measured, 0.02, &options).unwrap()
         };
         let (reference, model) = run(1);
         for frames_each in [2, 5] {

@@ -23,7 +23,21 @@ pub(super) struct StateMeasurement {
     pub value: Vector3<f64>,
     /// Covariance (3×3).
     pub covariance: Matrix3<f64>,
+    /// True for the road; a distance by another sensor tells log s alone.
+    pub of_road: bool,
 }
+
+impl StateMeasurement {
+    /// A measurement of log s alone.
+    pub(super) fn of_scale(frame: usize, log_scale: f64, variance: f64) -> Self {
+        let value = Vector3::new(log_scale, 0.0, 0.0);
+        let covariance = Matrix3::from_diagonal(&Vector3::new(variance, NOTHING, NOTHING));
+        Self { frame, value, covariance, of_road: false }
+    }
+}
+
+/// Variance of a tilt that was not measured \[rad²\].
+const NOTHING: f64 = 1e6;
 
 /// Smoothed state of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,22 +66,30 @@ pub struct NoiseModel {
 }
 
 impl NoiseModel {
-    /// Mean and spread of the tilt; no drift. `None` without measurements.
-    pub(super) fn of_tilt(measurements: &[StateMeasurement], options: &SmootherOptions) -> Option<Self> {
+    /// Mean and spread of the tilt; no drift. Without a measurement of the road it is level to `unknown_rad`; `None` without any
+    /// measurement.
+    pub(super) fn of_tilt(
+        measurements: &[StateMeasurement],
+        unknown_rad: f64,
+        options: &SmootherOptions,
+    ) -> Option<Self> {
         let least = options.least_tilt_sigma_rad;
         let of = |k: usize| -> Option<(f64, f64)> {
-            let mut values: Vec<f64> = measurements.iter().map(|m| m.value[k]).collect();
+            let own = measurements.iter().filter(|m| m.of_road);
+            let mut values: Vec<f64> = own.map(|m| m.value[k]).collect();
             let mean = median(&mut values)?;
             let mut absolute: Vec<f64> = values.iter().map(|v| (v - mean).abs()).collect();
             Some((mean, sigma_from_absolute(&mut absolute)?.clamp(least, options.tilt_sigma_range * least)))
         };
-        let ((pitch, pitch_sigma), (roll, roll_sigma)) = (of(1)?, of(2)?);
-        Some(Self {
+        let level = (0.0, unknown_rad);
+        let ((pitch, pitch_sigma), (roll, roll_sigma)) = (of(1).unwrap_or(level), of(2).unwrap_or(level));
+        let model = Self {
             drift: 0.0,
             height_sigma: 0.0,
             mean_tilt: [pitch, roll],
             tilt_sigma: [pitch_sigma, roll_sigma],
-        })
+        };
+        (!measurements.is_empty()).then_some(model)
     }
 
     /// Mean of the state; the scale has none.

@@ -51,6 +51,16 @@ def frame_range(frames: str | tuple[int | None, int | None] | None) -> str:
     return f"{'' if first is None else first}..{'' if end is None else end}"
 
 
+def clock(offset: float | tuple[float, float] | None) -> tuple[float, float] | None:
+    """Offset of a clock and its standard deviation [s]."""
+    if offset is None:
+        return None
+    pair = tuple(offset) if isinstance(offset, (tuple, list)) else (offset, 2.0)
+    if len(pair) != 2 or not (abs(float(pair[0])) <= 1e11 and 1e-3 <= float(pair[1]) <= 3600.0):
+        raise _native.SettingsError(f"clock_offset: expected seconds, or seconds and their deviation, got {offset!r}")
+    return float(pair[0]), float(pair[1])
+
+
 def command(
     arguments: dict[str, Any],
     preset: str,
@@ -62,7 +72,7 @@ def command(
     """The same run on the command line: `motorcade draw` finds the frames of a saved run by it."""
     words = ["motorcade", "run", arguments["input"]]
     names = ["format", "sequence", "camera", "calibration", "fps", "ignore", "models", "detections"]
-    names += ["road_masks", "trajectory", "keypoints", "shape_prior"]
+    names += ["road_masks", "trajectory", "speed", "gps", "keypoints", "shape_prior"]
     for name in names:
         if arguments[name] is not None:
             words += [f"--{name.replace('_', '-')}", str(arguments[name])]
@@ -71,6 +81,8 @@ def command(
         words += ["--height", "auto" if arguments["height_auto"] else repr(arguments["height_m"])]
     if arguments["trajectory"] is not None and arguments["metric"]:
         words += ["--trajectory-scale", "metric"]
+    if arguments["clock_offset"] is not None:
+        words += ["--clock-offset", ",".join(map(repr, arguments["clock_offset"]))]
     if arguments["vehicle_poses"]:
         words += ["--vehicle-poses", *arguments["vehicle_poses"]]
     words += ["--preset", preset] + (["--config", os.fsdecode(config)] if config is not None else [])

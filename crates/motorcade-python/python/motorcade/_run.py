@@ -34,6 +34,9 @@ def run(
     road_masks: PathArgument | None = None,
     trajectory: PathArgument | None = None,
     trajectory_scale: Literal["unknown", "metric"] = "unknown",
+    speed: PathArgument | None = None,
+    gps: PathArgument | None = None,
+    clock_offset: float | tuple[float, float] | None = None,
     vehicle_poses: PathArgument | Sequence[PathArgument] = (),
     keypoints: PathArgument | None = None,
     shape_prior: PathArgument | None = None,
@@ -66,6 +69,9 @@ def run(
         detections: File of detections in place of the network: KITTI labels, MOT Challenge, or frame,x1,y1,x2,y2,score.
         road_masks: Folder of road masks by frame number in place of the network.
         trajectory: Camera trajectory (TUM or KITTI) in place of odometry, in the unit `trajectory_scale`.
+        speed: Speeds of the car beside the height: CSV with columns time, speed_mps (or speed_kmh, speed_mph), optionally sigma_mps.
+        gps: GPS track of the drive (.gpx, .nmea, or .csv with columns time, latitude, longitude), in place of `speed`.
+        clock_offset: From the clock of the frames to that of `speed` or `gps` [s], or with its standard deviation.
         vehicle_poses: Files of vehicle poses in place of own localisation.
         keypoints, shape_prior: File of keypoints of vehicles, and the prior of the shapes they belong to.
         online: Every frame is estimated from it and the frames before it alone, and stays so.
@@ -89,6 +95,8 @@ def run(
         raise _native.SettingsError("give either detector or detections, not both")
     if isinstance(vehicle_poses, (str, os.PathLike)):
         vehicle_poses = [vehicle_poses]
+    if online and not (speed is None and gps is None):
+        raise _native.SettingsError("speed and gps are used at the end of a drive only, not with online=True")
     if trajectory_scale not in ("unknown", "metric"):
         raise _native.SettingsError("trajectory_scale must be 'unknown' or 'metric'")
     rig, described = _arguments.rig(camera), None
@@ -113,6 +121,9 @@ def run(
         "road_masks": _arguments.path(road_masks),
         "trajectory": _arguments.path(trajectory),
         "metric": trajectory_scale == "metric",
+        "speed": _arguments.path(speed),
+        "gps": _arguments.path(gps),
+        "clock_offset": _arguments.clock(clock_offset),
         "vehicle_poses": [_arguments.path(path) for path in vehicle_poses],
         "keypoints": _arguments.path(keypoints),
         "shape_prior": _arguments.path(shape_prior),

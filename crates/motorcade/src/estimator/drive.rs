@@ -6,6 +6,7 @@ use motorcade_odometry::EgoTrajectory;
 use motorcade_vehicles::{VehicleTrajectory, track_vehicles};
 
 use super::camera_height::HeightByVehicles;
+use super::distances::{self, DistanceFit};
 use super::unit::{self, Unit};
 use super::vehicles::{VehicleInput, estimate_vehicles, ground_frames, times_s};
 use crate::assembly::Estimated;
@@ -24,22 +25,23 @@ const HEIGHT_ROUNDS: usize = 4;
 /// Never: numerical failures leave the estimates of the stage before and are reported as warnings.
 pub fn estimate_drive(mut record: FrontEndRecord, settings: &Settings, progress: &dyn Progress) -> RunResult {
     let mut stopwatch = std::mem::take(&mut record.stopwatch);
-    let (known, by_vehicles) = stopwatch.time("vehicles", || known_height(&record, settings));
+    let (mut known, by_vehicles) = stopwatch.time("vehicles", || known_height(&record, settings));
+    let (mut ego, fit) = stopwatch.time("scale", || metric_trajectory(&record, &known));
+    known.height_m = ego.height_m;
     let settings = &known;
-    let mut ego = stopwatch.time("scale", || metric_trajectory(&record, settings));
     progress.begin("vehicles", None);
     let mut vehicles = stopwatch.time("vehicles", || vehicles_of_drive(&record, &ego, settings));
     let unit = stopwatch.time("vehicles", || estimate_unit(&record, settings, &mut ego, &mut vehicles));
     progress.begin("graph", None);
     let solved = stopwatch.time("graph", || solve_graph(&record, &mut ego, &mut vehicles, settings));
     let mut warnings: Vec<String> = unit.iter().map(Unit::to_string).collect();
-    warnings.extend(by_vehicles.or_else(|| doubt(&vehicles, settings)));
+    warnings.extend(by_sensor(fit.as_ref(), settings).or(by_vehicles).or_else(|| doubt(&vehicles, settings)));
     let graph = solved.unwrap_or_else(|error| {
         warnings.push(format!("the multi-object graph was not solved ({error}); front-end estimates stand"));
         None
     });
     record.stopwatch = stopwatch;
-    let metric = settings.metric() || unit.is_some();
+    let metric = settings.metric() || unit.is_some() || fit.is_some();
     RunResult::new(
         record,
         Estimated { camera: settings.camera, ego, vehicles, graph, warnings, metric },
@@ -58,7 +60,7 @@ fn known_height(record: &FrontEndRecord, settings: &Settings) -> (Settings, Opti
     let mut found = None;
     // Sizes are linear in the height only near the right one.
     for _ in 0..HEIGHT_ROUNDS {
-        let ego = metric_trajectory(record, &known);
+        let ego = by_road(record, &known);
         let vehicles = vehicles_of_drive(record, &ego, &known);
         let Some(height) = HeightByVehicles::new(&vehicles, options) else { break };
         (known.height_m, _) = height.metres(known.height_m);
@@ -86,7 +88,28 @@ fn doubt(vehicles: &[VehicleTrajectory], settings: &Settings) -> Option<String> 
     found.disagreement(settings.height_m, options)
 }
 
-fn metric_trajectory(record: &FrontEndRecord, settings: &Settings) -> EgoTrajectory {
+/// What there is to say of the distances of another sensor.
+fn by_sensor(fit: Option<&DistanceFit>, settings: &Settings) -> Option<String> {
+    let given = settings.external.distances.as_ref()?;
+    let unused = || {
+        format!(
+            "no distance of the {} lies in frames whose motion was measured: they were not used",
+            given.sensor
+        )
+    };
+    Some(fit.map_or_else(unused, |fit| fit.describe(&settings.config.scale.distances)))
+}
+
+/// The trajectory in metres, and what distances of another sensor had to do with it.
+fn metric_trajectory(record: &FrontEndRecord, settings: &Settings) -> (EgoTrajectory, Option<DistanceFit>) {
+    let Settings { height_m, config, external, .. } = settings;
+    let with =
+        |distances| distances::ego(&record.motion, &record.road_measurements, *height_m, distances, config);
+    let helped = external.distances.as_ref().and_then(with);
+    helped.map_or_else(|| (by_road(record, settings), None), |(ego, fit)| (ego, Some(fit)))
+}
+
+fn by_road(record: &FrontEndRecord, settings: &Settings) -> EgoTrajectory {
     let Settings { height_m, config, .. } = settings;
     scale_source::ego(&record.motion, &record.road_measurements, *height_m, settings.metric(), config)
 }

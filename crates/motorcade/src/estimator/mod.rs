@@ -5,6 +5,7 @@
 //! rates the last seconds are estimated every few frames, and [`prediction`] covers those between.
 
 pub(crate) mod camera_height;
+mod distances;
 pub(crate) mod drive;
 pub(crate) mod prediction;
 pub(crate) mod sliding;

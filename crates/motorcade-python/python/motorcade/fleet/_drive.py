@@ -58,6 +58,9 @@ def _arguments(job: Job, folder: str) -> dict[str, Any]:
         arguments["height_m"] = height if height == "auto" else float(height)
     if "vehicle_poses" in values:
         arguments["vehicle_poses"] = [staged(path, folder) for path in values.pop("vehicle_poses").split(";")]
+    if "clock_offset" in values:
+        offset = [float(part) for part in values.pop("clock_offset").split(",")]
+        arguments["clock_offset"] = offset[0] if len(offset) == 1 else tuple(offset)
     if "keep_perception" in values:
         arguments["keep_perception"] = values.pop("keep_perception").lower() == "true"
     for setting in filter(None, values.pop("settings", "").split(";")):

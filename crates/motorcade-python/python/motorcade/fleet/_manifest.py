@@ -16,10 +16,11 @@ import fsspec
 
 from .._native import InputError
 
-PATHS = ("input", "calibration", "ignore", "models", "detections", "road_masks", "trajectory", "keypoints", "config")
+PATHS = ("input", "calibration", "ignore", "models", "detections", "road_masks", "trajectory", "speed", "gps",
+         "keypoints", "config")  # fmt: skip
 """Columns that name a file or folder: local, or a URL that fsspec knows."""
 OTHERS = ("sequence", "frames", "format", "trajectory_scale", "preset", "height", "camera", "stride", "fps", "seed",
-          "keep_perception", "parquet", "settings", "vehicle_poses", "id", "date")  # fmt: skip
+          "keep_perception", "parquet", "settings", "clock_offset", "vehicle_poses", "id", "date")  # fmt: skip
 NUMBERS = {"stride": int, "fps": float, "seed": int, "camera": int}
 
 

@@ -1,14 +1,14 @@
-//! The clock offset as it is known before the alignment.
+//! Offset between the clocks of a drive and of another sensor.
 
 use std::str::FromStr;
 
-use crate::anchor::numbers;
 use crate::error::Error;
+use crate::text;
 
 /// Standard deviation of a clock offset that was given without one \[s\].
 const SIGMA_S: f64 = 2.0;
 
-/// Offset from the clock of a run to that of a track, as it is known before the alignment.
+/// Offset from the clock of a drive to that of a GPS track or a speed record, as it is known beforehand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClockOffset {
     /// Offset \[s\].
@@ -21,13 +21,13 @@ impl FromStr for ClockOffset {
     type Err = Error;
 
     /// `SECONDS` or `SECONDS,SIGMA`.
-    fn from_str(text: &str) -> Result<Self, Error> {
+    fn from_str(value: &str) -> Result<Self, Error> {
         let wrong = || {
-            Error::Start(format!(
-                "{text:?}: expected SECONDS or SECONDS,SIGMA with a SIGMA from 0.001 to 3600, as 3.5,0.2"
+            Error::Usage(format!(
+                "{value:?}: expected SECONDS or SECONDS,SIGMA with a SIGMA from 0.001 to 3600, as 3.5,0.2"
             ))
         };
-        let (offset_s, sigma_s) = match numbers(text).ok_or_else(wrong)?[..] {
+        let (offset_s, sigma_s) = match text::numbers(value).ok_or_else(wrong)?[..] {
             [offset] => (offset, SIGMA_S),
             [offset, sigma] => (offset, sigma),
             _ => return Err(wrong()),

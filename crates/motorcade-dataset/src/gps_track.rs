@@ -2,15 +2,25 @@
 
 use std::path::Path;
 
-use motorcade_dataset::regular_file;
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
-use crate::error::Error;
+use crate::distances::MeasuredDistance;
+use crate::error::{Error, Result};
 use crate::geodesy::Geodetic;
+use crate::regular_file;
 
 /// Standard deviation of a receiver in a car where the file does not tell it \[m\].
 const SIGMA_M: f64 = 4.0;
+
+/// Distances have at least this many standard deviations: their logarithm is then as certain as a tenth.
+const LEAST_SIGMAS: f64 = 10.0;
+/// Share of the drive and length \[m\] that distances reach where they can: long ones are measured better, short ones follow a
+/// scale that drifts.
+const SHARE: f64 = 0.24;
+const LENGTH_M: f64 = 300.0;
+/// Longest time of a distance \[s\].
+const LONGEST_S: f64 = 60.0;
 
 /// A fix.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,22 +35,21 @@ pub struct TrackPoint {
 
 /// Fixes in order of time.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Track {
+pub struct GpsTrack {
     /// The fixes.
     pub points: Vec<TrackPoint>,
 }
 
-impl Track {
+impl GpsTrack {
     /// Reads a track; its form by the name: `.gpx`, `.nmea`, `.csv` (columns `time`, `latitude`, `longitude`, optionally `altitude`
     /// and `sigma_m`; `time` in seconds or as RFC 3339).
     ///
     /// # Errors
     /// A file that does not read, with its line; fewer than two points; times that do not increase.
-    pub fn read(path: &Path) -> Result<Self, Error> {
-        let text = regular_file::read_to_string(path)
-            .map_err(|source| Error::Read { path: path.to_path_buf(), source })?;
+    pub fn read(path: &Path) -> Result<Self> {
+        let text = regular_file::read_to_string(path).map_err(Error::io(path))?;
         let wrong =
-            |(line, problem): (usize, String)| Error::Track { path: path.to_path_buf(), line, problem };
+            |(line, problem): (usize, String)| Error::AtLine { path: path.to_path_buf(), line, problem };
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
         let points = match extension.as_str() {
             "gpx" => gpx(&text),
@@ -70,17 +79,38 @@ impl Track {
         }
         Ok(Self { points: numbered.into_iter().map(|(_, p)| p).collect() })
     }
+
+    /// Straight horizontal distances between fixes, one after the other.
+    pub fn distances(&self) -> Vec<MeasuredDistance> {
+        let between = |a: &TrackPoint, b: &TrackPoint| a.at.local(&b.at).xy().norm();
+        let whole: f64 = self.points.windows(2).map(|pair| between(&pair[0], &pair[1])).sum();
+        let length_m = LENGTH_M.min(SHARE * whole);
+        let (mut out, mut begin) = (Vec::new(), 0);
+        for (k, point) in self.points.iter().enumerate() {
+            while point.time_s - self.points[begin].time_s > LONGEST_S {
+                begin += 1;
+            }
+            let from = &self.points[begin];
+            let (metres, sigma_m) = (between(from, point), from.sigma_m.hypot(point.sigma_m));
+            if metres >= (LEAST_SIGMAS * sigma_m).max(length_m) && metres > 0.0 {
+                let (from_s, to_s) = (from.time_s, point.time_s);
+                out.push(MeasuredDistance { from_s, to_s, metres, sigma_m, straight: true });
+                begin = k;
+            }
+        }
+        out
+    }
 }
 
 /// Points with their lines; a problem with its line.
-type Parsed = Result<Vec<(usize, TrackPoint)>, (usize, String)>;
+type Parsed = std::result::Result<Vec<(usize, TrackPoint)>, (usize, String)>;
 
-fn utc(text: &str) -> Result<f64, String> {
+pub(crate) fn utc(text: &str) -> std::result::Result<f64, String> {
     let stamp = text.trim().parse::<jiff::Timestamp>();
     stamp.map(|t| t.as_microsecond() as f64 * 1e-6).map_err(|e| format!("time {text:?}: {e}"))
 }
 
-fn number(text: &str, name: &str) -> Result<f64, String> {
+pub(crate) fn number(text: &str, name: &str) -> std::result::Result<f64, String> {
     let value = text.trim().parse::<f64>().ok().filter(|v| v.is_finite());
     value.ok_or_else(|| format!("{name} {text:?}: expected a number"))
 }
@@ -142,7 +172,7 @@ fn gpx(text: &str) -> Parsed {
     }
 }
 
-fn attribute(start: &BytesStart<'_>, name: &str) -> Result<f64, String> {
+fn attribute(start: &BytesStart<'_>, name: &str) -> std::result::Result<f64, String> {
     let found = start.try_get_attribute(name).map_err(|e| e.to_string())?;
     let value = found.ok_or_else(|| format!("a point without {name}"))?;
     number(&String::from_utf8_lossy(&value.value), name)
@@ -174,12 +204,13 @@ fn nmea(text: &str) -> Parsed {
             two(time, 2),
             time.get(4..).unwrap_or("")
         );
-        let angle = |text: &str, digits: usize, positive: bool| -> Result<f64, (usize, String)> {
-            let (degrees, minutes) = text.split_at_checked(digits).unwrap_or((text, ""));
-            let value = number(degrees, "degrees").map_err(wrong)?
-                + number(minutes, "minutes").map_err(wrong)? / 60.0;
-            Ok(if positive { value } else { -value })
-        };
+        let angle =
+            |text: &str, digits: usize, positive: bool| -> std::result::Result<f64, (usize, String)> {
+                let (degrees, minutes) = text.split_at_checked(digits).unwrap_or((text, ""));
+                let value = number(degrees, "degrees").map_err(wrong)?
+                    + number(minutes, "minutes").map_err(wrong)? / 60.0;
+                Ok(if positive { value } else { -value })
+            };
         let at = Geodetic {
             latitude_deg: angle(lat, 2, north == "N")?,
             longitude_deg: angle(lon, 3, east == "E")?,
@@ -222,11 +253,11 @@ fn csv(text: &str) -> Parsed {
 mod tests {
     use super::*;
 
-    fn read(name: &str, text: &str) -> Result<Track, Error> {
+    fn read(name: &str, text: &str) -> Result<GpsTrack> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(name);
         std::fs::write(&path, text).unwrap();
-        Track::read(&path)
+        GpsTrack::read(&path)
     }
 
     const GPX: &str = "<?xml version=\"1.0\"?>\n<gpx version=\"1.1\"><trk><trkseg>\n\
@@ -250,6 +281,22 @@ mod tests {
         );
         let track = read("a.csv", "time,latitude,longitude,sigma_m\n0.5,49,8,1.5\n1.5,49.1,8,\n").unwrap();
         assert_eq!((track.points[0].sigma_m, track.points[1].sigma_m), (1.5, SIGMA_M));
+    }
+
+    #[test]
+    fn fixes_become_straight_distances() {
+        // 10 m a second to the north, then standing.
+        let start = Geodetic { latitude_deg: 49.0, longitude_deg: 8.0, altitude_m: 0.0 };
+        let at = |k: u32| start.moved(&nalgebra::Vector3::new(0.0, 10.0 * f64::from(k.min(60)), 0.0));
+        let point = |k: u32| TrackPoint { time_s: f64::from(k), at: at(k), sigma_m: 2.0 };
+        let found = GpsTrack { points: (0..200).map(point).collect() }.distances();
+        assert_eq!(found.len(), 4);
+        for one in &found {
+            assert!(
+                (one.metres - 150.0).abs() < 0.01 && (one.sigma_m - 8.0_f64.sqrt()).abs() < 1e-12,
+                "{one:?}"
+            );
+        }
     }
 
     #[test]
