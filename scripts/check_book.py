@@ -248,6 +248,10 @@ def prepare(folder, program):
         f"image_width: {width}\nimage_height: {height}\ncamera_name: front\ncamera_matrix:\n  rows: 3\n  cols: 3\n  data: {k}\n"
         "distortion_model: plumb_bob\ndistortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [0, 0, 0, 0, 0]\n"
     )
+    (folder / "camchain.yaml").write_text(
+        f"cam0:\n  camera_model: pinhole\n  distortion_coeffs: [0.0, 0.0, 0.0, 0.0]\n  distortion_model: equidistant\n"
+        f"  intrinsics: [{fx}, {fy}, {cx}, {cy}]\n  resolution: [{width}, {height}]\n"
+    )
     png(folder / "mask.png", width, height, (bytes([255 * (y > height - 8)]) * width for y in range(height)))
     shutil.copy(training / "detections" / "0000.txt", folder / "boxes.txt")
     listed = re.search(r"^```text\n(id,.*?)^```", (BOOK / "fleet.md").read_text(), re.MULTILINE | re.DOTALL)

@@ -86,13 +86,14 @@ pub fn open(arguments: &RunArguments) -> anyhow::Result<Option<Files>> {
         height,
         colour: false,
         calibration: Some(calibration.dialect),
-        intrinsics_px: Some([calibration.fx, calibration.fy, calibration.cx, calibration.cy]),
+        intrinsics_px: Some([camera.fx, camera.fy, camera.cx, camera.cy]),
         distortion: None,
+        lens: None,
         camera_from_cam0_m: calibration.camera_from_cam0.translation().into(),
         gaps: Vec::new(),
         duplicates: Vec::new(),
         unnumbered: Vec::new(),
-        input_hash: format!("files only: {sequence} {first}..{end} {calibration:?}"),
+        input_hash: format!("files only: {sequence} {first}..{end} {}", calibration.identity()),
     };
     let camera_from_cam0 = calibration.camera_from_cam0;
     Ok(Some(Files { camera, frames, detections: boxes, camera_from_cam0, summary }))

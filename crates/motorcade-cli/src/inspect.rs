@@ -1,6 +1,6 @@
 //! `motorcade inspect`.
 
-use motorcade_dataset::{Sequence, Summary};
+use motorcade_dataset::{LensSummary, Sequence, Summary};
 
 use crate::arguments::InspectArguments;
 use crate::exit;
@@ -28,16 +28,13 @@ fn table(s: &Summary) -> String {
         rows.push(("camera", camera.to_string()));
     }
     match (s.calibration, s.intrinsics_px) {
-        (Some(kind), Some([fx, fy, cx, cy])) => {
-            rows.push(("calibration", format!("{kind}: fx {fx:.2} fy {fy:.2} cx {cx:.2} cy {cy:.2} px")));
+        (Some(kind), Some(undistorted)) => {
+            let of_input = s.lens.as_ref().map_or(undistorted, |lens| lens.intrinsics_px);
+            rows.push(("calibration", format!("{kind}: {}", intrinsics(&of_input))));
+            rows.extend(distortion(s));
+            rows.extend(s.lens.as_ref().map(|lens| ("pinhole", pinhole(lens, &undistorted))));
         }
         _ => rows.push(("calibration", "none: give --calibration FILE to run".to_owned())),
-    }
-    if let Some(d) = s.distortion {
-        rows.push((
-            "distortion",
-            format!("k1 {} k2 {} p1 {} p2 {} k3 {} (undistorted on input)", d[0], d[1], d[2], d[3], d[4]),
-        ));
     }
     let list = |numbers: &[u64]| numbers.iter().map(u64::to_string).collect::<Vec<_>>().join(", ");
     rows.push(("gaps", if s.gaps.is_empty() { "none".to_owned() } else { list(&s.gaps) }));
@@ -48,6 +45,33 @@ fn table(s: &Summary) -> String {
     }
     rows.push(("hash", s.input_hash.clone()));
     rows.iter().map(|(k, v)| format!("{k:<12} {v}")).collect::<Vec<_>>().join("\n")
+}
+
+fn intrinsics([fx, fy, cx, cy]: &[f64; 4]) -> String {
+    format!("fx {fx:.2} fy {fy:.2} cx {cx:.2} cy {cy:.2} px")
+}
+
+/// Coefficients by name.
+fn distortion(s: &Summary) -> Option<(&'static str, String)> {
+    let values = s.distortion.as_ref()?;
+    let model = s.lens.as_ref().map_or("radial-tangential", |lens| lens.model);
+    let names: &[&str] = match model {
+        "fisheye" => &["k1", "k2", "k3", "k4"],
+        _ => &["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"],
+    };
+    let pairs: Vec<String> =
+        names.iter().zip(values).map(|(name, value)| format!("{name} {value}")).collect();
+    let named = if s.lens.is_some() { format!("{model} ") } else { String::new() };
+    Some(("distortion", format!("{named}{} (undistorted on input)", pairs.join(" "))))
+}
+
+/// The camera of the undistorted frames.
+fn pinhole(lens: &LensSummary, undistorted: &[f64; 4]) -> String {
+    let (horizontal, vertical) = lens.view_deg;
+    format!(
+        "{}, view {horizontal:.1} x {vertical:.1} degrees (of the undistorted frames)",
+        intrinsics(undistorted)
+    )
 }
 
 /// Frames a second, and how much the intervals between them vary.

@@ -2,6 +2,9 @@
 
 use std::path::Path;
 
+use motorcade_geometry::{Distortion, PinholeCamera};
+
+use crate::calibration::Calibration;
 use crate::format::Format;
 use crate::input::Input;
 use crate::source::{Slot, Store};
@@ -35,10 +38,13 @@ pub struct Summary {
     pub colour: bool,
     /// Dialect of the calibration file, when there is one.
     pub calibration: Option<&'static str>,
-    /// fx, fy, cx, cy \[px\].
+    /// fx, fy, cx, cy of the undistorted frames \[px\].
     pub intrinsics_px: Option<[f64; 4]>,
-    /// k1, k2, p1, p2, k3 when frames are undistorted on input.
-    pub distortion: Option<[f64; 5]>,
+    /// Coefficients in OpenCV's order when frames are undistorted on input: k1, k2, p1, p2, k3 where `lens` is absent.
+    pub distortion: Option<Vec<f64>>,
+    /// The lens, when frames are resampled to another camera matrix or its model is not radial-tangential.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lens: Option<LensSummary>,
     /// Origin of cam0 in the camera \[m\], for KITTI.
     pub camera_from_cam0_m: [f64; 3],
     /// Missing numbers.
@@ -49,6 +55,34 @@ pub struct Summary {
     pub unnumbered: Vec<String>,
     /// Fingerprint of the selected input: names, sizes, times, calibration (64-bit FNV-1a, hexadecimal).
     pub input_hash: String,
+}
+
+/// A lens and the pinhole its frames are resampled to.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct LensSummary {
+    /// radial-tangential, rational or fisheye.
+    pub model: &'static str,
+    /// fx, fy, cx, cy of the frames as they come in \[px\].
+    pub intrinsics_px: [f64; 4],
+    /// Horizontal and vertical view of the undistorted frames \[°\].
+    pub view_deg: (f64, f64),
+}
+
+impl LensSummary {
+    fn of(calibration: &Calibration, pinhole: &PinholeCamera) -> Option<Self> {
+        let from = [calibration.fx, calibration.fy, calibration.cx, calibration.cy];
+        let plain = matches!(calibration.distortion, Distortion::RadialTangential(_));
+        let (horizontal, vertical) = pinhole.field_of_view_rad();
+        (!plain || from != intrinsics(pinhole)).then(|| Self {
+            model: calibration.distortion.model(),
+            intrinsics_px: from,
+            view_deg: (horizontal.to_degrees(), vertical.to_degrees()),
+        })
+    }
+}
+
+fn intrinsics(camera: &PinholeCamera) -> [f64; 4] {
+    [camera.fx, camera.fy, camera.cx, camera.cy]
 }
 
 impl Summary {
@@ -79,11 +113,12 @@ impl Summary {
             height: input.size.1,
             colour: input.colour,
             calibration: calibration.map(|c| c.dialect),
-            intrinsics_px: calibration.map(|c| [c.fx, c.fy, c.cx, c.cy]),
+            intrinsics_px: input.camera.as_ref().map(intrinsics),
             distortion: calibration
                 .map(|c| c.distortion)
                 .filter(|d| !d.is_none())
-                .map(|d| [d.k1, d.k2, d.p1, d.p2, d.k3]),
+                .map(|d| d.coefficients().iter().map(|(_, value)| *value).collect()),
+            lens: calibration.zip(input.camera.as_ref()).and_then(|(c, pinhole)| LensSummary::of(c, pinhole)),
             camera_from_cam0_m: shift.into(),
             gaps: survey.gaps.clone(),
             duplicates: names(&survey.listing.duplicates),
@@ -111,8 +146,8 @@ fn fingerprint(input: &Input) -> u64 {
         hash.add(name(path).as_bytes());
         hash.add(&std::fs::metadata(path).map_or(0, |m| m.len()).to_le_bytes());
     }
-    // Debug prints every digit of every number.
-    hash.add(format!("{:?}", input.calibration.as_ref().map(|(_, calibration)| calibration)).as_bytes());
+    let calibration = input.calibration.as_ref().map(|(_, calibration)| calibration.identity());
+    hash.add(calibration.map_or("None".to_owned(), |text| format!("Some({text})")).as_bytes());
     if let Some(masks) = &input.masks {
         masks.describe(&mut |bytes| hash.add(bytes));
     }

@@ -4,7 +4,7 @@
 //! undistorted and with their ignore masks. A frame that is missing, truncated or of another size is a [`BadFrame`] in its
 //! place, so that a pipeline can bridge it; only an input that cannot start is an [`Error`].
 //!
-//! Other files: [`Calibration`]s in four formats, KITTI [labels](read_labels), TUM and KITTI [trajectories](read_trajectory),
+//! Other files: [`Calibration`]s in several formats, KITTI [labels](read_labels), TUM and KITTI [trajectories](read_trajectory),
 //! [vehicle poses](read_vehicle_poses) of other systems. The project's own calibration format is flat TOML:
 //!
 //! ```toml
@@ -16,7 +16,9 @@
 //! height = 375       # px, optional
 //! fps = 10.0         # optional
 //! height_m = 1.65    # camera above the road, optional
-//! [distortion]       # radial-tangential (OpenCV, ROS plumb_bob), optional
+//! # view_deg = 80.0  # horizontal view of the undistorted frames, optional; by default the lens decides
+//! [distortion]       # optional
+//! model = "radial-tangential"    # the default; or "rational" (k4, k5, k6 too) or "fisheye" (k1 .. k4)
 //! k1 = 0.0           # r²
 //! k2 = 0.0           # r⁴
 //! p1 = 0.0           # tangential
@@ -84,7 +86,7 @@ pub use format::Format;
 pub use frame::{BadFrame, Frame, Pixels, gray_from_rgb};
 pub use geodesy::Geodetic;
 pub use gps_track::{GpsTrack, TrackPoint};
-pub use inspect::Summary;
+pub use inspect::{LensSummary, Summary};
 pub use labels::{FrameCounts, Label, MOST_IN_FRAME, read_labels};
 pub use masks::{numbered_images, read_mask};
 pub use options::SequenceOptions;

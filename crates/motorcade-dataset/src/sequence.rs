@@ -53,12 +53,15 @@ impl Sequence {
         let assumed_fps = survey.assumed_fps(options.fps, calibrated_fps);
         let first = first_pixels(&survey, &slots[0])?;
         let size = first.size();
-        let camera = match &calibration {
-            Some((file, calibration)) => Some(calibration.pinhole(file, size.0, size.1)?),
-            None => None,
+        let (camera, undistortion) = match &calibration {
+            Some((file, calibration)) => {
+                let distorted = calibration.distorted(file, size.0, size.1)?;
+                let pinhole = calibration.pinhole(file, size.0, size.1)?;
+                let resampled = !distorted.distortion().is_none() || pinhole != *distorted.matrix();
+                (Some(pinhole), resampled.then(|| Undistortion::new(&distorted, &pinhole)))
+            }
+            None => (None, None),
         };
-        let lens = calibration.as_ref().map(|(_, c)| c.distortion).filter(|d| !d.is_none());
-        let undistortion = camera.zip(lens).map(|(camera, lens)| Undistortion::new(&camera, &lens));
         let masks = options.ignore.as_deref().map(IgnoreMasks::open).transpose()?;
         if let Some(masks) = &masks {
             masks.get(slots[0].number, size)?;
@@ -112,7 +115,7 @@ impl Sequence {
     pub fn camera(&self) -> Result<PinholeCamera> {
         self.input.camera.ok_or_else(|| {
             Error::Usage(format!(
-                "{} has no calibration; give one with --calibration FILE (TOML, KITTI calib.txt, OpenCV or ROS YAML)",
+                "{} has no calibration; give one with --calibration FILE (TOML, KITTI calib.txt, OpenCV, ROS, ORB-SLAM or Kalibr YAML)",
                 self.input.survey.root.display()
             ))
         })

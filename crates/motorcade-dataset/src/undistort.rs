@@ -1,12 +1,12 @@
 //! Undistortion of frames by a remap table computed once.
 
 use image::{GrayImage, RgbImage};
-use motorcade_geometry::{Distortion, PinholeCamera};
+use motorcade_geometry::{DistortedCamera, PinholeCamera};
 use rayon::prelude::*;
 
 use crate::frame::Pixels;
 
-/// Remap table from undistorted to distorted pixels. The camera matrix stays the same.
+/// Remap table from the pixels of a pinhole camera to those of a camera with a lens, both of one image size.
 #[derive(Clone, Debug)]
 pub struct Undistortion {
     width: u32,
@@ -16,16 +16,19 @@ pub struct Undistortion {
 }
 
 impl Undistortion {
-    /// Computes the table.
-    pub fn new(camera: &PinholeCamera, distortion: &Distortion) -> Self {
-        let (width, height) = (camera.width, camera.height);
+    /// Computes the table from frames of `camera` to those of `pinhole`.
+    pub fn new(camera: &DistortedCamera, pinhole: &PinholeCamera) -> Self {
+        let (width, height) = (pinhole.width, pinhole.height);
+        let from = camera.matrix();
+        let (last_x, last_y) = (f64::from(from.width - 1), f64::from(from.height - 1));
+        let inside = move |u: f64, v: f64| u >= 0.0 && v >= 0.0 && u <= last_x && v <= last_y;
         let rows = (0..height).into_par_iter().flat_map_iter(|y| {
             (0..width).map(move |x| {
-                let ray = camera.ray(&[f64::from(x), f64::from(y)].into());
-                let (dx, dy) = distortion.distort(ray.x, ray.y);
-                let (u, v) = (dx * camera.fx + camera.cx, dy * camera.fy + camera.cy);
-                let inside = u >= 0.0 && v >= 0.0 && u <= f64::from(width - 1) && v <= f64::from(height - 1);
-                if inside { [u as f32, v as f32] } else { [f32::NAN; 2] }
+                let ray = pinhole.ray(&[f64::from(x), f64::from(y)].into());
+                match camera.pixel(ray.x, ray.y) {
+                    Some(p) if inside(p.x, p.y) => [p.x as f32, p.y as f32],
+                    _ => [f32::NAN; 2],
+                }
             })
         });
         Self { width, height, source: rows.collect() }
@@ -87,43 +90,5 @@ impl Undistortion {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn camera() -> PinholeCamera {
-        PinholeCamera { fx: 60.0, fy: 60.0, cx: 39.5, cy: 29.5, width: 80, height: 60 }
-    }
-
-    #[test]
-    fn a_distorted_ramp_becomes_straight_again() {
-        let distortion = Distortion { k1: -0.2, k2: 0.05, p1: 0.001, p2: -0.002, k3: 0.0 };
-        // Value of a pixel = 2 x its undistorted column, found by inverting the model by fixed point.
-        let raw = GrayImage::from_fn(80, 60, |x, y| {
-            let (u, v) = ((f64::from(x) - 39.5) / 60.0, (f64::from(y) - 29.5) / 60.0);
-            let (mut a, mut b) = (u, v);
-            for _ in 0..50 {
-                let (da, db) = distortion.distort(a, b);
-                a += u - da;
-                b += v - db;
-            }
-            image::Luma([(2.0 * (a * 60.0 + 39.5)).round().clamp(0.0, 255.0) as u8])
-        });
-        let table = Undistortion::new(&camera(), &distortion);
-        let Pixels::Gray(straight) = table.pixels(&Pixels::Gray(raw)) else { panic!("stays grey") };
-        for y in 5..55 {
-            for x in 5..75 {
-                let value = f64::from(straight.get_pixel(x, y).0[0]);
-                assert!((value - 2.0 * f64::from(x)).abs() <= 1.5, "({x}, {y}): {value}");
-            }
-        }
-    }
-
-    #[test]
-    fn pixels_from_outside_are_ignored() {
-        let pincushion = Distortion { k1: 0.4, ..Distortion::default() };
-        let mask = Undistortion::new(&camera(), &pincushion).mask(None).unwrap();
-        assert_eq!(mask.get_pixel(0, 0).0[0], 255);
-        assert_eq!(mask.get_pixel(40, 30).0[0], 0);
-        assert!(Undistortion::new(&camera(), &Distortion::default()).mask(None).is_none());
-    }
-}
+#[path = "undistort_tests.rs"]
+mod tests;

@@ -1,4 +1,4 @@
-//! Pinhole cameras with radial-tangential distortion. Pixel centres lie at integer coordinates.
+//! Pinhole cameras. Pixel centres lie at integer coordinates.
 
 use nalgebra::{Matrix3, Point2, Point3, Vector3};
 
@@ -22,7 +22,7 @@ pub struct PinholeCamera {
 /// Why intrinsics were refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("camera intrinsics: {0}")]
-pub struct InvalidCamera(String);
+pub struct InvalidCamera(pub(crate) String);
 
 /// Longest side of an image \[px\].
 const LARGEST_SIDE_PX: u32 = 32_768;
@@ -106,36 +106,6 @@ impl PinholeCamera {
     /// Mean focal length \[px\].
     pub fn focal_px(&self) -> f64 {
         0.5 * (self.fx + self.fy)
-    }
-}
-
-/// Radial-tangential (Brown–Conrady, OpenCV `plumb_bob`) distortion, applied to normalised coordinates.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Distortion {
-    /// Radial r².
-    pub k1: f64,
-    /// Radial r⁴.
-    pub k2: f64,
-    /// Tangential.
-    pub p1: f64,
-    /// Tangential.
-    pub p2: f64,
-    /// Radial r⁶.
-    pub k3: f64,
-}
-
-impl Distortion {
-    /// True when nothing is distorted.
-    pub fn is_none(&self) -> bool {
-        *self == Self::default()
-    }
-    /// Distorted position of the ray (x, y, 1), in normalised coordinates.
-    pub fn distort(&self, x: f64, y: f64) -> (f64, f64) {
-        let r2 = x * x + y * y;
-        let radial = 1.0 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3));
-        let dx = 2.0 * self.p1 * x * y + self.p2 * (r2 + 2.0 * x * x);
-        let dy = self.p1 * (r2 + 2.0 * y * y) + 2.0 * self.p2 * x * y;
-        (x * radial + dx, y * radial + dy)
     }
 }
 

@@ -18,10 +18,13 @@
 pub mod alignment;
 mod bounding_box;
 mod camera;
+mod distorted_camera;
+mod distortion;
 pub mod five_point;
 pub mod lie;
 mod mahalanobis;
 pub mod numeric;
+mod polynomial;
 mod pose;
 mod relative_pose;
 pub mod robust;
@@ -29,7 +32,9 @@ pub mod rts;
 mod triangulation;
 
 pub use bounding_box::BoundingBox;
-pub use camera::{Distortion, InvalidCamera, PinholeCamera};
+pub use camera::{InvalidCamera, PinholeCamera};
+pub use distorted_camera::DistortedCamera;
+pub use distortion::{Distortion, Fisheye, RadialTangential, Rational};
 pub use mahalanobis::mahalanobis_squared;
 pub use pose::{Camera, Frame, Pose, Vehicle, World};
 pub use relative_pose::{RelativePose, RelativePoseOptions, relative_pose};

@@ -124,6 +124,9 @@ def test_cameras_that_cannot_be_are_refused(frames):
     for given, height_m, said in [
         (fields, 1.5, "width and height"),
         ({**fields, "width": 100, "height": 40, "distortion": (0.1, 0, 0, 0, 0)}, 1.5, "undistorted"),
+        ({**fields, "width": 100, "height": 40, "model": "fisheye", "distortion": (0, 0, 0, 0)}, 1.5, "undistorted"),
+        ({**fields, "model": "fisheye", "distortion": (0, 0, 0, 0, 0)}, 1.5, "fisheye lens has 4 coefficients, got 5"),
+        ({**fields, "model": "omni"}, 1.5, "none of radial-tangential"),
         ({**fields, "focus": 3}, 1.5, "focus"),
         (camera, None, "height_m"),
         (camera, -1.0, "height of the camera"),

@@ -37,7 +37,7 @@ pub(crate) fn of_camera(camera: &PinholeCamera, height_m: f64) -> Vec<String> {
     for (name, view) in [("fx", horizontal), ("fy", vertical)] {
         if view > WIDEST_RAD {
             out.push(format!(
-                "{name} is a field of view of {:.0} degrees, wider than lenses that are pinholes; undistort to a narrower one",
+                "{name} is a field of view of {:.0} degrees, wider than lenses that are pinholes; state a smaller one, below 120, as view_deg of a TOML calibration",
                 view.to_degrees()
             ));
         }

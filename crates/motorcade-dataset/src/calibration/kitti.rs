@@ -99,6 +99,7 @@ impl KittiCalibration {
             cy,
             size: self.sizes.get(usize::from(camera)).copied().flatten(),
             distortion: Distortion::default(),
+            view_deg: None,
             fps: None,
             height_m: None,
             camera_from_cam0: Pose::from_parts(UnitQuaternion::identity(), shift),

@@ -1,13 +1,20 @@
 //! Calibration files of several formats.
 
+mod document;
+mod identity;
+mod kalibr;
 mod kitti;
+mod model;
 mod opencv;
+mod orb_slam;
 mod own;
 mod yaml;
+mod yaml_camera;
+mod yaml_file;
 
 use std::path::Path;
 
-use motorcade_geometry::{Camera, Distortion, Frame, PinholeCamera, Pose};
+use motorcade_geometry::{Camera, DistortedCamera, Distortion, Frame, PinholeCamera, Pose};
 
 use crate::error::{Error, Result};
 use crate::text::TextFile;
@@ -22,7 +29,7 @@ impl Frame for Cam0 {
     const NAME: &'static str = "cam0";
 }
 
-/// A camera as described by its file. The image size may be unknown until the first frame.
+/// A camera as described by its file: that of the frames as they come in. The image size may be unknown until the first frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Calibration {
     /// Format of the file.
@@ -39,6 +46,8 @@ pub struct Calibration {
     pub size: Option<(u32, u32)>,
     /// Lens distortion.
     pub distortion: Distortion,
+    /// Horizontal view of the undistorted frames \[°\], when the file states it.
+    pub view_deg: Option<f64>,
     /// Frames per second, when the file has it.
     pub fps: Option<f64>,
     /// Height of the camera above the road \[m\], when the file has it.
@@ -47,15 +56,16 @@ pub struct Calibration {
     pub camera_from_cam0: Pose<Camera, Cam0>,
 }
 
-/// Distortion coefficients of long lenses are large; none is larger than this.
-const LARGEST_DISTORTION: f64 = 1e6;
+/// Horizontal views of a pinhole that can be stated \[°\].
+const VIEW_RANGE_DEG: std::ops::RangeInclusive<f64> = 1.0..=170.0;
 /// Frames per second that there can be.
 pub(crate) const FPS_RANGE: std::ops::RangeInclusive<f64> = 0.01..=1e4;
 /// Heights of a camera above the road \[m\] beyond which numbers lose their meaning.
 pub const HEIGHT_RANGE_M: std::ops::RangeInclusive<f64> = 0.01..=1e3;
 
 impl Calibration {
-    /// Reads a file of any supported format, recognised by its content. `camera` chooses among a KITTI file's `P0`..`P3`.
+    /// Reads a file of any supported format, recognised by its content. `camera` chooses among a KITTI file's `P0`..`P3`
+    /// and a Kalibr file's `cam0`, `cam1`...
     pub fn read(path: &Path, camera: Option<u8>) -> Result<Self> {
         let file = TextFile::read(path)?;
         let text = file.text().trim_start_matches('\u{feff}').trim_start();
@@ -64,7 +74,7 @@ impl Calibration {
         } else if kitti::looks_like(text) {
             KittiCalibration::parse(path, &file)?.camera(path, camera.unwrap_or(0))?
         } else if text.starts_with("%YAML") || text.lines().any(|l| l.contains(':')) {
-            opencv::parse(path, &file)?
+            yaml_file::parse(path, &file, camera)?
         } else {
             own::parse(path, text)?
         };
@@ -72,8 +82,15 @@ impl Calibration {
         Ok(calibration)
     }
 
-    /// The pinhole camera for frames of this size; an error when the file is for another size.
+    /// The pinhole camera of the undistorted frames, for frames of this size; an error when the file is for another size.
     pub fn pinhole(&self, path: &Path, width: u32, height: u32) -> Result<PinholeCamera> {
+        let view_rad = self.view_deg.map(f64::to_radians);
+        let pinhole = self.distorted(path, width, height)?.undistorted(view_rad);
+        pinhole.map_err(|e| Error::input(path, e.to_string()))
+    }
+
+    /// The camera of the frames as they come in, for frames of this size; an error when the file is for another size.
+    pub fn distorted(&self, path: &Path, width: u32, height: u32) -> Result<DistortedCamera> {
         if let Some((found_width, found_height)) = self.size.filter(|size| *size != (width, height)) {
             return Err(Error::Size {
                 path: path.to_path_buf(),
@@ -86,9 +103,8 @@ impl Calibration {
                 advice: "use the calibration made at this resolution, or scale the frames",
             });
         }
-        let camera = PinholeCamera { fx: self.fx, fy: self.fy, cx: self.cx, cy: self.cy, width, height };
-        camera.validate().map_err(|e| Error::input(path, e.to_string()))?;
-        Ok(camera)
+        let matrix = PinholeCamera { fx: self.fx, fy: self.fy, cx: self.cx, cy: self.cy, width, height };
+        DistortedCamera::new(matrix, self.distortion).map_err(|e| Error::input(path, e.to_string()))
     }
 
     /// Checks that do not need the image size.
@@ -100,24 +116,15 @@ impl Calibration {
                 format!("focal lengths must be positive, got {} {}", self.fx, self.fy),
             ));
         }
-        let d = &self.distortion;
-        let numbers = [
-            // Outside the image, the principal point is told with the image's size.
-            ("cx", self.cx, f64::MAX),
-            ("cy", self.cy, f64::MAX),
-            ("k1", d.k1, LARGEST_DISTORTION),
-            ("k2", d.k2, LARGEST_DISTORTION),
-            ("p1", d.p1, LARGEST_DISTORTION),
-            ("p2", d.p2, LARGEST_DISTORTION),
-            ("k3", d.k3, LARGEST_DISTORTION),
-        ];
-        for (name, value, most) in numbers {
-            if value.is_nan() || value.abs() > most {
-                return Err(Error::input(
-                    path,
-                    format!("{name} = {value:e} must be finite and at most {most:e}"),
-                ));
+        // Outside the image, the principal point is told with the image's size.
+        for (name, value) in [("cx", self.cx), ("cy", self.cy)] {
+            if !value.is_finite() {
+                return Err(Error::input(path, format!("{name} = {value:e} must be finite")));
             }
+        }
+        self.distortion.validate().map_err(|e| Error::input(path, e.to_string()))?;
+        if let Some(view) = self.view_deg.filter(|view| !VIEW_RANGE_DEG.contains(view)) {
+            return Err(Error::input(path, format!("view_deg = {view:e} must lie in [1, 170] degrees")));
         }
         if let Some(fps) = self.fps.filter(|fps| !FPS_RANGE.contains(fps)) {
             return Err(Error::input(path, format!("fps = {fps:e} must lie in [0.01, 10000]")));
@@ -129,5 +136,7 @@ impl Calibration {
     }
 }
 
+#[cfg(test)]
+mod lens_tests;
 #[cfg(test)]
 mod tests;

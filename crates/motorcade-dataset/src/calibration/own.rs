@@ -9,8 +9,10 @@
 //! height = 375       # px, optional
 //! fps = 10.0         # optional
 //! height_m = 1.65    # camera above the road, optional
+//! # view_deg = 80.0  # horizontal view of the undistorted frames, optional; by default the lens decides
 //!
-//! [distortion]       # radial-tangential, optional, each field optional
+//! [distortion]       # optional, each field optional
+//! model = "radial-tangential"    # k1 k2 p1 p2 k3; or "rational": k4 k5 k6 too; or "fisheye": k1 k2 k3 k4
 //! k1 = 0.0
 //! k2 = 0.0
 //! p1 = 0.0
@@ -20,7 +22,7 @@
 
 use std::path::Path;
 
-use motorcade_geometry::{Distortion, Pose};
+use motorcade_geometry::{Distortion, Fisheye, Pose, RadialTangential, Rational};
 
 use super::Calibration;
 use crate::error::{Error, Result};
@@ -36,6 +38,7 @@ struct File {
     height: Option<u32>,
     fps: Option<f64>,
     height_m: Option<f64>,
+    view_deg: Option<f64>,
     #[serde(default)]
     distortion: Lens,
 }
@@ -43,11 +46,57 @@ struct File {
 #[derive(Default, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 struct Lens {
-    k1: f64,
-    k2: f64,
-    p1: f64,
-    p2: f64,
-    k3: f64,
+    model: Model,
+    k1: Option<f64>,
+    k2: Option<f64>,
+    p1: Option<f64>,
+    p2: Option<f64>,
+    k3: Option<f64>,
+    k4: Option<f64>,
+    k5: Option<f64>,
+    k6: Option<f64>,
+}
+
+#[derive(Clone, Copy, Default, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Model {
+    #[default]
+    RadialTangential,
+    Rational,
+    Fisheye,
+}
+
+impl Lens {
+    fn distortion(&self, path: &Path) -> Result<Distortion> {
+        let [k1, k2, p1, p2, k3, k4, k5, k6] =
+            [self.k1, self.k2, self.p1, self.p2, self.k3, self.k4, self.k5, self.k6]
+                .map(|k| k.unwrap_or(0.0));
+        let (distortion, others) = match self.model {
+            Model::RadialTangential => (
+                Distortion::RadialTangential(RadialTangential { k1, k2, p1, p2, k3 }),
+                [("k4", self.k4), ("k5", self.k5), ("k6", self.k6), ("", None)],
+            ),
+            Model::Rational => {
+                (Distortion::Rational(Rational { k1, k2, p1, p2, k3, k4, k5, k6 }), [("", None); 4])
+            }
+            Model::Fisheye => (
+                Distortion::Fisheye(Fisheye { k1, k2, k3, k4 }),
+                [("p1", self.p1), ("p2", self.p2), ("k5", self.k5), ("k6", self.k6)],
+            ),
+        };
+        if let Some((name, _)) = others.iter().find(|(_, value)| value.is_some()) {
+            let known: Vec<&str> = distortion.coefficients().iter().map(|(name, _)| *name).collect();
+            return Err(Error::input(
+                path,
+                format!(
+                    "{name} is no coefficient of the model \"{}\", which has {}",
+                    distortion.model(),
+                    known.join(", ")
+                ),
+            ));
+        }
+        Ok(distortion)
+    }
 }
 
 pub(super) fn parse(path: &Path, text: &str) -> Result<Calibration> {
@@ -58,7 +107,6 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Calibration> {
         (None, None) => None,
         _ => return Err(Error::input(path, "give both width and height, or neither")),
     };
-    let Lens { k1, k2, p1, p2, k3 } = file.distortion;
     Ok(Calibration {
         dialect: "motorcade TOML",
         fx: file.fx,
@@ -66,7 +114,8 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Calibration> {
         cx: file.cx,
         cy: file.cy,
         size,
-        distortion: Distortion { k1, k2, p1, p2, k3 },
+        distortion: file.distortion.distortion(path)?,
+        view_deg: file.view_deg,
         fps: file.fps,
         height_m: file.height_m,
         camera_from_cam0: Pose::identity(),

@@ -1,6 +1,8 @@
+use motorcade_geometry::RadialTangential;
+
 use super::*;
 
-fn read(name: &str, text: &str, camera: Option<u8>) -> Result<Calibration> {
+pub(super) fn read(name: &str, text: &str, camera: Option<u8>) -> Result<Calibration> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
     std::fs::write(&path, text).unwrap();
@@ -67,10 +69,8 @@ fn orb_slam_and_opencv_yaml() {
                Camera1.cy: 248.4\nCamera1.k1: -0.28\nCamera1.p2: 1.7e-05\nCamera.width: 752\nCamera.height: 480\n\
                Camera.fps: 20.0\n";
     let calibration = read("euroc.yaml", orb, None).unwrap();
-    assert_eq!(
-        (calibration.fx, calibration.distortion.k1, calibration.distortion.p2),
-        (458.6, -0.28, 1.7e-05)
-    );
+    let expected = RadialTangential { k1: -0.28, p2: 1.7e-05, ..RadialTangential::default() };
+    assert_eq!((calibration.fx, calibration.distortion), (458.6, Distortion::RadialTangential(expected)));
     assert_eq!((calibration.size, calibration.fps), (Some((752, 480)), Some(20.0)));
 
     let opencv = "%YAML:1.0\ncamera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ 7.0e+02, 0., \
@@ -81,8 +81,8 @@ fn orb_slam_and_opencv_yaml() {
         (calibration.fx, calibration.fy, calibration.cx, calibration.cy),
         (700.0, 710.0, 600.0, 170.0)
     );
-    let expected = Distortion { k1: 0.1, k2: 0.2, p1: 0.3, p2: 0.4, k3: 0.5 };
-    assert_eq!(calibration.distortion, expected);
+    let expected = RadialTangential { k1: 0.1, k2: 0.2, p1: 0.3, p2: 0.4, k3: 0.5 };
+    assert_eq!(calibration.distortion, Distortion::RadialTangential(expected));
 }
 
 #[test]
@@ -95,17 +95,19 @@ fn ros_camera_info() {
         (calibration.dialect, calibration.fy, calibration.size),
         ("ROS camera_info", 501.0, Some((640, 480)))
     );
-    assert_eq!((calibration.distortion.k2, calibration.distortion.k3), (-0.2, 0.3));
-    let fisheye = text.replace("plumb_bob", "equidistant");
-    let error = read("camera.yaml", &fisheye, None).unwrap_err().to_string();
-    assert!(error.contains("camera.yaml:8") && error.contains("equidistant"), "{error}");
+    let expected = RadialTangential { k1: 0.1, k2: -0.2, k3: 0.3, ..RadialTangential::default() };
+    assert_eq!(calibration.distortion, Distortion::RadialTangential(expected));
+    let unknown = text.replace("plumb_bob", "double_sphere");
+    let error = read("camera.yaml", &unknown, None).unwrap_err().to_string();
+    assert!(error.contains("camera.yaml:8") && error.contains("double_sphere"), "{error}");
 }
 
 #[test]
 fn own_toml_refuses_what_it_does_not_know() {
     let text = "fx = 700.0\nfy = 700.0\ncx = 600.0\ncy = 170.0\nwidth = 1242\nheight = 375\n[distortion]\nk1 = -0.1\n";
     let calibration = read("c.toml", text, None).unwrap();
-    assert_eq!(calibration.distortion.k1, -0.1);
+    let expected = RadialTangential { k1: -0.1, ..RadialTangential::default() };
+    assert_eq!(calibration.distortion, Distortion::RadialTangential(expected));
     let error = calibration.pinhole(Path::new("c.toml"), 640, 480).unwrap_err().to_string();
     assert!(error.contains("1242x375") && error.contains("640x480"), "{error}");
     assert!(read("c.toml", &text.replace("k1", "k9"), None).unwrap_err().to_string().contains("k9"));

@@ -14,12 +14,21 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
+COEFFICIENTS = {
+    "radial-tangential": ("k1", "k2", "p1", "p2", "k3"),
+    "rational": ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"),
+    "fisheye": ("k1", "k2", "k3", "k4"),
+}
+"""Coefficients of each model of a lens, in OpenCV's order."""
+
+
 @dataclass(frozen=True)
 class Camera:
-    """Intrinsics of a camera in pixels, pixel centres at integer coordinates.
+    """Intrinsics of a camera in pixels, pixel centres at integer coordinates, of the frames as they come in.
 
-    `distortion` is radial-tangential: k1, k2, p1, p2, k3 (OpenCV's order). `fps` and `height_m` (height above the road) stand
-    in some calibration files.
+    `distortion` holds the coefficients of `model` in OpenCV's order: k1, k2, p1, p2, k3 of "radial-tangential"; these and k4, k5,
+    k6 of "rational"; k1, k2, k3, k4 of "fisheye" (Kannala-Brandt); those left out are 0. `view_deg` is the horizontal view of the
+    undistorted frames, where it is stated. `fps` and `height_m` (height above the road) stand in some calibration files.
     """
 
     fx: float
@@ -28,15 +37,26 @@ class Camera:
     cy: float
     width: int | None = None
     height: int | None = None
-    distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    distortion: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0)
     fps: float | None = None
     height_m: float | None = None
+    model: str = "radial-tangential"
+    view_deg: float | None = None
+
+    def __post_init__(self) -> None:
+        names = COEFFICIENTS.get(self.model)
+        if names is None:
+            known = ", ".join(COEFFICIENTS)
+            raise _native.SettingsError(f"camera: model {self.model!r} is none of {known}")
+        found, most = len(self.distortion), len(names)
+        if found > most:
+            raise _native.SettingsError(f"camera: distortion of a {self.model} lens has {most} coefficients, got {found}")
 
     @classmethod
     def read(cls, path: str | os.PathLike[str], *, camera: int | None = None) -> Camera:
-        """Reads a calibration file: this project's TOML, KITTI calib.txt, OpenCV or ORB-SLAM YAML, ROS camera_info YAML.
+        """Reads a calibration file: this project's TOML, KITTI calib.txt, OpenCV or ORB-SLAM YAML, ROS camera_info YAML, Kalibr.
 
-        `camera` chooses among the cameras of a KITTI file. Raises `InputError`.
+        `camera` chooses among the cameras of a KITTI or Kalibr file. Raises `InputError`.
         """
         return cls(**_native.read_calibration(os.fspath(path), camera))
 
@@ -49,18 +69,18 @@ class Camera:
 
     @property
     def distorted(self) -> bool:
-        """True with any distortion."""
-        return any(coefficient != 0.0 for coefficient in self.distortion)
+        """True with any distortion; a fisheye lens has one with coefficients 0 too."""
+        return self.model == "fisheye" or any(coefficient != 0.0 for coefficient in self.distortion)
 
     def to_toml(self) -> str:
         """This project's calibration file, which `run` and the program read."""
-        fields = ("fx", "fy", "cx", "cy", "width", "height", "fps", "height_m")
+        fields = ("fx", "fy", "cx", "cy", "width", "height", "fps", "height_m", "view_deg")
         values = [(name, getattr(self, name)) for name in fields]
         text = "".join(f"{name} = {_number(name, value)}\n" for name, value in values if value is not None)
         if self.distorted:
-            names = ("k1", "k2", "p1", "p2", "k3")
-            pairs = zip(names, self.distortion)
-            text += "[distortion]\n" + "".join(f"{name} = {float(value)!r}\n" for name, value in pairs)
+            pairs = zip(COEFFICIENTS[self.model], self.distortion)
+            model = "" if self.model == "radial-tangential" else f'model = "{self.model}"\n'
+            text += f"[distortion]\n{model}" + "".join(f"{name} = {float(value)!r}\n" for name, value in pairs)
         return text
 
 
