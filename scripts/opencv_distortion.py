@@ -30,7 +30,10 @@ def points(name):
     """Rays up to 38 degrees from the axis, of the fisheye up to 80."""
     steps = (0.0, 0.01, 0.4, 1.5, 3.9) if name == "FISHEYE" else (0.0, 0.01, 0.2, 0.4, 0.55)
     signs = ((1, 1), (-1, 1), (-1, -1), (1, -1))
-    return [(sx * x * 7.0, sy * y * 7.0, 7.0) for i, x in enumerate(steps) for sx, sy in signs[i % 4 : i % 4 + 1] for y in steps]
+    out = []
+    for x, (sign_x, sign_y) in zip(steps, (*signs, signs[0])):
+        out += [(sign_x * x * 7.0, sign_y * y * 7.0, 7.0) for y in steps]
+    return out
 
 
 def project(name, p):

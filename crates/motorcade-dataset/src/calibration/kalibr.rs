@@ -29,8 +29,8 @@ pub(super) fn parse(document: &Document<'_>, camera: Option<u8>) -> Result<Optio
         }
     };
     let key = |name: &str| format!("{prefix}{name}");
-    let Some(intrinsics) = document.numbers::<4>(&key("intrinsics"))? else { return Ok(None) };
     let model = document.model(&[&key("camera_model"), &key("distortion_model"), &key("distortion_type")])?;
+    let Some(intrinsics) = document.numbers::<4>(&key("intrinsics"))? else { return Ok(None) };
     let coefficients = document.list(&[&key("distortion_coeffs"), &key("distortion_coefficients")])?;
     let distortion = document.lens(model, &coefficients.unwrap_or_default())?;
     let mut found = YamlCamera::new("Kalibr", intrinsics, distortion);
