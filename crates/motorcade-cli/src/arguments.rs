@@ -148,7 +148,7 @@ pub struct InputArguments {
     /// Camera of a KITTI rig.
     #[arg(long)]
     pub camera: Option<u8>,
-    /// Calibration: our TOML, KITTI calib.txt, OpenCV/ORB-SLAM YAML, ROS camera_info YAML.
+    /// Calibration: our TOML, KITTI calib.txt, OpenCV, ORB-SLAM, ROS camera_info or Kalibr YAML.
     #[arg(long)]
     pub calibration: Option<PathBuf>,
     /// Frames to take, by the input's own numbers: A..B (B not included), A.., ..B.
