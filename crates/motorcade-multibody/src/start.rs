@@ -27,9 +27,9 @@ pub(crate) fn medoid_poses(
     options: &GraphOptions,
 ) -> Vec<Pose<World, Vehicle>> {
     let truncation = options.advanced.start_truncation;
-    let chain = consistent_headings(vehicle, options.advanced.start_least_way_m);
+    let (chain, travels) = consistent_headings(vehicle, options.advanced.start_least_way_m);
     let Some(reference) = chain.get(chain.len() / 2).copied() else { return chain };
-    let candidates = candidates(vehicle, (ego, times), &chain, &reference, options);
+    let candidates = candidates(vehicle, (ego, times), (&chain, travels), &reference, options);
     let front_end = Candidate { pose: reference, position_variance: 0.0, heading_variance: None };
     let has_heading = candidates.iter().any(|c| c.heading_variance.is_some());
     let may_win = |c: &&Candidate| !has_heading || c.heading_variance.is_some();
@@ -45,8 +45,9 @@ pub(crate) fn medoid_poses(
     chain.iter().map(|pose| carried * *pose).collect()
 }
 
-/// The front end's poses with headings that agree with each other and with the direction of travel.
-fn consistent_headings(vehicle: &VehicleTrajectory, least_way_m: f64) -> Vec<Pose<World, Vehicle>> {
+/// The front end's poses with headings that agree with each other and with the direction of travel, and whether the way was long
+/// enough to tell that.
+fn consistent_headings(vehicle: &VehicleTrajectory, least_way_m: f64) -> (Vec<Pose<World, Vehicle>>, bool) {
     let mut chain: Vec<Pose<World, Vehicle>> = Vec::with_capacity(vehicle.states.len());
     for state in &vehicle.states {
         let pose = state.world_from_vehicle;
@@ -58,13 +59,13 @@ fn consistent_headings(vehicle: &VehicleTrajectory, least_way_m: f64) -> Vec<Pos
     if ahead < -least_way_m {
         chain.iter_mut().for_each(|pose| *pose = reversed(pose));
     }
-    chain
+    (chain, ahead.abs() > least_way_m)
 }
 
 fn candidates(
     vehicle: &VehicleTrajectory,
     (ego, times): (&EgoTrajectory, &FrameTimes<'_>),
-    chain: &[Pose<World, Vehicle>],
+    (chain, travels): (&[Pose<World, Vehicle>], bool),
     reference: &Pose<World, Vehicle>,
     options: &GraphOptions,
 ) -> Vec<Candidate> {
@@ -75,7 +76,13 @@ fn candidates(
         let seen = ego.frames.get(state.frame)?.world_from_camera * observation.camera_from_vehicle;
         // A box has no heading of its own.
         let is_box = observation.source == Source::Box;
-        let there = if is_box { Pose::from_parts(pose.rotation(), seen.translation()) } else { seen };
+        // A reversed heading would turn the whole chain round.
+        let against = travels && forward(&seen).dot(&forward(pose)) < 0.0;
+        let there = match (is_box, against) {
+            (true, _) => Pose::from_parts(pose.rotation(), seen.translation()),
+            (false, true) => reversed(&seen),
+            (false, false) => seen,
+        };
         let place: Matrix3<f64> = observation.covariance.fixed_view::<3, 3>(3, 3).into_owned();
         let slope = observation.scale_derivative.fixed_rows::<3>(3);
         let variance = match observation.scaling {

@@ -85,4 +85,11 @@ pub struct Detection {
     pub convention: BoxConvention,
     /// Identity given by the file it came from.
     pub external_id: Option<i64>,
+    /// Size of a pixel of the detector's input in pixels of the image; 1 where that is unknown. Edges are not known better.
+    #[serde(default = "one")]
+    pub pixel_size: f64,
+}
+
+fn one() -> f64 {
+    1.0
 }

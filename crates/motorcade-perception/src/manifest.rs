@@ -125,6 +125,9 @@ pub enum OutputSpec {
         /// False takes the boxes alone.
         #[serde(default = "yes")]
         road: bool,
+        /// Mean errors of the edges of small boxes, in order of height; those of greater boxes are not corrected.
+        #[serde(default)]
+        edge_errors: Vec<EdgeErrors>,
     },
     /// Heat maps and visibilities of the 36 keypoints of `car-36`, in crops of 64×64 px (`training/README.md`).
     Keypoints {
@@ -154,6 +157,48 @@ impl OutputSpec {
             Self::CentrePoint { classes } => Some((BoxFamily::CentrePoint, classes)),
             Self::Segmentation { .. } | Self::Scene { .. } | Self::Keypoints { .. } => None,
         }
+    }
+}
+
+/// Mean errors of the edges of boxes of a height, in pixels of the input; positive to the right and down.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EdgeErrors {
+    /// Height of the box as it is found.
+    pub height: f64,
+    /// Error of the left edge.
+    #[serde(default)]
+    pub left: f64,
+    /// Error of the upper edge.
+    #[serde(default)]
+    pub top: f64,
+    /// Error of the right edge.
+    #[serde(default)]
+    pub right: f64,
+    /// Error of the lower edge.
+    #[serde(default)]
+    pub bottom: f64,
+}
+
+impl EdgeErrors {
+    /// The errors (left, top, right, bottom) at a height, linear between those of a table in order of height: at smaller heights
+    /// those of the first line, beyond the last none.
+    pub(crate) fn at(table: &[Self], height: f64) -> [f64; 4] {
+        let errors = |e: &Self| [e.left, e.top, e.right, e.bottom];
+        let above = table.partition_point(|e| e.height < height);
+        match (above.checked_sub(1).map(|k| &table[k]), table.get(above)) {
+            (_, None) => [0.0; 4],
+            (None, Some(first)) => errors(first),
+            (Some(a), Some(b)) => {
+                let part = (height - a.height) / (b.height - a.height);
+                std::array::from_fn(|k| errors(a)[k] + part * (errors(b)[k] - errors(a)[k]))
+            }
+        }
+    }
+
+    fn is_valid(table: &[Self]) -> bool {
+        let finite = |e: &Self| [e.height, e.left, e.top, e.right, e.bottom].iter().all(|v| v.is_finite());
+        table.iter().all(finite) && table.windows(2).all(|pair| pair[0].height < pair[1].height)
     }
 }
 
@@ -229,6 +274,9 @@ impl Manifest {
                 OutputSpec::Segmentation { road } if road.is_empty() => return wrong("names no road class"),
                 OutputSpec::Scene { pixels, .. } if !(10_000..=10_000_000).contains(pixels) => {
                     return wrong("pixels must lie between 10000 and 10000000");
+                }
+                OutputSpec::Scene { edge_errors, .. } if !EdgeErrors::is_valid(edge_errors) => {
+                    return wrong("edge_errors must be numbers with increasing heights");
                 }
                 OutputSpec::Keypoints { variance: KeypointVariance { gain, floor } }
                     if !(gain.is_finite() && *gain >= 0.0 && floor.is_finite() && *floor > 0.0) =>

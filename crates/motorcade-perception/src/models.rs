@@ -121,8 +121,9 @@ impl ModelSet {
                     let misfit = misfit(&network, entry.input.resize, image_size);
                     keep(&mut road, misfit, Box::new(RoadNetwork::new(network, classes.clone())));
                 }
-                OutputSpec::Scene { pixels, road: with_road } => {
-                    let scene = SceneNetwork::new(network, image_size, *pixels, options.min_score);
+                OutputSpec::Scene { pixels, road: with_road, edge_errors } => {
+                    let scene =
+                        SceneNetwork::new(network, image_size, *pixels, edge_errors, options.min_score);
                     keep(&mut vehicles, 0.0, Box::new(scene.clone()));
                     if *with_road {
                         keep(&mut road, 0.0, Box::new(scene));

@@ -35,6 +35,7 @@ pub fn try_models(
         bbox: BoundingBox::new([0.0, 0.0, right, below]),
         convention: BoxConvention::VisibleExtent,
         external_id: None,
+        pixel_size: 1.0,
     };
     let manifest = Manifest::of_folder(folder)?;
     let each = RefCell::new(each);

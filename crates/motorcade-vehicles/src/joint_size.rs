@@ -5,7 +5,7 @@ use motorcade_shape::{Dimensions, SizePrior};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::box_fit::SingleView;
-use crate::options::SizeOptions;
+use crate::options::{BoxFitOptions, SizeOptions};
 use crate::size_prior::size_prior;
 
 /// A size and its covariance (3×3) \[m²\].
@@ -26,6 +26,9 @@ pub struct SizeByRoad {
     pub log_factor: f64,
     /// Variance of it: of the boxes and of the road's plane, not of the class.
     pub variance: f64,
+    /// Distance to the side of the camera's lane, mean over the boxes \[m\]: the road's level is less known there, and errs alike
+    /// in all boxes.
+    pub beside_m: f64,
 }
 
 impl SizeByRoad {
@@ -35,13 +38,16 @@ impl SizeByRoad {
         views: &[(usize, SingleView)],
         class: VehicleClass,
         independent_views: f64,
+        options: &BoxFitOptions,
     ) -> Option<Self> {
         let weight = independent_views / views.len().max(1) as f64;
         let d = size_prior(class).mean.to_vector();
-        let (mut information, mut gradient) = (0.0, 0.0);
-        for (reduced, rhs) in views.iter().filter_map(|(_, view)| reduced(view)) {
-            information += d.dot(&(reduced * d)) * weight;
+        let (mut information, mut gradient, mut beside) = (0.0, 0.0, 0.0);
+        for (view, (reduced, rhs)) in views.iter().filter_map(|(_, view)| Some((view, reduced(view)?))) {
+            let own = d.dot(&(reduced * d)) * weight;
+            information += own;
             gradient += d.dot(&(rhs - reduced * d)) * weight;
+            beside += own * options.beside_m(view.state[1]);
         }
         let log_factor = (1.0 + gradient / information).ln();
         (information > 0.0 && log_factor.is_finite()).then(|| Self {
@@ -49,6 +55,7 @@ impl SizeByRoad {
             views: views.len(),
             log_factor,
             variance: 1.0 / information,
+            beside_m: beside / information,
         })
     }
 }

@@ -19,6 +19,8 @@ pub struct ObservedBox {
     pub convention: BoxConvention,
     /// False for truncated and occluded edges (left, top, right, bottom).
     pub edges: [bool; 4],
+    /// Size of a pixel of the detector's input \[px\].
+    pub pixel_size: f64,
 }
 
 impl ObservedBox {
@@ -30,7 +32,7 @@ impl ObservedBox {
         others: &[BoundingBox],
         options: &BoxFitOptions,
     ) -> Self {
-        let Detection { bbox, class, convention, .. } = *detection;
+        let Detection { bbox, class, convention, pixel_size, .. } = *detection;
         let mut edges = inside_border(&bbox, camera, options.border_px);
         let nearer = |o: &&BoundingBox| {
             convention == BoxConvention::VisibleExtent && **o != bbox && o.y2 > bbox.y2 + SLACK_PX
@@ -45,7 +47,7 @@ impl ObservedBox {
             edges[2] &= !(down > covered && within(bbox.x2, other.x1, other.x2 + SLACK_PX));
             edges[3] &= !(across > covered && within(bbox.y2, other.y1, other.y2));
         }
-        Self { bbox, class, convention, edges }
+        Self { bbox, class, convention, edges, pixel_size }
     }
 
     /// True for a car truncated by the left or right border: its visible height may be that of a bonnet or boot. Lorries,
@@ -81,7 +83,7 @@ mod tests {
 
     fn car(bbox: BoundingBox) -> Detection {
         let (class, convention) = (VehicleClass::Car, BoxConvention::VisibleExtent);
-        Detection { class, score: 1.0, bbox, convention, external_id: None }
+        Detection { class, score: 1.0, bbox, convention, external_id: None, pixel_size: 1.0 }
     }
 
     #[test]

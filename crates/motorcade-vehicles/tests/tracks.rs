@@ -43,7 +43,7 @@ fn outline(camera_from_vehicle: &Pose<Camera, Vehicle>) -> Option<BoundingBox> {
 
 fn detected(bbox: BoundingBox) -> Detection {
     let (class, convention) = (VehicleClass::Car, BoxConvention::VisibleExtent);
-    Detection { bbox, score: 0.8, class, convention, external_id: None }
+    Detection { bbox, score: 0.8, class, convention, external_id: None, pixel_size: 1.0 }
 }
 
 /// The box of a car ahead and to the left of the camera.

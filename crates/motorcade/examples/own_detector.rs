@@ -30,6 +30,7 @@ impl VehicleDetector for BrightCar {
             bbox: BoundingBox::new(edges),
             convention: BoxConvention::VisibleExtent,
             external_id: None,
+            pixel_size: 1.0,
         };
         Ok(bbox.map(detection).into_iter().collect())
     }

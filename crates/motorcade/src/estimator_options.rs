@@ -71,9 +71,11 @@ pub struct VehicleHeightOptions {
     pub least_views: usize,
     /// Largest standard deviation of the logarithm of a car's size by the road.
     pub most_sigma: f64,
-    /// Standard deviation of the logarithm of a car's size about the mean of all, with what boxes and the plane under it err in
-    /// common: 0.16 to 0.24 on KITTI 0005, `carnd_i280` and `tusimple_clip`.
+    /// Standard deviation of the logarithm of a car's size about the mean of all, with what its boxes err in common: 0.06 for the
+    /// moving cars of KITTI 0005, more where saloons and large cars mix.
     pub vehicle_sigma: f64,
+    /// Standard deviation of the road's slope from the own lane to a car beside it \[rad\]: parallel roads lie higher or lower.
+    pub cross_fall_sigma_rad: f64,
     /// Standard deviation of the logarithm of the mean size of a country's cars, and of a detector's habit to draw boxes large or
     /// small: KITTI's labelled cars are 6 % smaller than the European models behind the shape prior.
     pub common_sigma: f64,
@@ -91,8 +93,9 @@ impl Default for VehicleHeightOptions {
             least_vehicles: 3,
             least_for_disagreement: 8,
             least_views: 5,
-            most_sigma: 0.15,
-            vehicle_sigma: 0.18,
+            most_sigma: 0.3,
+            vehicle_sigma: 0.12,
+            cross_fall_sigma_rad: 0.04,
             common_sigma: 0.05,
             kernel_sigmas: 2.0,
             disagreement_sigmas: 3.0,

@@ -149,6 +149,16 @@ fn a_reversed_or_distant_start_is_corrected() {
     }
 }
 
+/// A network takes the back for the front: the chain of poses keeps its direction of travel.
+#[test]
+fn reversed_headings_of_all_views_do_not_turn_the_way_round() {
+    let views = |k: usize| vec![seen(Source::External, &ahead(k), k, &(noise(7, 1.0)[k] + half_turn()))];
+    let vehicle = vehicle(ahead, views, 1.0);
+    let starts = start::poses(&vehicle, &ego(), &FrameTimes::new(&times_s(), 0.1), &GraphOptions::default());
+    let far = |k: usize| (starts[k].translation() - ahead(k).translation()).norm();
+    assert!(far(0) < 5.0 && far(FRAMES - 1) < 5.0, "{} m {} m", far(0), far(FRAMES - 1));
+}
+
 #[test]
 fn a_start_that_is_right_stays() {
     let observations = |k: usize| vec![seen(Source::Box, &ahead(k), k, &noise(5, 1.0)[k])];

@@ -72,6 +72,7 @@ mod tests {
             bbox: BoundingBox::new([x, 0.0, x + 100.0, 50.0]),
             convention: BoxConvention::VisibleExtent,
             external_id: None,
+            pixel_size: 1.0,
         }
     }
 

@@ -13,6 +13,7 @@ use super::preprocess::{Scale, input};
 use crate::detection::{BoundingBox, BoxConvention, Detection, VehicleClass};
 use crate::detectors::{RoadSegmenter, VehicleDetector};
 use crate::error::Result;
+use crate::manifest::EdgeErrors;
 use crate::road::RoadMask;
 
 /// Classes by channel.
@@ -37,6 +38,7 @@ struct Scene {
 struct Shared {
     network: Network,
     min_score: f64,
+    edge_errors: Vec<EdgeErrors>,
     /// Height and width of the input for images of the drive \[px\].
     size: (usize, usize),
     last: Option<Scene>,
@@ -48,9 +50,15 @@ pub struct SceneNetwork(Arc<Mutex<Shared>>);
 
 impl SceneNetwork {
     /// For images of this size (width, height) \[px\]; `pixels` are those of the input, nearly.
-    pub(crate) fn new(network: Network, image_size: (u32, u32), pixels: usize, min_score: f64) -> Self {
-        let size = input_size(image_size, pixels);
-        Self(Arc::new(Mutex::new(Shared { network, min_score, size, last: None })))
+    pub(crate) fn new(
+        network: Network,
+        image_size: (u32, u32),
+        pixels: usize,
+        edge_errors: &[EdgeErrors],
+        min_score: f64,
+    ) -> Self {
+        let (size, edge_errors) = (input_size(image_size, pixels), edge_errors.to_vec());
+        Self(Arc::new(Mutex::new(Shared { network, min_score, edge_errors, size, last: None })))
     }
 
     fn scene(&self, frame: &Frame) -> Result<Scene> {
@@ -97,7 +105,10 @@ impl Shared {
         Ok(Scene {
             number: frame.number,
             timestamp_ns: frame.timestamp_ns,
-            detections: suppress_and_average(detections),
+            detections: suppress_and_average(detections)
+                .into_iter()
+                .map(|found| corrected(found, &self.edge_errors, scale, image.dimensions()))
+                .collect(),
             road: RoadMask::new(mask, image.width(), image.height()),
         })
     }
@@ -139,9 +150,32 @@ fn boxes(
             bbox: BoundingBox::new(edges.map(|edge| edge - 0.5)),
             convention: BoxConvention::VisibleExtent,
             external_id: None,
+            pixel_size: scale.x.max(scale.y).max(1.0),
         });
     }
     found
+}
+
+/// Without the mean errors of the edges that lie inside the image of (width, height).
+fn corrected(
+    found: Detection,
+    errors: &[EdgeErrors],
+    scale: Scale,
+    (width, height): (u32, u32),
+) -> Detection {
+    let BoundingBox { x1, y1, x2, y2 } = found.bbox;
+    let [left, top, right, bottom] = EdgeErrors::at(errors, (y2 - y1) / scale.y);
+    let moved = |edge: f64, error: f64, scale: f64, size: u32| {
+        let inside = edge > 0.0 && edge < f64::from(size) - 1.0;
+        if inside { edge - error * scale } else { edge }
+    };
+    let bbox = BoundingBox {
+        x1: moved(x1, left, scale.x, width),
+        y1: moved(y1, top, scale.y, height),
+        x2: moved(x2, right, scale.x, width),
+        y2: moved(y2, bottom, scale.y, height),
+    };
+    Detection { bbox: bbox.clipped(width, height), ..found }
 }
 
 /// Height and width of the input: about `pixels` in all, near the shape of the image, never larger than it.
@@ -194,5 +228,29 @@ mod tests {
         assert_eq!(found.len(), 1);
         assert_eq!(found[0].class, VehicleClass::Truck);
         assert_eq!(found[0].bbox.to_array(), [3.5, -0.5, 35.5, 5.5]);
+    }
+
+    #[test]
+    fn small_boxes_lose_their_mean_errors() {
+        let at =
+            |height: f64, top: f64, right: f64| EdgeErrors { height, top, right, left: 0.0, bottom: 0.0 };
+        let errors = [at(10.0, -2.0, 1.0), at(20.0, 0.0, 0.0)];
+        let scale = Scale { x: 2.0, y: 1.0 };
+        let found = |edges: [f64; 4]| {
+            let detection = Detection {
+                class: VehicleClass::Car,
+                score: 0.5,
+                bbox: BoundingBox::new(edges),
+                convention: BoxConvention::VisibleExtent,
+                external_id: None,
+                pixel_size: 2.0,
+            };
+            corrected(detection, &errors, scale, (100, 80)).bbox.to_array()
+        };
+        assert_eq!(found([10.0, 20.0, 30.0, 30.0]), [10.0, 22.0, 28.0, 30.0]);
+        assert_eq!(found([10.0, 20.0, 30.0, 35.0]), [10.0, 21.0, 29.0, 35.0]);
+        assert_eq!(found([10.0, 20.0, 30.0, 45.0]), [10.0, 20.0, 30.0, 45.0]);
+        // An edge at the border is where the picture ends.
+        assert_eq!(found([80.0, 0.0, 99.0, 8.0]), [80.0, 0.0, 99.0, 8.0]);
     }
 }

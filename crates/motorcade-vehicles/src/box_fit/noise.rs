@@ -9,7 +9,7 @@ use crate::options::BoxFitOptions;
 
 /// Standard deviation of a measured edge (0 to 3: left, top, right, bottom) \[px\].
 fn edge_sigma_px(observed: &ObservedBox, edge: usize, options: &BoxFitOptions) -> f64 {
-    let ObservedBox { bbox, class, convention, .. } = observed;
+    let ObservedBox { bbox, class, convention, pixel_size, .. } = observed;
     let side = if edge.is_multiple_of(2) { bbox.width() } else { bbox.height() };
     let large = matches!(class, VehicleClass::Van | VehicleClass::Truck | VehicleClass::Bus);
     let share = if large && edge != 3 && *convention == BoxConvention::VisibleExtent {
@@ -17,7 +17,7 @@ fn edge_sigma_px(observed: &ObservedBox, edge: usize, options: &BoxFitOptions) -
     } else {
         options.edge_sigma_share
     };
-    options.edge_sigma_px.hypot(share * side)
+    (options.edge_sigma_px * pixel_size).hypot(share * side)
 }
 
 /// Standard deviation of an edge whose predicted position is `offset_px` further right or down than the observed one \[px\]; `None`
@@ -60,7 +60,6 @@ pub(super) fn road_height_sigma_m(
     let lengths = (ahead_m / options.road_slope_length_m).min(options.road_slope_most_lengths);
     let slope = options.road_slope_sigma_rad * lengths;
     let pitch = ground.pitch_sigma_rad.hypot(slope);
-    let beside_m = (left_m.abs() - options.own_lane_half_width_m).max(0.0);
-    let across_m = (options.cross_fall_sigma_rad * beside_m).min(options.cross_fall_most_m);
+    let across_m = (options.cross_fall_sigma_rad * options.beside_m(left_m)).min(options.cross_fall_most_m);
     options.road_height_sigma_m.hypot(pitch * ahead_m).hypot(across_m)
 }

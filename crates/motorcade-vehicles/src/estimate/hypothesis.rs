@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 use super::headings::{static_headings, travel_headings};
 use super::input::TrackInput;
 use super::views::Views;
+use crate::ground::GroundFrame;
 use crate::motion::{
     KinematicState, PositionMeasurement, probability_moving, smooth_motion, static_position,
 };
@@ -37,7 +38,8 @@ impl TrackHypothesis {
         for _ in 0..advanced.hypothesis.rounds {
             let views = Views::new(input, &headings)?;
             let positions = views.positions(input.grounds);
-            let p_moving = probability_moving(&positions, views.inflation, advanced);
+            let forward = external.and_then(|headings| mean_forward(input, headings));
+            let p_moving = probability_moving(&positions, forward.as_ref(), views.inflation, advanced);
             let states = if p_moving > 0.5 {
                 smooth_motion(&positions, times, &up, advanced)
             } else {
@@ -59,6 +61,15 @@ impl TrackHypothesis {
         }
         found
     }
+}
+
+/// Mean forward direction in the world for headings relative to each frame's camera.
+fn mean_forward(input: &TrackInput<'_>, headings: &[f64]) -> Option<Vector3<f64>> {
+    let grounds = input.grounds.get(input.start..)?.iter();
+    let forward = |(ground, heading): (&GroundFrame, &f64)| {
+        ground.world_from_camera.transform_vector(&ground.direction_of(*heading))
+    };
+    grounds.zip(headings).map(forward).sum::<Vector3<f64>>().try_normalize(1e-6)
 }
 
 fn static_states(

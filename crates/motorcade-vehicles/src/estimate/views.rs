@@ -45,7 +45,12 @@ impl Views {
         let first = fit_all(&input.prior);
         let independent = input.independent_views(first.len(), span(&first), sizes.independent_views);
         let size = JointSize::from_views(&first, &input.prior, independent, sizes)?;
-        let size_by_road = SizeByRoad::from_views(&first, input.track.votes.class(), independent);
+        let size_by_road = SizeByRoad::from_views(
+            &first,
+            input.track.votes.class(),
+            independent,
+            &input.options.advanced.box_fit,
+        );
         let boxes = fit_all(&size.as_prior(sizes));
         let GoodnessOfFit { chi2, cost, inflation } = GoodnessOfFit::new(input, &boxes, &size);
         let views = fuse(&boxes, &input.external.views);

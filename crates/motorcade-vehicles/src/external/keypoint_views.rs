@@ -242,6 +242,7 @@ mod tests {
                 class: VehicleClass::Car,
                 convention: BoxConvention::VisibleExtent,
                 edges: [true; 4],
+                pixel_size: 1.0,
             };
             boxes.push(TrackBox { frame: k, observed, score: 1.0 });
             detected.push(vec![keypoints]);

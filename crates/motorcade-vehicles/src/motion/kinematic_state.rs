@@ -7,9 +7,12 @@ use crate::options::AdvancedVehicleOptions;
 use crate::time::independent_views;
 
 /// Probability that a vehicle moves: the slope of a line through its positions over time, against the apparent speed that errors
-/// of depth cause. `inflation` is a factor on its standard deviation for boxes that fit worse than their covariances say.
+/// of depth cause. `inflation` is a factor on its standard deviation for boxes that fit worse than their covariances say. With a
+/// known `forward` direction (unit vector, world frame) only the speed along it counts: vehicles do not slide, errors of depth
+/// point anywhere.
 pub fn probability_moving(
     positions: &[PositionMeasurement],
+    forward: Option<&Vector3<f64>>,
     inflation: f64,
     options: &AdvancedVehicleOptions,
 ) -> f64 {
@@ -38,7 +41,11 @@ pub fn probability_moving(
     let independent = independent_views(count, duration, correlation_time_s, options.independent_views);
     let noise = (1.0 / w_sum * count as f64 / independent).sqrt() * options.noise_factor / duration;
     let sigma = options.speed_floor_mps.hypot(apparent_speed).hypot(noise) * inflation;
-    let excess = velocity.norm() / sigma - options.even_odds_sigmas;
+    let along = |forward: &Vector3<f64>| {
+        let speed = velocity.dot(forward);
+        speed.max(-options.backward_share * speed)
+    };
+    let excess = forward.map_or_else(|| velocity.norm(), along) / sigma - options.even_odds_sigmas;
     1.0 / (1.0 + (-options.logistic_slope * excess).exp())
 }
 
@@ -64,13 +71,25 @@ pub(super) mod tests {
     }
 
     fn moving(positions: &[PositionMeasurement]) -> f64 {
-        probability_moving(positions, 1.0, &AdvancedVehicleOptions::default())
+        probability_moving(positions, None, 1.0, &AdvancedVehicleOptions::default())
     }
 
     #[test]
     fn moving_and_static_vehicles_are_separated() {
         assert!(moving(&positions(8.0)) > 0.95);
         assert!(moving(&positions(0.05)) < 0.1);
+    }
+
+    #[test]
+    fn a_vehicle_moves_along_its_heading() {
+        let options = AdvancedVehicleOptions::default();
+        let along =
+            |forward: Vector3<f64>| probability_moving(&positions(3.0), Some(&forward), 1.0, &options);
+        // The same apparent speed: ahead, along the road, and across it, as errors of depth look on a parked car.
+        assert!(along(Vector3::z()) > 0.95);
+        assert!(along(Vector3::x()) < 0.1);
+        let reversing = along(-Vector3::z());
+        assert!(reversing < along(Vector3::z()) && reversing > along(Vector3::x()), "{reversing}");
     }
 
     /// An approached car on a road whose pitch is wrong by half a degree, five times its standard deviation: its distance errs

@@ -26,25 +26,35 @@ pub struct HeightByVehicles {
 }
 
 impl HeightByVehicles {
-    /// The height by vehicles whose size is known by the road; `None` when they are too few. Outliers (other classes, wrong
-    /// headings, parts of vehicles) have little weight: a mean with Cauchy weights from the median on.
-    pub fn new(vehicles: &[VehicleTrajectory], options: &VehicleHeightOptions) -> Option<Self> {
-        let sized = |v: &VehicleTrajectory| {
+    /// The height by vehicles whose size is known by the road, where `assumed_m` was taken for it; `None` when they are too few.
+    /// Outliers (other classes, wrong headings, parts of vehicles) have little weight: a mean with Cauchy weights from the median
+    /// on. So have boxes of low scores, many of which are no vehicles.
+    pub fn new(
+        vehicles: &[VehicleTrajectory],
+        assumed_m: f64,
+        options: &VehicleHeightOptions,
+    ) -> Option<Self> {
+        let scores: Vec<f64> = vehicles.iter().map(mean_score).collect();
+        let best = scores.iter().copied().fold(0.0, f64::max);
+        let sized = |(v, score): (&VehicleTrajectory, &f64)| {
             let size = v.size_by_road.filter(|size| size.class == VehicleClass::Car)?;
             let enough = size.views >= options.least_views && size.variance.sqrt() < options.most_sigma;
-            enough.then(|| (size.log_factor, 1.0 / (size.variance + options.vehicle_sigma.powi(2))))
+            let level_sigma = options.cross_fall_sigma_rad * size.beside_m / assumed_m;
+            let variance = size.variance + options.vehicle_sigma.powi(2) + level_sigma.powi(2);
+            let certainty = if best > 0.0 { (score / best).powi(2) } else { 1.0 };
+            (enough && certainty > 0.0).then_some((size.log_factor, variance, certainty))
         };
-        let sizes: Vec<(f64, f64)> = vehicles.iter().filter_map(sized).collect();
+        let sizes: Vec<(f64, f64, f64)> = vehicles.iter().zip(&scores).filter_map(sized).collect();
         if sizes.len() < options.least_vehicles {
             return None;
         }
-        let mut factors: Vec<f64> = sizes.iter().map(|(factor, _)| *factor).collect();
+        let mut factors: Vec<f64> = sizes.iter().map(|(factor, ..)| *factor).collect();
         let mut mean = median(&mut factors)?;
         let mut sum = 0.0;
         for _ in 0..ROUNDS {
-            let weight = |(factor, w): &(f64, f64)| {
+            let weight = |(factor, variance, certainty): &(f64, f64, f64)| {
                 let off = (factor - mean) / options.kernel_sigmas;
-                w / (1.0 + off * off * w)
+                certainty / (variance + off * off)
             };
             sum = sizes.iter().map(weight).sum();
             mean = sizes.iter().map(|s| weight(s) * s.0).sum::<f64>() / sum;
@@ -74,11 +84,18 @@ impl HeightByVehicles {
     }
 }
 
+/// Mean score of the boxes of a vehicle; a predicted one has none.
+fn mean_score(vehicle: &VehicleTrajectory) -> f64 {
+    let scores = || vehicle.states.iter().map(|s| s.score).filter(|score| *score > 0.0);
+    scores().sum::<f64>() / scores().count().max(1) as f64
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use motorcade_vehicles::{SizeByRoad, size_prior};
-    use nalgebra::Matrix3;
+    use motorcade_geometry::Pose;
+    use motorcade_vehicles::{SizeByRoad, Source, VehicleState, size_prior};
+    use nalgebra::{Matrix3, Matrix6};
 
     fn car(id: usize, log_factor: f64) -> VehicleTrajectory {
         VehicleTrajectory {
@@ -91,10 +108,28 @@ mod tests {
                 views: 20,
                 log_factor,
                 variance: 0.0025,
+                beside_m: 0.0,
             }),
             p_moving: 0.5,
             states: Vec::new(),
         }
+    }
+
+    fn scored(vehicle: VehicleTrajectory, score: f64) -> VehicleTrajectory {
+        let state = VehicleState {
+            frame: 0,
+            world_from_vehicle: Pose::identity(),
+            covariance: Matrix6::identity(),
+            bbox: None,
+            score,
+            speed_mps: 0.0,
+            speed_sigma_mps: 1.0,
+            yaw_rate_radps: 0.0,
+            source: Source::Box,
+            measurement: None,
+            observations: Vec::new(),
+        };
+        VehicleTrajectory { states: vec![state], ..vehicle }
     }
 
     #[test]
@@ -103,7 +138,7 @@ mod tests {
         let mut cars: Vec<VehicleTrajectory> =
             (0..14).map(|k| car(k, 0.3 + 0.02 * (k % 5) as f64 - 0.04)).collect();
         cars.extend([car(14, 1.4), car(15, -0.9)]);
-        let found = HeightByVehicles::new(&cars, &options).unwrap();
+        let found = HeightByVehicles::new(&cars, 1.65, &options).unwrap();
         assert!((found.log_factor + 0.3).abs() < 0.03, "{found:?}");
         let (height_m, sigma_m) = found.metres(1.65);
         assert!((height_m - 1.65 * (-0.3_f64).exp()).abs() < sigma_m, "{found:?}");
@@ -111,12 +146,33 @@ mod tests {
         assert!(warning.contains("1.65 m disagrees with 16 vehicles"), "{warning}");
     }
 
+    /// Boxes on a wall, and cars on a parallel road that lies higher.
+    #[test]
+    fn doubtful_boxes_and_distant_lanes_weigh_little() {
+        let options = VehicleHeightOptions::default();
+        let with = |score: f64, beside_m: f64| {
+            let odd = |k: usize| {
+                let mut car = scored(car(k, -0.35), score);
+                if let Some(size) = &mut car.size_by_road {
+                    size.beside_m = beside_m;
+                }
+                car
+            };
+            let cars: Vec<VehicleTrajectory> =
+                (0..4).map(|k| scored(car(k, 0.0), 0.85)).chain((4..8).map(odd)).collect();
+            HeightByVehicles::new(&cars, 1.65, &options).unwrap()
+        };
+        let (same, doubtful, distant) = (with(0.85, 0.0), with(0.3, 0.0), with(0.85, 12.0));
+        assert!(same.log_factor > 0.1, "{same:?}");
+        assert!(doubtful.log_factor < 0.06 && distant.log_factor < 0.06, "{doubtful:?} {distant:?}");
+    }
+
     #[test]
     fn few_vehicles_and_right_heights_say_nothing() {
         let options = VehicleHeightOptions::default();
-        assert_eq!(HeightByVehicles::new(&[car(0, 0.0), car(1, 0.0)], &options), None);
+        assert_eq!(HeightByVehicles::new(&[car(0, 0.0), car(1, 0.0)], 1.65, &options), None);
         let cars: Vec<VehicleTrajectory> = (0..12).map(|k| car(k, 0.06)).collect();
-        let found = HeightByVehicles::new(&cars, &options).unwrap();
+        let found = HeightByVehicles::new(&cars, 1.65, &options).unwrap();
         assert_eq!(found.disagreement(1.2, &options), None);
     }
 }

@@ -62,7 +62,7 @@ fn known_height(record: &FrontEndRecord, settings: &Settings) -> (Settings, Opti
     for _ in 0..HEIGHT_ROUNDS {
         let ego = by_road(record, &known);
         let vehicles = vehicles_of_drive(record, &ego, &known);
-        let Some(height) = HeightByVehicles::new(&vehicles, options) else { break };
+        let Some(height) = HeightByVehicles::new(&vehicles, known.height_m, options) else { break };
         (known.height_m, _) = height.metres(known.height_m);
         found = Some(height);
     }
@@ -84,7 +84,7 @@ fn known_height(record: &FrontEndRecord, settings: &Settings) -> (Settings, Opti
 /// A warning where vehicles contradict the stated height.
 fn doubt(vehicles: &[VehicleTrajectory], settings: &Settings) -> Option<String> {
     let options = &settings.config.scale.height;
-    let found = HeightByVehicles::new(vehicles, options).filter(|_| !settings.metric())?;
+    let found = HeightByVehicles::new(vehicles, settings.height_m, options).filter(|_| !settings.metric())?;
     found.disagreement(settings.height_m, options)
 }
 

@@ -41,6 +41,7 @@ pub fn drive(frames: usize) -> FrontEndRecord {
             class: VehicleClass::Car,
             convention: BoxConvention::VisibleExtent,
             external_id: None,
+            pixel_size: 1.0,
         }
     };
     let seen = |k: usize| {

@@ -91,6 +91,7 @@ impl BoxDetector {
                 bbox,
                 convention: BoxConvention::VisibleExtent,
                 external_id: None,
+                pixel_size: back.x.max(back.y).max(1.0),
             })
         };
         Ok(suppress(self.decode(&outputs, size)?.into_iter().filter_map(detection).collect()))
