@@ -4,19 +4,19 @@ use std::fs;
 use std::path::Path;
 
 use motorcade::{Config, RunRecord};
-use motorcade_dataset::regular_file;
+use motorcade_dataset::{Fnv, regular_file};
 use motorcade_perception::ModelOptions;
 
 use crate::arguments::RunArguments;
 
-/// 64-bit FNV-1a.
-struct Fnv(u64);
+/// A hash of fields, each ended by a byte that no text has.
+#[derive(Default)]
+struct Fields(Fnv);
 
-impl Fnv {
+impl Fields {
     fn add(&mut self, bytes: &[u8]) {
-        for byte in bytes.iter().chain(&[0xff]) {
-            self.0 = (self.0 ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
-        }
+        self.0.add(bytes);
+        self.0.add(&[0xff]);
     }
     /// A file by its content, a folder by its files' names and sizes.
     fn add_path(&mut self, path: &Path) {
@@ -42,7 +42,7 @@ pub fn fingerprint(
     height_m: Option<f64>,
     config: &Config,
 ) -> String {
-    let mut hash = Fnv(0xcbf2_9ce4_8422_2325);
+    let mut hash = Fields::default();
     hash.add(env!("CARGO_PKG_VERSION").as_bytes());
     hash.add(input_hash.as_bytes());
     hash.add(&height_m.unwrap_or(f64::NAN).to_le_bytes());
@@ -79,7 +79,7 @@ pub fn fingerprint(
             None => hash.add(b"-"),
         }
     }
-    format!("{:016x}", hash.0)
+    hash.0.to_string()
 }
 
 /// True when `directory` holds a finished run with this fingerprint.

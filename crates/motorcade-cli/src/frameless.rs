@@ -1,7 +1,7 @@
 //! Runs without frames: a KITTI tracking split with calibration but no images, everything else from files.
 
 use motorcade::FrameInfo;
-use motorcade_dataset::{Calibration, Cam0, Format, Summary};
+use motorcade_dataset::{Calibration, Cam0, Fnv, Format, Summary};
 use motorcade_geometry::{Camera, PinholeCamera, Pose};
 use motorcade_perception::{Detection, DetectionTable};
 
@@ -93,7 +93,10 @@ pub fn open(arguments: &RunArguments) -> anyhow::Result<Option<Files>> {
         gaps: Vec::new(),
         duplicates: Vec::new(),
         unnumbered: Vec::new(),
-        input_hash: format!("files only: {sequence} {first}..{end} {}", calibration.identity()),
+        input_hash: Fnv::of(
+            format!("files only: {sequence} {first}..{end} {}", calibration.identity()).as_bytes(),
+        )
+        .to_string(),
     };
     let camera_from_cam0 = calibration.camera_from_cam0;
     Ok(Some(Files { camera, frames, detections: boxes, camera_from_cam0, summary }))

@@ -5,6 +5,7 @@ use std::path::Path;
 use motorcade_geometry::{Distortion, PinholeCamera};
 
 use crate::calibration::Calibration;
+use crate::fnv::Fnv;
 use crate::format::Format;
 use crate::input::Input;
 use crate::source::{Slot, Store};
@@ -123,7 +124,7 @@ impl Summary {
             gaps: survey.gaps.clone(),
             duplicates: names(&survey.listing.duplicates),
             unnumbered: names(&survey.listing.unnumbered),
-            input_hash: format!("{:016x}", fingerprint(input)),
+            input_hash: fingerprint(input).to_string(),
         }
     }
 }
@@ -132,8 +133,8 @@ fn name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-fn fingerprint(input: &Input) -> u64 {
-    let mut hash = Fnv::new();
+fn fingerprint(input: &Input) -> Fnv {
+    let mut hash = Fnv::default();
     for slot in &input.slots {
         hash.add(&slot.number.to_le_bytes());
         hash.add(&slot.timestamp_ns.to_le_bytes());
@@ -151,19 +152,5 @@ fn fingerprint(input: &Input) -> u64 {
     if let Some(masks) = &input.masks {
         masks.describe(&mut |bytes| hash.add(bytes));
     }
-    hash.0
-}
-
-/// FNV-1a: distinguishes inputs; it is not cryptographic.
-struct Fnv(u64);
-
-impl Fnv {
-    fn new() -> Self {
-        Self(0xcbf2_9ce4_8422_2325)
-    }
-    fn add(&mut self, bytes: &[u8]) {
-        for byte in bytes {
-            self.0 = (self.0 ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
-        }
-    }
+    hash
 }
