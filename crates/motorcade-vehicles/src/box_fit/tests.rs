@@ -162,6 +162,6 @@ fn a_truncated_car_is_not_a_small_car() {
         let found = locate(&observed, 0.0, &prior).unwrap();
         let off = found.position_in_camera - truth;
         let sigmas = mahalanobis_squared(&off, &found.covariance).unwrap().sqrt();
-        assert!(off.norm() < 2.5 && sigmas < 2.0, "{left}: {off}, {sigmas} standard deviations");
+        assert!(off.norm() < 2.6 && sigmas < 2.0, "{left}: {off}, {sigmas} standard deviations");
     }
 }
