@@ -45,7 +45,7 @@ pub fn demo(arguments: &DemoArguments) -> anyhow::Result<u8> {
         input: sequence.summary(),
         perception: perception.describe(),
         command: command_line(),
-        fingerprint: String::new(),
+        fingerprint: None,
     };
     let threads = threads(arguments.threads);
     let mut slam = Motorcade::builder(sequence.camera()?)

@@ -97,7 +97,7 @@ impl RunArguments {
             perception: perception.describe(),
             command: self.command.clone(),
             // Runs are recognised by the command line alone.
-            fingerprint: String::new(),
+            fingerprint: None,
         };
         let numbers: Vec<u64> = sequence.numbers().collect();
         let times: Vec<i64> = sequence.timestamps_ns().collect();

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use motorcade::{Config, Motorcade, RunContext};
-use motorcade_dataset::{Format, Frame, Pixels, Summary};
+use motorcade_dataset::{Fnv, Format, Frame, Pixels, Summary};
 use motorcade_geometry::{PinholeCamera, Pose};
 use motorcade_perception::{Perception, PerceptionOptions};
 use pyo3::prelude::*;
@@ -23,6 +23,8 @@ pub struct Running {
     pub frames: Vec<(u64, i64)>,
     /// True once a frame had colour.
     colour: bool,
+    /// Hash of numbers, times and pixels so far.
+    hash: Fnv,
 }
 
 /// Arguments of the object as the package hands them over.
@@ -59,7 +61,7 @@ impl MotorcadeArguments {
             None => builder.height_by_vehicles(),
         };
         let slam = builder.threads(thread_count(self.threads)).build()?;
-        Ok(Running { slam, camera, config, perception: words, frames: Vec::new(), colour: false })
+        Ok(Running { slam, camera, config, perception: words, frames: Vec::new(), colour: false, hash: Fnv::default() })
     }
 }
 
@@ -82,15 +84,25 @@ impl Running {
         frame.index = self.frames.len();
         self.slam.push(&frame)?;
         self.colour |= matches!(frame.pixels, Pixels::Rgb(_));
-        self.frames.push((frame.number, frame.timestamp_ns));
+        self.note(frame.number, frame.timestamp_ns);
+        self.hash.add(match &frame.pixels {
+            Pixels::Gray(image) => image.as_raw(),
+            Pixels::Rgb(image) => image.as_raw(),
+        });
         Ok(())
+    }
+
+    fn note(&mut self, number: u64, timestamp_ns: i64) {
+        self.frames.push((number, timestamp_ns));
+        self.hash.add(&number.to_le_bytes());
+        self.hash.add(&timestamp_ns.to_le_bytes());
     }
 
     /// Takes a frame that is missing.
     pub fn skip(&mut self, time_ns: i64, number: Option<u64>, reason: &str) -> Result<(), Failure> {
         let number = self.next_number(number)?;
         self.slam.skip(number, time_ns, reason)?;
-        self.frames.push((number, time_ns));
+        self.note(number, time_ns);
         Ok(())
     }
 
@@ -123,10 +135,10 @@ impl Running {
             gaps: Vec::new(),
             duplicates: Vec::new(),
             unnumbered: Vec::new(),
-            input_hash: "frames in memory".to_owned(),
+            input_hash: self.hash.to_string(),
         };
         let (config, perception) = (self.config, self.perception.clone());
         let camera_from_cam0 = Pose::identity();
-        RunContext { config, camera_from_cam0, input, perception, command, fingerprint: String::new() }
+        RunContext { config, camera_from_cam0, input, perception, command, fingerprint: None }
     }
 }

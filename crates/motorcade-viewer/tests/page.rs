@@ -34,7 +34,7 @@ fn page(change: impl FnOnce(&mut RunResult)) -> String {
         input: motorcade_dataset::Summary { input_hash: "0".into(), ..sequence.summary() },
         perception: (HOSTILE.into(), "geometry".into()),
         command: vec!["motorcade".into(), HOSTILE.into()],
-        fingerprint: "0".into(),
+        fingerprint: None,
     };
     let mut pictures = Pictures::new(3);
     for frame in sequence.frames() {

@@ -38,8 +38,9 @@ pub struct RunContext {
     pub perception: (String, String),
     /// The command that was run.
     pub command: Vec<String>,
-    /// Hash of all that decides the results; a finished run with the same one need not be repeated.
-    pub fingerprint: String,
+    /// Hash of all that decides the results; a finished run with the same one need not be repeated. `None` for runs that are not recognised
+    /// by one: the demo, frames in memory.
+    pub fingerprint: Option<String>,
 }
 
 /// A file of a run, or more of them: name relative to the directory and content.
