@@ -40,7 +40,7 @@ mod tracker;
 mod trajectory;
 
 pub use box_fit::{BoxFit, SingleView};
-pub use estimate::estimate_track;
+pub use estimate::{estimate_consistently, estimate_track};
 pub use external::{ExternalTrack, ExternalView, KeypointViews, SizeDependence, external_tracks};
 pub use ground::GroundFrame;
 pub use joint_size::SizeByRoad;

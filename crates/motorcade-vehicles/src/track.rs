@@ -34,6 +34,11 @@ impl Track {
         Self { id, class, votes: ClassVotes::default(), boxes }
     }
 
+    /// Some of its boxes as a track of this identity.
+    pub(crate) fn with_boxes(&self, id: usize, boxes: Vec<TrackBox>) -> Self {
+        Self { id, class: self.class, votes: self.votes, boxes }
+    }
+
     /// The same boxes as a vehicle of another class.
     pub(crate) fn as_class(&self, class: VehicleClass) -> Self {
         let mut track = self.clone();

@@ -1,4 +1,4 @@
-//! Frames that show the frame before again: ten pictures a second in a video of thirty.
+//! Frames that show the frame before again: ten pictures a second in a video of thirty, or a picture that is frozen for seconds.
 
 use image::GrayImage;
 
@@ -15,6 +15,12 @@ const MOVING_GREY: f64 = 2.0;
 const LONGEST_S: f64 = 0.3;
 /// Weight of a new difference in the usual one.
 const RATE: f64 = 0.2;
+/// Share of the usual difference up to which a picture is frozen: that of a standing camera has noise.
+const FROZEN_SHARE: f64 = 0.02;
+/// Share of the usual difference from which two frames show full motion.
+const MOTION_SHARE: f64 = 0.5;
+/// Longest interval \[s\] within which a car does not stop from full motion.
+const ABRUPT_S: f64 = 0.15;
 
 /// Tells repeated frames from those of a standing camera: the frames around them differ.
 #[derive(Default)]
@@ -23,7 +29,13 @@ pub(crate) struct RepeatedFrames {
     last_ns: i64,
     /// Usual difference of two frames that differ \[grey levels\].
     usual: f64,
+    /// Difference of the last two frames that differ \[grey levels\].
+    newest: f64,
+    /// Time of the last frame, repeated or not \[ns\].
+    before_ns: i64,
+    freezes: bool,
     count: usize,
+    frozen: usize,
     frames: usize,
 }
 
@@ -35,8 +47,19 @@ impl RepeatedFrames {
         if self.last.len() == pixels().len() {
             let sum: u64 = self.last.iter().zip(pixels()).map(|(a, b)| u64::from(a.abs_diff(b))).sum();
             let difference = sum as f64 / self.last.len().max(1) as f64;
+            let interval_s = (timestamp_ns - self.before_ns) as f64 * 1e-9;
+            self.before_ns = timestamp_ns;
+            let abrupt = interval_s < ABRUPT_S && self.newest > MOTION_SHARE * self.usual;
+            self.freezes = difference < FROZEN_SHARE * self.usual
+                && self.usual > MOVING_GREY
+                && (self.freezes || abrupt);
+            let lasting = (timestamp_ns - self.last_ns) as f64 >= LONGEST_S * 1e9;
+            if self.freezes && lasting {
+                self.frozen += 1;
+                return true;
+            }
             let near = difference < (SHARE * self.usual).min(MOST_GREY) && self.usual > MOVING_GREY;
-            if near && ((timestamp_ns - self.last_ns) as f64) < LONGEST_S * 1e9 {
+            if near && !lasting {
                 self.count += 1;
                 return true;
             }
@@ -44,22 +67,27 @@ impl RepeatedFrames {
                 // The camera stands.
                 self.usual = 0.0;
             }
+            self.newest = difference;
             self.usual += (difference - self.usual) * if self.usual == 0.0 { 1.0 } else { RATE };
         }
         self.last.clear();
         self.last.extend(pixels());
-        self.last_ns = timestamp_ns;
+        (self.last_ns, self.before_ns) = (timestamp_ns, timestamp_ns);
         false
     }
 
-    /// What was found, in words; `None` for nothing.
-    pub fn describe(&self) -> Option<String> {
-        (self.count > 0).then(|| {
+    /// What was found, in words.
+    pub fn describe(&self) -> Vec<String> {
+        let Self { count, frozen, frames, .. } = self;
+        let repeated = (*count > 0).then(|| {
             format!(
-                "{} of {} frames repeat the frame before, as in a video whose rate was raised; their poses are bridged",
-                self.count, self.frames
+                "{count} of {frames} frames repeat the frame before, as in a video whose rate was raised; their poses are bridged"
             )
-        })
+        });
+        let frozen = (*frozen > 0).then(|| {
+            format!("{frozen} of {frames} frames are frozen: the picture of a camera that drove did not change; their poses are bridged")
+        });
+        repeated.into_iter().chain(frozen).collect()
     }
 }
 
@@ -83,7 +111,7 @@ mod tests {
         for (k, found) in found.iter().enumerate().skip(4) {
             assert_eq!(*found, k % 3 != 0, "frame {k}");
         }
-        assert!(repeated.describe().is_some_and(|text| text.contains("of 30 frames")));
+        assert!(repeated.describe()[0].contains("of 30 frames"));
     }
 
     #[test]

@@ -9,7 +9,7 @@ import numpy as np
 import torch
 
 from motorcade_training.common import checkpoint, log
-from motorcade_training.common.device import pick_device
+from motorcade_training.common.device import has_fast_bf16, pick_device
 from motorcade_training.common.ema import Ema
 from motorcade_training.common.schedule import Budget, Cosine
 from motorcade_training.common.seeds import generator, seed_everything
@@ -64,6 +64,7 @@ def run(options: argparse.Namespace) -> None:
         state = checkpoint.load(source, model, ema, optimiser)
         step, spent_s = state["step"], state.get("spent_s", 0.0)
     budget = Budget(options.steps, options.minutes, spent_s)
+    bf16 = has_fast_bf16(device)
     cosine = Cosine(options.rate)
     rows = log.CsvLog(options.out / "log.csv", step)
     sums, since, told = {}, 0, time.monotonic()
@@ -73,7 +74,7 @@ def run(options: argparse.Namespace) -> None:
             group["lr"] = cosine.rate(progress)
         indices = shuffled(options.seed, step, options.batch, trained)
         random = torch.Generator().manual_seed(options.seed * 1_000_003 + step)
-        parts = train_step(model, optimiser, crops, indices, random, device)
+        parts = train_step(model, optimiser, crops, indices, random, device, bf16)
         step += 1
         ema.update(model, step)
         for name, value in parts.items():
@@ -114,6 +115,7 @@ def train_step(
     indices: np.ndarray,
     random: torch.Generator,
     device: torch.device,
+    bf16: bool = False,
 ) -> dict[str, float]:
     """One step; the parts of the loss before it."""
     model.train()
@@ -121,7 +123,9 @@ def train_step(
     image = sample.input.to(device)
     if device.type == "cpu":
         image = image.contiguous(memory_format=torch.channels_last)
-    outputs = tuple(o.cpu().float() if device.type != "cpu" else o for o in model(image))
+    with torch.autocast(device.type, dtype=torch.bfloat16, enabled=bf16):
+        outputs = model(image)
+    outputs = tuple(o.cpu().float() for o in outputs)
     parts = losses(outputs, sample)
     optimiser.zero_grad(set_to_none=True)
     sum(parts.values()).backward()

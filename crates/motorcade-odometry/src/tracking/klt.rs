@@ -22,9 +22,21 @@ pub struct Request {
     pub top_level: usize,
 }
 
+/// Factor on the contrast of an image from which it is corrected, and from which it is another scene or none.
+const SAME_GAIN: f32 = 1.15;
+const MOST_GAIN: f32 = 8.0;
+
+/// Factor on the grey values of the second image that gives it the contrast of the first: exposure that jumps. Small changes are
+/// those of the scene.
+fn gain(from: &Pyramid, to: &Pyramid) -> f32 {
+    let gain = from.contrast() / to.contrast();
+    let jump = gain.max(1.0 / gain);
+    if (SAME_GAIN..MOST_GAIN).contains(&jump) { gain } else { 1.0 }
+}
+
 fn iterate(
     template: &Template,
-    image: &PyramidLevel,
+    (image, gain): (&PyramidLevel, f32),
     mut at: Point2<f32>,
     options: &KltOptions,
     patch: &mut [f32; AREA],
@@ -33,6 +45,9 @@ fn iterate(
     for _ in 0..options.max_iterations {
         if !sample_patch(image, at, patch) {
             return None;
+        }
+        if gain != 1.0 {
+            patch.iter_mut().for_each(|v| *v *= gain);
         }
         // Eight partial sums per term stay in registers, and their order is fixed.
         let mut mean = [0.0_f32; 8];
@@ -72,13 +87,15 @@ pub fn track(from: &Pyramid, to: &Pyramid, request: &Request, options: &KltOptio
     let mut at: Point2<f32> = request.expected.cast();
     let mut patch = [0.0; AREA];
     let mut rms = f32::MAX;
+    let gain = gain(from, to);
     for level in (0..=request.top_level.min(to.len() - 1)).rev() {
         let scale = 1.0 / (1 << level) as f32;
         let centre: Point2<f32> = Point2::from(request.from.coords.cast::<f32>() * scale);
         // A coarse level may lack texture or touch the border; the finest one must succeed.
         let template = Template::new(from.level(level), centre, &warp, options.least_eigenvalue);
-        let found = template
-            .and_then(|t| iterate(&t, to.level(level), Point2::from(at.coords * scale), options, &mut patch));
+        let found = template.and_then(|t| {
+            iterate(&t, (to.level(level), gain), Point2::from(at.coords * scale), options, &mut patch)
+        });
         match found {
             Some((p, r)) => {
                 at = Point2::from(p.coords / scale);
@@ -141,6 +158,22 @@ mod tests {
         let request = Request { from, expected: from, from_offset: Matrix2::identity(), top_level: 3 };
         let found = track_checked(&a, &b, &request, &KltOptions::default()).unwrap();
         assert!((found - Point2::new(107.3, 76.3)).norm() < 0.03, "{found}");
+    }
+
+    #[test]
+    fn follows_through_a_jump_of_the_exposure() {
+        let a = render(|x, y| (x, y));
+        for factor in [0.4, 0.95, 1.8] {
+            let image = GrayImage::from_fn(240, 160, |x, y| {
+                let value = texture(f64::from(x) - 2.3, f64::from(y) + 1.7);
+                Luma([(factor * (value - 128.0) + 128.0 * factor.min(1.0)).round().clamp(0.0, 255.0) as u8])
+            });
+            let b = Pyramid::new(&image, 4);
+            let from = Point2::new(100.0, 80.0);
+            let request = Request { from, expected: from, from_offset: Matrix2::identity(), top_level: 3 };
+            let found = track_checked(&a, &b, &request, &KltOptions::default()).unwrap();
+            assert!((found - Point2::new(102.3, 78.3)).norm() < 0.1, "{factor}: {found}");
+        }
     }
 
     #[test]

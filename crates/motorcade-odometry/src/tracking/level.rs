@@ -22,6 +22,13 @@ impl PyramidLevel {
         self.data.clear();
         self.data.extend(image.as_raw().iter().map(|v| f32::from(*v)));
     }
+    /// Standard deviation of the values.
+    pub(super) fn contrast(&self) -> f32 {
+        let sum = |f: fn(f64) -> f64| self.data.iter().map(|v| f(f64::from(*v))).sum::<f64>();
+        let n = self.data.len().max(1) as f64;
+        let mean = sum(|v| v) / n;
+        (sum(|v| v * v) / n - mean * mean).max(0.0).sqrt() as f32
+    }
     /// Width \[px\].
     pub fn width(&self) -> usize {
         self.width

@@ -8,6 +8,8 @@ use super::level::PyramidLevel;
 #[derive(Clone, Debug)]
 pub struct Pyramid {
     levels: Vec<PyramidLevel>,
+    /// Standard deviation of the grey values of the coarsest level.
+    contrast: f32,
     /// One row of sums while a level is halved.
     columns: Vec<f32>,
 }
@@ -18,7 +20,7 @@ const LEAST_SIDE_PX: usize = 32;
 impl Pyramid {
     /// Builds up to `levels` levels; stops before a side falls under 32 px.
     pub fn new(image: &GrayImage, levels: usize) -> Self {
-        let mut out = Self { levels: Vec::new(), columns: Vec::new() };
+        let mut out = Self { levels: Vec::new(), contrast: 0.0, columns: Vec::new() };
         out.refill(image, levels);
         out
     }
@@ -32,6 +34,11 @@ impl Pyramid {
             let (finer, coarser) = self.levels.split_at_mut(k);
             coarser[0].refill_halved(&finer[k - 1], &mut self.columns);
         }
+        self.contrast = self.levels[fitting].contrast();
+    }
+    /// Standard deviation of the grey values, on the coarsest level.
+    pub fn contrast(&self) -> f32 {
+        self.contrast
     }
     /// Number of levels.
     pub fn len(&self) -> usize {

@@ -16,10 +16,3 @@ pub struct TrackShape {
     /// Their covariance, the poses marginalised.
     pub(super) covariance: ShapeMatrix,
 }
-
-impl TrackShape {
-    /// The same shape with its standard deviations times `factor`.
-    pub fn widened(&self, factor: f64) -> Self {
-        Self { covariance: self.covariance * (factor * factor), ..*self }
-    }
-}

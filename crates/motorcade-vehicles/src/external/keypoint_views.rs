@@ -60,8 +60,7 @@ impl<'a> KeypointViews<'a> {
         let frames: Vec<FrameKeypoints> = boxes.filter_map(|b| self.in_frame(b, track.class)).collect();
         // The rare track in both layouts has a shape in each.
         let found = [0, 1].map(|layout| self.common_shape(&frames, layout));
-        let factor = self.options.shape_sigma_factor;
-        let shapes = found.each_ref().map(|fit| fit.as_ref().map(|fit| fit.shape.widened(factor)));
+        let shapes = found.each_ref().map(|fit| fit.as_ref().map(|fit| fit.shape));
         let fit = |frame: FrameKeypoints| {
             let fit = self.fit(&frame, &frame.observation, &shapes)?;
             Some((frame, fit))
@@ -141,7 +140,8 @@ impl<'a> KeypointViews<'a> {
         let same: Vec<&FrameKeypoints> = frames.iter().filter(|f| f.layout == layout).collect();
         let count = same.len().min(self.options.shape_frames);
         let spread = (0..count).map(|i| same[i * same.len() / count].observation.clone());
-        let fit = self.fitters[layout].fit_track(self.camera, &spread.collect::<Vec<_>>()).ok()?;
+        let (spread, similar) = (spread.collect::<Vec<_>>(), self.options.similar_views_rad);
+        let fit = self.fitters[layout].fit_similar_views(self.camera, &spread, similar).ok()?;
         (fit.frames.iter().flatten().count() >= self.options.least_shape_frames).then_some(fit)
     }
 }
@@ -149,10 +149,7 @@ impl<'a> KeypointViews<'a> {
 /// The size of a track's shape as a prior for its boxes, not wider than that of the class.
 fn size(fit: &TrackFit, class: VehicleClass, options: &KeypointViewOptions) -> SizePrior {
     let class = size_prior(class).sigma.to_vector();
-    let sigma = fit
-        .size_covariance
-        .diagonal()
-        .map(|v| (options.shape_sigma_factor * v.max(0.0).sqrt()).max(options.least_size_sigma_m));
+    let sigma = fit.size_covariance.diagonal().map(|v| v.max(0.0).sqrt().max(options.least_size_sigma_m));
     let sigma = sigma.zip_map(&class, f64::min);
     SizePrior { mean: fit.dimensions, sigma: Dimensions::from_vector(&sigma) }
 }

@@ -13,14 +13,13 @@ pub struct KeypointViewOptions {
     /// Factor on the variance of a view, besides `correlation_time_s`: a network misplaces a point as in the frame before, and
     /// errors of several points of a vehicle are correlated.
     pub variance_factor: f64,
-    /// Frames, spread over the track, whose common shape is fitted: errors of one point on one car repeat, so more frames add
-    /// confidence without information.
+    /// Frames, spread over the track, whose common shape is fitted.
     pub shape_frames: usize,
     /// Frames below which no common shape is fitted.
     pub least_shape_frames: usize,
-    /// Factor on the standard deviation of the common shape: sizes of six KITTI cars from a network of 14 keypoints err by two
-    /// to three times the fitted standard deviation.
-    pub shape_sigma_factor: f64,
+    /// Angle between two directions of view up to which a network misplaces the points of a vehicle alike \[rad\]: frames in such views
+    /// add little about the shape. A car followed for 30 s shows its rear alone, whose height and width would otherwise decide its length.
+    pub similar_views_rad: f64,
     /// Smallest standard deviation of a dimension of the common shape \[m\].
     pub least_size_sigma_m: f64,
     /// Smallest standard deviation of a heading \[rad\].
@@ -39,7 +38,7 @@ impl Default for KeypointViewOptions {
             variance_factor: 2.0,
             shape_frames: 12,
             least_shape_frames: 3,
-            shape_sigma_factor: 2.5,
+            similar_views_rad: 0.05,
             least_size_sigma_m: 0.02,
             least_heading_sigma_rad: 0.05,
             road_slope_sigma_rad: 0.0035,

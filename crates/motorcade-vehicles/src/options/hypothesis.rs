@@ -17,6 +17,13 @@ pub struct HypothesisOptions {
     /// χ² by which another class must be more probable than the detector's: errors of the road's plane are common to all
     /// boxes of a track.
     pub class_preference_chi2: f64,
+    /// Overlap (IoU) of a box with the projected vehicle below which it is another vehicle's. A neighbour in a row of parked cars
+    /// overlaps by about a third; occluded and truncated edges are bounds.
+    pub least_box_iou: f64,
+    /// Boxes below which a part of a track is no vehicle, counted as at most one per correlation time.
+    pub least_consistent_boxes: f64,
+    /// Times that a track is parted.
+    pub splits: usize,
 }
 
 impl Default for HypothesisOptions {
@@ -28,6 +35,9 @@ impl Default for HypothesisOptions {
             expected_chi2: 2.0,
             agreed_class_share: 0.8,
             class_preference_chi2: 2.0,
+            least_box_iou: 0.3,
+            least_consistent_boxes: 4.0,
+            splits: 3,
         }
     }
 }

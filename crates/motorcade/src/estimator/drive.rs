@@ -127,7 +127,7 @@ fn vehicles_of_drive(
         let (tracker, vehicles) = (&settings.config.tracker, &settings.config.vehicles);
         track_vehicles(&settings.camera, &grounds, detections, tracker, vehicles)
     };
-    estimate_vehicles(&input, settings, track)
+    estimate_vehicles(&input, settings, true, track)
 }
 
 /// The unit of an external trajectory of unknown scale, where no road was seen; camera and vehicles then follow it.

@@ -361,7 +361,8 @@ impl SlidingEstimator {
         let detections: Vec<_> = rows.iter().map(|row| view.detections[*row].clone()).collect();
         let keypoints: Vec<_> = rows.iter().map(|row| view.keypoints[*row].clone()).collect();
         let input = VehicleInput { frames: infos, detections: &detections, keypoints: &keypoints, grounds };
-        estimate_vehicles(&input, settings, track)
+        // Identities of a window are those of the tracker.
+        estimate_vehicles(&input, settings, false, track)
     }
 
     /// The unit of an external trajectory of unknown scale, where no road was seen; from the next frame on.

@@ -3,7 +3,8 @@
 use motorcade_odometry::{EgoFrame, EgoTrajectory};
 use motorcade_perception::{Detection, VehicleKeypoints};
 use motorcade_vehicles::{
-    ExternalTrack, GroundFrame, KeypointViews, Track, VehicleTrajectory, estimate_track, external_tracks,
+    ExternalTrack, GroundFrame, KeypointViews, Track, VehicleTrajectory, estimate_consistently,
+    estimate_track, external_tracks,
 };
 
 use crate::record::FrameInfo;
@@ -18,42 +19,40 @@ pub(crate) struct VehicleInput<'a> {
 }
 
 /// Estimates the vehicles of a window; `track` links boxes to tracks, frames counted from the first of the window. External
-/// poses bring their own identities.
+/// poses bring their own identities. With `part` boxes that a track's vehicle does not explain may become vehicles of their own.
 pub(crate) fn estimate_vehicles(
     input: &VehicleInput<'_>,
     settings: &Settings,
+    part: bool,
     track: impl FnOnce() -> Vec<Track>,
 ) -> Vec<VehicleTrajectory> {
     let VehicleInput { frames, detections, grounds, .. } = *input;
     let Settings { camera, config, external, .. } = settings;
     let options = &config.vehicles;
-    let tracks: Vec<(Track, ExternalTrack)> = match &external.vehicles {
-        Some(poses) => {
-            let numbers: Vec<u64> = frames.iter().map(|f| f.number).collect();
-            external_tracks(poses, &numbers, grounds, detections, camera, options)
-        }
-        None => with_keypoints(track(), input, settings),
-    };
-    let estimate = |(track, external): &(Track, ExternalTrack)| {
-        estimate_track(camera, grounds, track, external, options)
-    };
-    tracks.iter().filter_map(estimate).collect()
-}
-
-/// Tracks with the views from their keypoints.
-fn with_keypoints(
-    tracks: Vec<Track>,
-    input: &VehicleInput<'_>,
-    settings: &Settings,
-) -> Vec<(Track, ExternalTrack)> {
-    if input.keypoints.iter().all(Vec::is_empty) {
-        return tracks.into_iter().map(|t| (t, ExternalTrack::default())).collect();
+    if let Some(poses) = &external.vehicles {
+        let numbers: Vec<u64> = frames.iter().map(|f| f.number).collect();
+        let tracks = external_tracks(poses, &numbers, grounds, detections, camera, options);
+        let estimate = |(track, external): &(Track, ExternalTrack)| {
+            estimate_track(camera, grounds, track, external, options)
+        };
+        return tracks.iter().filter_map(estimate).collect();
     }
+    let tracks = track();
     let keypoints: Vec<&[VehicleKeypoints]> = input.keypoints.iter().map(Vec::as_slice).collect();
-    let (prior, options) =
-        (settings.external.shape_prior.as_ref(), &settings.config.vehicles.advanced.keypoints);
-    let views = KeypointViews::new(&keypoints, prior, &settings.camera, input.grounds, options);
-    tracks.into_iter().map(|t| (views.of_track(&t), t)).map(|(views, t)| (t, views)).collect()
+    let prior = external.shape_prior.as_ref();
+    let any = keypoints.iter().any(|of_frame| !of_frame.is_empty());
+    let fits =
+        any.then(|| KeypointViews::new(&keypoints, prior, camera, grounds, &options.advanced.keypoints));
+    let views =
+        |track: &Track| fits.as_ref().map_or_else(ExternalTrack::default, |fits| fits.of_track(track));
+    let mut next_id = tracks.iter().map(|t| t.id + 1).max().unwrap_or(0);
+    let mut vehicles = Vec::with_capacity(tracks.len());
+    for track in &tracks {
+        let next_id = part.then_some(&mut next_id);
+        vehicles.extend(estimate_consistently(camera, grounds, track, &views, options, next_id));
+    }
+    vehicles.sort_by_key(|v| v.id);
+    vehicles
 }
 
 /// Times of frames \[s\], from the first.

@@ -39,10 +39,11 @@ struct TrackNormal {
 }
 
 impl ShapeFitter {
-    /// Levenberg–Marquardt over all poses and the shape; returns the cost.
-    pub(super) fn solve(&self, frames: &mut [Frame<'_>], rows: &mut Vec<Row>) -> f64 {
+    /// Levenberg–Marquardt over all poses and the shape; returns the cost. The prior of the shape counts `repeated` times: what the
+    /// frames tell of it together is less certain by that factor of variance.
+    pub(super) fn solve(&self, frames: &mut [Frame<'_>], repeated: f64, rows: &mut Vec<Row>) -> f64 {
         let mut damping = 1e-3;
-        let Some(mut normal) = self.linearise(frames, rows) else { return f64::INFINITY };
+        let Some(mut normal) = self.linearise(frames, repeated, rows) else { return f64::INFINITY };
         for _ in 0..2 * self.options().max_iterations {
             let before: Vec<State> = frames.iter().map(|f| f.state).collect();
             let damped = |h: f64| h * (1.0 + damping) + 1e-9;
@@ -79,7 +80,7 @@ impl ShapeFitter {
                 frame.state = step(&frame.state, &delta);
                 frame.state.shape = shape;
             }
-            match self.linearise(frames, rows) {
+            match self.linearise(frames, repeated, rows) {
                 Some(there) if there.cost < normal.cost => {
                     let settled = normal.cost - there.cost < 1e-6 * (1.0 + there.cost);
                     normal = there;
@@ -101,9 +102,9 @@ impl ShapeFitter {
     }
 
     /// Normal equations of all frames and of the shape, with the total cost; `None` when a frame is behind the camera.
-    fn linearise(&self, frames: &[Frame<'_>], rows: &mut Vec<Row>) -> Option<TrackNormal> {
+    fn linearise(&self, frames: &[Frame<'_>], repeated: f64, rows: &mut Vec<Row>) -> Option<TrackNormal> {
         let first = frames.first()?;
-        let (mut shape_h, mut shape_g, mut cost) = self.shape_terms(first, rows);
+        let (mut shape_h, mut shape_g, mut cost) = self.shape_terms(first, repeated, rows);
         let mut all = Vec::with_capacity(frames.len());
         for frame in frames {
             if !frame.problem.rows(&frame.state, rows) {
@@ -122,8 +123,13 @@ impl ShapeFitter {
         Some(TrackNormal { frames: all, shape_h, shape_g, cost })
     }
 
-    /// Shape and size prior at the shared shape; unused coefficients are held.
-    fn shape_terms(&self, frame: &Frame<'_>, rows: &mut Vec<Row>) -> (ShapeMatrix, Shape, f64) {
+    /// Shape and size prior at the shared shape, `repeated` times; unused coefficients are held.
+    fn shape_terms(
+        &self,
+        frame: &Frame<'_>,
+        repeated: f64,
+        rows: &mut Vec<Row>,
+    ) -> (ShapeMatrix, Shape, f64) {
         rows.clear();
         frame.problem.shape_rows(&frame.state, rows);
         let normal = Normal::of(&frame.problem, rows, |_| true);
@@ -131,17 +137,18 @@ impl ShapeFitter {
         for k in self.model.sigmas.len()..MAX_SHAPE {
             h[(k, k)] += 1.0;
         }
-        (h, normal.g.fixed_rows::<MAX_SHAPE>(6).into_owned(), normal.cost)
+        (h * repeated, normal.g.fixed_rows::<MAX_SHAPE>(6) * repeated, normal.cost * repeated)
     }
 
-    /// Covariances: `Σ_pp = H_pp⁻¹ + H_pp⁻¹ H_ps S⁻¹ H_sp H_pp⁻¹`, and that of the shape, S⁻¹.
+    /// Covariances: `Σ_pp = H_pp⁻¹ + H_pp⁻¹ H_ps Σ_ss H_sp H_pp⁻¹`, and that of the shape, Σ_ss = `repeated` · S⁻¹.
     pub(super) fn marginals(
         &self,
         frames: &[Frame<'_>],
+        repeated: f64,
         rows: &mut Vec<Row>,
     ) -> Result<(Vec<FrameFit>, ShapeMatrix), FitError> {
         let first = frames.first().ok_or(FitError::NoSolution)?;
-        let (mut s, _, _) = self.shape_terms(first, rows);
+        let (mut s, _, _) = self.shape_terms(first, repeated, rows);
         let mut parts = Vec::with_capacity(frames.len());
         for frame in frames {
             if !frame.problem.rows(&frame.state, rows) {
@@ -161,7 +168,7 @@ impl ShapeFitter {
         let fit = |(frame, (factor, hps, quality, cost)): (&Frame<'_>, (_, _, Quality, f64))| {
             let factor: nalgebra::Cholesky<f64, nalgebra::U6> = factor;
             let gain: SMatrix<f64, 6, MAX_SHAPE> = factor.solve(&hps);
-            let covariance = factor.inverse() + gain * shape.solve(&gain.transpose());
+            let covariance = factor.inverse() + gain * shape.solve(&gain.transpose()) * repeated;
             let overruled = frame.single.opposite.is_some_and(|o| {
                 let other = State { camera_from_vehicle: o.camera_from_vehicle, ..frame.state };
                 heading_cosine(&other, &frame.state) > 0.0
@@ -177,6 +184,6 @@ impl ShapeFitter {
                 heading_margin: if overruled { -margin } else { margin },
             }
         };
-        Ok((frames.iter().zip(parts).map(fit).collect(), shape.inverse()))
+        Ok((frames.iter().zip(parts).map(fit).collect(), shape.inverse() * repeated))
     }
 }

@@ -4,6 +4,7 @@ mod joint;
 mod result;
 
 use motorcade_geometry::PinholeCamera;
+use nalgebra::Vector3;
 
 use super::fitter::ShapeFitter;
 use super::model::{Shape, State};
@@ -29,6 +30,18 @@ impl ShapeFitter {
         camera: &PinholeCamera,
         observations: &[Observation],
     ) -> Result<TrackFit, FitError> {
+        self.fit_similar_views(camera, observations, 0.0)
+    }
+
+    /// As [`fit_track`](Self::fit_track) for detectors that misplace a point in the same way in similar views: errors of two frames
+    /// are correlated by `exp(−½ (angle / similar_rad)²)`, with the angle between the directions from which they show the vehicle.
+    /// Frames then count as fewer independent ones, and the prior of the shape keeps its weight. At 0 all frames are independent.
+    pub fn fit_similar_views(
+        &self,
+        camera: &PinholeCamera,
+        observations: &[Observation],
+        similar_rad: f64,
+    ) -> Result<TrackFit, FitError> {
         let mut errors: Vec<Option<FitError>> = vec![None; observations.len()];
         let mut frames = Vec::new();
         let mut rows = Vec::new();
@@ -42,14 +55,15 @@ impl ShapeFitter {
             return Err(errors.into_iter().flatten().next().unwrap_or(FitError::NoSolution));
         }
         let count = frames.len() as f64;
+        let repeated = count / independent_views(&frames, similar_rad);
         let shape = frames.iter().fold(Shape::zeros(), |sum, f| sum + f.state.shape / count);
         frames.iter_mut().for_each(|f| f.state.shape = shape);
 
-        let mut cost = self.solve(&mut frames, &mut rows);
+        let mut cost = self.solve(&mut frames, repeated, &mut rows);
         if self.turn_flipped(camera, observations, &mut frames, &mut rows) {
-            cost = self.solve(&mut frames, &mut rows);
+            cost = self.solve(&mut frames, repeated, &mut rows);
         }
-        let (fits, covariance) = self.marginals(&frames, &mut rows)?;
+        let (fits, covariance) = self.marginals(&frames, repeated, &mut rows)?;
         let shape = TrackShape { mean: frames[0].state.shape, covariance };
         let coefficients = self.model.coefficients(&shape.mean);
         let slope = &self.model.size_slope;
@@ -120,4 +134,20 @@ impl ShapeFitter {
         }
         turned
     }
+}
+
+/// Number of independent views that frames with correlated errors are worth: `n² / Σ ρ`, over all pairs.
+fn independent_views(frames: &[Frame<'_>], similar_rad: f64) -> f64 {
+    // From the vehicle to the camera, vehicle frame.
+    let direction = |frame: &Frame<'_>| frame.single.camera_from_vehicle.inverse().translation().normalize();
+    let directions: Vec<Vector3<f64>> = frames.iter().map(direction).collect();
+    let correlation = |a: &Vector3<f64>, b: &Vector3<f64>| {
+        if similar_rad > 0.0 { (-0.5 * (a.angle(b) / similar_rad).powi(2)).exp() } else { 0.0 }
+    };
+    let mut sum = 0.0;
+    for (i, a) in directions.iter().enumerate() {
+        sum += 1.0 + 2.0 * directions.iter().skip(i + 1).map(|b| correlation(a, b)).sum::<f64>();
+    }
+    let count = directions.len() as f64;
+    count * count / sum
 }

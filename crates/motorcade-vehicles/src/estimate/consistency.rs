@@ -1,0 +1,75 @@
+//! Agreement of a vehicle's estimate with the boxes it was made from.
+//!
+//! A tracker that takes the box of a neighbour joins two vehicles in one track, and no trajectory explains the boxes of both. In a row
+//! of parked cars such a track slides from car to car and is placed at half their distance.
+
+use motorcade_geometry::{BoundingBox, PinholeCamera};
+
+use crate::ground::GroundFrame;
+use crate::observed_box::ObservedBox;
+use crate::outline::image_box;
+use crate::track::{Track, TrackBox};
+use crate::trajectory::VehicleTrajectory;
+
+/// For each box of a track whether the estimate explains it: the projected vehicle overlaps it by `least_iou`.
+pub(super) fn explained(
+    camera: &PinholeCamera,
+    grounds: &[GroundFrame],
+    track: &Track,
+    found: &VehicleTrajectory,
+    least_iou: f64,
+) -> Vec<bool> {
+    let first = found.states.first().map_or(0, |s| s.frame);
+    let one = |b: &TrackBox| {
+        let state = found.states.get(b.frame.checked_sub(first)?)?;
+        let camera_from_vehicle =
+            grounds.get(b.frame)?.world_from_camera.inverse() * state.world_from_vehicle;
+        let (class, convention) = (found.class, b.observed.convention);
+        let projected = image_box(camera, &camera_from_vehicle, class, convention, &found.size)?;
+        Some(overlap(&projected, &b.observed) >= least_iou)
+    };
+    // A vehicle beside or behind the camera has no box to compare with.
+    track.boxes.iter().map(|b| one(b).unwrap_or(true)).collect()
+}
+
+/// IoU of a projected box and an observed one, whose truncated and occluded edges are bounds: they lie no further out than the projected ones.
+fn overlap(projected: &BoundingBox, observed: &ObservedBox) -> f64 {
+    let (p, mut o) = (projected.to_array(), observed.bbox.to_array());
+    for (edge, measured) in observed.edges.iter().enumerate() {
+        if !measured {
+            o[edge] = if edge < 2 { o[edge].min(p[edge]) } else { o[edge].max(p[edge]) };
+        }
+    }
+    BoundingBox::new(o).iou(projected)
+}
+
+/// The boxes of a track for which `of` is true, and the others.
+pub(super) fn parted(track: &Track, of: &[bool]) -> (Vec<TrackBox>, Vec<TrackBox>) {
+    let (mut kept, mut rest) = (Vec::new(), Vec::new());
+    for (b, own) in track.boxes.iter().zip(of) {
+        if *own { kept.push(*b) } else { rest.push(*b) }
+    }
+    (kept, rest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use motorcade_perception::{BoxConvention, VehicleClass};
+
+    #[test]
+    fn occluded_edges_are_bounds() {
+        let projected = BoundingBox::new([100.0, 100.0, 200.0, 160.0]);
+        let observed = |x2: f64, edges| ObservedBox {
+            bbox: BoundingBox::new([100.0, 100.0, x2, 160.0]),
+            class: VehicleClass::Car,
+            convention: BoxConvention::VisibleExtent,
+            edges,
+            pixel_size: 1.0,
+        };
+        assert!((overlap(&projected, &observed(120.0, [true; 4])) - 0.2).abs() < 1e-12);
+        assert!((overlap(&projected, &observed(120.0, [true, true, false, true])) - 1.0).abs() < 1e-12);
+        // What is seen beyond the projected vehicle counts, hidden or not.
+        assert!((overlap(&projected, &observed(300.0, [true, true, false, true])) - 0.5).abs() < 1e-12);
+    }
+}

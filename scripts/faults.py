@@ -1,0 +1,204 @@
+#!/usr/bin/env python3
+"""What a run answers to faults of pictures, calibration, boxes and clock: a table, and a failure where an answer is worse than its bound or says nothing.
+
+    scripts/faults.py DRIVE [--sequence 0000] [--camera 2] [--frames 120] [--boxes FILE] [--motorcade target/release/motorcade] [--only NAME]
+
+DRIVE is a split of KITTI's tracking layout with calib, gt_poses and image_0x: a rendered one (`motorcade simulate`) or a real one. Boxes come from a file
+(by default from one run with the program's own networks), so that a fault of the pictures is one of the odometry and the road alone. ATE after SE(3)
+alignment and scale are those of `motorcade evaluate`. Needs Pillow and NumPy.
+"""
+import argparse
+import json
+import pathlib
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+
+import numpy as np
+from PIL import Image
+
+parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+parser.add_argument("drive", type=pathlib.Path)
+parser.add_argument("--sequence", default="0000")
+parser.add_argument("--camera", type=int, default=2)
+parser.add_argument("--frames", type=int, default=120)
+parser.add_argument("--boxes", type=pathlib.Path)
+parser.add_argument("--motorcade", default="target/release/motorcade")
+parser.add_argument("--only")
+options = parser.parse_args()
+work = pathlib.Path(tempfile.mkdtemp(prefix="motorcade-faults-"))
+image_folder = f"image_{options.camera:02d}"
+pictures = sorted((options.drive / image_folder / options.sequence).iterdir())[: options.frames]
+FPS = 10
+MIDDLE = len(pictures) // 2
+
+
+def run(name, *arguments):
+    """Exit code, what was said, the record."""
+    command = [options.motorcade, "run", *arguments, "--sequence", options.sequence, "--camera", options.camera, "--out", work / name, "--progress", "none"]
+    done = subprocess.run([str(c) for c in command], capture_output=True, text=True)
+    record = work / name / "run.json"
+    return done, json.loads(record.read_text()) if record.exists() else None
+
+
+def judged(name):
+    command = [options.motorcade, "evaluate", work / name, "--kitti", options.drive, "--json", work / f"{name}.json"]
+    subprocess.run([str(c) for c in command], check=True, capture_output=True)
+    return json.loads((work / f"{name}.json").read_text())
+
+
+def copy(name):
+    """The drive with pictures of its own, decoded to PNG only where they are changed."""
+    folder = work / f"{name}-drive"
+    (folder / image_folder / options.sequence).mkdir(parents=True)
+    for kind in ("calib", "gt_poses", "label_02", "label_03"):
+        if (options.drive / kind).exists():
+            (folder / kind).symlink_to((options.drive / kind).resolve())
+    for picture in pictures:
+        (folder / image_folder / options.sequence / picture.name).symlink_to(picture.resolve())
+    return folder
+
+
+def replace(folder, frame, change):
+    """A picture of the copy, changed as an array (height, width, 3)."""
+    path = folder / image_folder / options.sequence / pictures[frame].name
+    pixels = np.asarray(Image.open(pictures[frame]).convert("RGB"))
+    path.unlink()
+    Image.fromarray(change(pixels).astype(np.uint8)).save(path, quality=95)
+
+
+def swapped_with(frame, other):
+    def change(_):
+        return np.asarray(Image.open(pictures[other]).convert("RGB"))
+    return frame, change
+
+
+def shifted(pixels, by):
+    return np.concatenate([pixels[by:], np.repeat(pixels[-1:], by, axis=0)])
+
+
+def smeared(pixels):
+    """A greasy spot of a third of the picture: blurred and brightened."""
+    height, width, _ = pixels.shape
+    out = pixels.astype(float)
+    spot = out[height // 3 : 2 * height // 3, width // 3 : 2 * width // 3]
+    small = spot[::16, ::16].repeat(16, 0).repeat(16, 1)[: spot.shape[0], : spot.shape[1]]
+    spot[:] = 0.3 * spot + 0.4 * small + 60
+    return out.clip(0, 255)
+
+
+def half_grey(pixels):
+    out = pixels.copy()
+    out[:, : out.shape[1] // 2] = 128
+    return out
+
+
+def pictures_fault(changes):
+    def prepare(folder):
+        for frame, change in changes:
+            replace(folder, frame, change)
+        return []
+    return prepare
+
+
+def missing(frames):
+    def prepare(folder):
+        for frame in frames:
+            (folder / image_folder / options.sequence / pictures[frame].name).unlink()
+        return []
+    return prepare
+
+
+def boxes_fault(change):
+    def prepare(folder):
+        lines = (line.split() for line in boxes.read_text().splitlines())
+        rows = [row for line in lines for row in change(line)]
+        path = folder / "boxes.txt"
+        path.write_text("".join(" ".join(row) + "\n" for row in rows))
+        return ["--detections", path]
+    return prepare
+
+
+def calibration_fault(factor):
+    def prepare(folder):
+        path = folder / "camera.toml"
+        line = next(l for l in (options.drive / "calib" / f"{options.sequence}.txt").read_text().splitlines() if l.startswith(f"P{options.camera}"))
+        p = [float(v) for v in line.split()[1:]]
+        path.write_text(f"fx = {p[0] * factor}\nfy = {p[5] * factor}\ncx = {p[2]}\ncy = {p[6]}\n")
+        return ["--calibration", path]
+    return prepare
+
+
+def doubled(row):
+    other = row.copy()
+    for column in range(6, 10):
+        other[column] = f"{float(row[column]) + 3:.3f}"
+    return [row, other]
+
+
+def permuted(row):
+    return [[row[0], str(random.Random(row[0]).randrange(100) + int(float(row[6])) % 7), *row[2:]]]
+
+
+second = range(MIDDLE, min(MIDDLE + FPS, len(pictures)))
+five = range(MIDDLE - 5, min(MIDDLE + 5 * FPS - 5, len(pictures)))
+# Name, what is done, most ATE over that without a fault [m], words that must be said (None: nothing to say).
+FAULTS = [
+    ("none", lambda folder: [], 0.0, None),
+    ("one frame missing", missing([MIDDLE]), 0.2, "bridged"),
+    ("ten frames missing", missing(list(second)), 1.0, "bridged"),
+    ("every fifth missing", missing(range(4, len(pictures), 5)), 0.6, "bridged"),
+    ("frame twice", pictures_fault([swapped_with(MIDDLE, MIDDLE - 1)]), 0.3, None),
+    ("two swapped", pictures_fault([swapped_with(MIDDLE, MIDDLE + 1), swapped_with(MIDDLE + 1, MIDDLE)]), 0.5, None),
+    ("black for 1 s", pictures_fault([(k, lambda p: 0 * p) for k in second]), 1.5, "bridged"),
+    ("white for 1 s", pictures_fault([(k, lambda p: 0 * p + 255) for k in second]), 1.5, "bridged"),
+    ("frozen for 5 s", pictures_fault([swapped_with(k, five[0] - 1) for k in five]), None, "frozen"),
+    ("left half grey for 1 s", pictures_fault([(k, half_grey) for k in second]), 1.0, None),
+    ("10 px lower for 1 s", pictures_fault([(k, lambda p: shifted(p, 10)) for k in second]), 2.0, None),
+    ("exposure halves and doubles", pictures_fault([(k, lambda p, k=k: (p * (0.5 if k % 4 < 2 else 1.0))) for k in range(MIDDLE, len(pictures))]), 0.6, None),
+    ("smear for 10 s", pictures_fault([(k, smeared) for k in range(10, min(110, len(pictures)))]), 1.0, None),
+    ("focal length 5 % too long", calibration_fault(1.05), None, None),
+    ("no boxes for 5 s", boxes_fault(lambda row: [] if int(row[0]) in five else [row]), 0.3, None),
+    ("every box twice", boxes_fault(doubled), 0.3, None),
+    ("identities permuted", boxes_fault(permuted), 0.3, None),
+]
+
+boxes = options.boxes
+if boxes is None:
+    done, _ = run("boxes", options.drive, "--frames", f"..{len(pictures)}")
+    if done.returncode != 0:
+        sys.exit(done.stderr)
+    boxes = work / "boxes/detections.txt"
+failures, base = [], 0.0
+print(f"| fault | exit | ATE SE(3) [m] | scale | tracked | vehicles found, id switches | said |\n|---|---|---|---|---|---|---|")
+for number, (name, prepare, most, words) in enumerate(FAULTS):
+    if options.only and options.only != name and number:
+        continue
+    key = f"fault{number}"
+    folder = copy(key)
+    extra = [str(a) for a in prepare(folder)]
+    if "--detections" not in extra:
+        extra += ["--detections", str(boxes)]
+    done, record = run(key, folder, *extra)
+    said = [line for line in done.stderr.splitlines() if line.startswith("warning") and "fixed to the camera" not in line]
+    if record is None:
+        print(f"| {name} | {done.returncode} | | | | | {done.stderr.strip()[-120:]} |")
+        failures.append(f"{name}: exit code {done.returncode}, no results")
+        continue
+    found = judged(key)
+    ego, mean = found["ego"], found.get("vehicles_mean") or {}
+    tracked = record["counters"]["frames_by_status"].get("tracked", 0) / record["counters"]["frames"]
+    summary = "; ".join(line.removeprefix("warning: ")[:70] for line in said[:3]) + (f"; {len(said) - 3} more" if len(said) > 3 else "")
+    print(f"| {name} | {done.returncode} | {ego['ate_se3_m']:.2f} | {ego['best_scale'] or float('nan'):.3f} | {100 * tracked:.0f} % | {100 * mean.get('coverage', 0):.0f} %, {mean.get('id_switches', 0)} | {summary} |", flush=True)
+    if number == 0:
+        base = ego["ate_se3_m"]
+    if most is not None and ego["ate_se3_m"] > base + most:
+        failures.append(f"{name}: ATE {ego['ate_se3_m']:.2f} m, at most {base + most:.2f}")
+    if words and not any(words in line for line in said):
+        failures.append(f"{name}: nothing said of it ({words})")
+    shutil.rmtree(folder)
+shutil.rmtree(work)
+if failures:
+    sys.exit("failed: " + "; ".join(failures))
