@@ -11,7 +11,7 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use super::heading_vote::{Vote, vote};
 use super::{ExternalTrack, ExternalView, SizeDependence};
 use crate::ground::GroundFrame;
-use crate::options::KeypointViewOptions;
+use crate::options::{AdvancedVehicleOptions, BoxFitOptions, KeypointViewOptions};
 use crate::size_prior::size_prior;
 use crate::track::{Track, TrackBox};
 use crate::trajectory::Source;
@@ -25,6 +25,7 @@ pub struct KeypointViews<'a> {
     camera: &'a PinholeCamera,
     grounds: &'a [GroundFrame],
     options: &'a KeypointViewOptions,
+    box_fit: &'a BoxFitOptions,
     fitters: [ShapeFitter; 2],
 }
 
@@ -43,14 +44,15 @@ impl<'a> KeypointViews<'a> {
         shape_prior: Option<&ShapePrior>,
         camera: &'a PinholeCamera,
         grounds: &'a [GroundFrame],
-        options: &'a KeypointViewOptions,
+        options: &'a AdvancedVehicleOptions,
     ) -> Self {
+        let (options, box_fit) = (&options.keypoints, &options.box_fit);
         let fitters = LAYOUTS.map(|layout| {
             let matching = shape_prior.filter(|p| p.keypoints().len() == layout.count()).cloned();
             let prior = matching.unwrap_or_else(|| ShapePrior::of_family(layout));
             ShapeFitter::new(prior, options.fit)
         });
-        Self { keypoints, camera, grounds, options, fitters }
+        Self { keypoints, camera, grounds, options, box_fit, fitters }
     }
 
     /// A view for each frame of a track that has keypoints; none for classes outside the shape prior.
@@ -117,15 +119,24 @@ impl<'a> KeypointViews<'a> {
         let keypoints = self.in_box(seen.frame, &bbox)?;
         let sigma_px = self.options.sigma_share * bbox.width().max(bbox.height());
         let mut observation = Observation::new(keypoints.points.clone(), sigma_px);
+        let level = RoadPlane::level(ground.height_m);
         observation.road = Some(RoadPlane {
+            height_sigma_m: level.height_sigma_m.hypot(self.level_sigma_m(&bbox, class)),
             slope_sigma_rad: self.options.road_slope_sigma_rad.hypot(ground.pitch_sigma_rad),
             up: ground.up,
-            ..RoadPlane::level(ground.height_m)
+            ..level
         });
         observation.size = Some(size_prior(class));
         observation.heading = keypoints.heading.clone();
         let layout = usize::from(keypoints.layout == Layout::Car14);
         Some(FrameKeypoints { frame: seen.frame, layout, observation })
+    }
+
+    /// Standard deviation of the road's level under a vehicle beside the own lane, about as far away as the mean height of its class says \[m\].
+    fn level_sigma_m(&self, bbox: &BoundingBox, class: VehicleClass) -> f64 {
+        let ahead_m = self.camera.fy * size_prior(class).mean.height_m / bbox.height().max(1.0);
+        let left_m = -ahead_m * (bbox.centre().0 - self.camera.cx) / self.camera.fx;
+        self.box_fit.level_sigma_m(left_m)
     }
 
     /// The keypoints whose bounding box overlaps a box most.
@@ -244,7 +255,7 @@ mod tests {
             boxes.push(TrackBox { frame: k, observed, score: 1.0 });
             detected.push(vec![keypoints]);
         }
-        let (grounds, options) = ([ground; 18], KeypointViewOptions::default());
+        let (grounds, options) = ([ground; 18], AdvancedVehicleOptions::default());
         let by_frame: Vec<&[VehicleKeypoints]> = detected.iter().map(Vec::as_slice).collect();
         let views = KeypointViews::new(&by_frame, None, &CAMERA, &grounds, &options);
         let track = Track::new(1, VehicleClass::Car, boxes);
@@ -278,7 +289,8 @@ mod tests {
             VehicleKeypoints::around_points(Layout::Car14, points).unwrap()
         };
         let frame = [corners(100.0), corners(400.0)];
-        let (by_frame, options): ([&[VehicleKeypoints]; 1], _) = ([&frame], KeypointViewOptions::default());
+        let (by_frame, options): ([&[VehicleKeypoints]; 1], _) =
+            ([&frame], AdvancedVehicleOptions::default());
         let views = KeypointViews::new(&by_frame, None, &CAMERA, &[], &options);
         let found = |frame, x1: f64| views.in_box(frame, &BoundingBox::new([x1, 195.0, x1 + 90.0, 265.0]));
         assert_eq!(found(0, 395.0).unwrap().bbox.x1, 400.0);

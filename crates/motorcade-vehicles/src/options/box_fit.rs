@@ -56,6 +56,11 @@ impl BoxFitOptions {
     pub fn beside_m(&self, left_m: f64) -> f64 {
         (left_m.abs() - self.own_lane_half_width_m).max(0.0)
     }
+
+    /// Standard deviation of the road's level at a place beside the own lane \[m\].
+    pub fn level_sigma_m(&self, left_m: f64) -> f64 {
+        (self.cross_fall_sigma_rad * self.beside_m(left_m)).min(self.cross_fall_most_m)
+    }
 }
 
 impl Default for BoxFitOptions {

@@ -41,8 +41,7 @@ pub(crate) fn estimate_vehicles(
     let keypoints: Vec<&[VehicleKeypoints]> = input.keypoints.iter().map(Vec::as_slice).collect();
     let prior = external.shape_prior.as_ref();
     let any = keypoints.iter().any(|of_frame| !of_frame.is_empty());
-    let fits =
-        any.then(|| KeypointViews::new(&keypoints, prior, camera, grounds, &options.advanced.keypoints));
+    let fits = any.then(|| KeypointViews::new(&keypoints, prior, camera, grounds, &options.advanced));
     let views =
         |track: &Track| fits.as_ref().map_or_else(ExternalTrack::default, |fits| fits.of_track(track));
     let mut next_id = tracks.iter().map(|t| t.id + 1).max().unwrap_or(0);
