@@ -9,7 +9,7 @@ use common::{Network, heading_error_rad, look};
 use motorcade_geometry::robust::median;
 use motorcade_geometry::{Camera, Pose, Vehicle, mahalanobis_squared};
 use motorcade_shape::fit::{FitMethod, FitOptions, Observation, ObservedKeypoint, RoadPlane, ShapeFitter};
-use motorcade_shape::{BodyType, Dimensions, FitError, Layout, ShapeFit, ShapePrior, SizePrior};
+use motorcade_shape::{BodyType, Dimensions, FitError, Layout, ShapeFit, ShapePrior, SizePrior, TrackFit};
 use motorcade_testing::{CAMERA, on_road};
 use nalgebra::{Point2, Vector2};
 use rand::{Rng, SeedableRng};
@@ -336,6 +336,42 @@ fn a_shape_found_on_some_frames_helps_the_others() {
         (median(&mut alone).unwrap(), median(&mut shaped).unwrap(), median(&mut nees).unwrap());
     println!("position {alone:.3} m alone, {shaped:.3} m with the shape; median NEES {nees:.2} of 5.35");
     assert!(shaped < 0.85 * alone && nees < 9.0, "{shaped} {alone} {nees}");
+}
+
+/// A car that is followed: the network draws its rear 4 % too narrow in every frame, and twelve frames are no twelve witnesses.
+#[test]
+fn frames_from_behind_do_not_decide_the_length() {
+    let mut rng = ChaCha8Rng::seed_from_u64(31);
+    let fitter = fitter(Layout::Car36);
+    let prior = fitter.prior().clone();
+    let network = Network { sigma_px: 1.5, outliers: 0.0, hidden: 0.1, body_sigma_m: 0.0 };
+    let (mut independent, mut similar, mut inside) = (Vec::new(), Vec::new(), 0);
+    for _ in 0..12 {
+        let shape = draw_shape(&prior, &mut rng);
+        let frame = |k: usize| {
+            let truth = on_road(0.3, 20.0 + 0.3 * k as f64, 0.0);
+            let mut observation = observe(look(&prior, &shape, &truth, &network, &mut rng), 1.5, true);
+            let middle = CAMERA.cx + CAMERA.fx * truth.translation().x / truth.translation().z;
+            observation.keypoints.iter_mut().for_each(|k| k.pixel.x = middle + 0.96 * (k.pixel.x - middle));
+            observation
+        };
+        let observations: Vec<Observation> = (0..12).map(frame).collect();
+        let length_m = prior.dimensions(&shape).length_m;
+        let [apart, alike] =
+            [0.0, 0.05].map(|rad| fitter.fit_similar_views(&CAMERA, &observations, rad).unwrap());
+        let errors_in_sigmas = |track: &TrackFit| {
+            (track.dimensions.length_m - length_m).abs() / track.size_covariance[(0, 0)].sqrt()
+        };
+        independent.push(errors_in_sigmas(&apart));
+        similar.push(errors_in_sigmas(&alike));
+        inside += usize::from(errors_in_sigmas(&alike) < 2.0);
+        assert!(alike.size_covariance[(0, 0)] > 2.0 * apart.size_covariance[(0, 0)]);
+    }
+    let (independent, similar) = (median(&mut independent).unwrap(), median(&mut similar).unwrap());
+    println!(
+        "length off by {independent:.2} standard deviations as independent views, {similar:.2} as similar ones"
+    );
+    assert!(inside >= 10 && similar < 0.7 * independent, "{inside} of 12, {similar} {independent}");
 }
 
 #[test]
