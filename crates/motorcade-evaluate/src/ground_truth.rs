@@ -1,5 +1,6 @@
 //! Ground truth of a KITTI tracking sequence.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use motorcade_dataset::{Cam0, KittiCalibration, Label, read_labels, read_trajectory};
@@ -26,6 +27,8 @@ pub struct GroundTruth {
     pub(crate) labels: Option<ByFrame>,
     /// The same vehicles with their boxes in the processed camera, when that is not camera 2.
     pub(crate) moved: Option<ByFrame>,
+    /// Labels of all kinds with their boxes in the processed camera, from `first` on; `None` where that camera has none.
+    pub(crate) all: Option<BTreeMap<u64, Vec<Label>>>,
 }
 
 impl GroundTruth {
@@ -48,6 +51,14 @@ impl GroundTruth {
             let of_vehicle = |label: &Label| !OTHER_CLASSES.contains(&label.class.as_str());
             Ok(by_frame(read_labels(path)?.into_iter().filter(of_vehicle)))
         };
+        let shown = file(&format!("label_{camera:02}"));
+        let all = |path: &Path| -> Result<BTreeMap<u64, Vec<Label>>> {
+            let mut frames = BTreeMap::<u64, Vec<Label>>::new();
+            for label in read_labels(path)?.into_iter().filter(|label| label.frame >= first) {
+                frames.entry(label.frame).or_default().push(label);
+            }
+            Ok(frames)
+        };
         let skipped = usize::try_from(first).unwrap_or(usize::MAX);
         Ok(Self {
             sequence: sequence.to_owned(),
@@ -60,6 +71,7 @@ impl GroundTruth {
                 .filter(|path| camera == 3 && path.is_file())
                 .map(|p| vehicles(&p))
                 .transpose()?,
+            all: Some(shown).filter(|path| path.is_file()).map(|p| all(&p)).transpose()?,
         })
     }
 

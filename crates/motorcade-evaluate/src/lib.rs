@@ -19,6 +19,8 @@
 //! # Ok::<(), motorcade_evaluate::Error>(())
 //! ```
 
+mod boxes3d;
+mod cuboid;
 mod ego;
 mod error;
 mod estimates;
@@ -30,6 +32,7 @@ mod statistics;
 mod table;
 mod vehicles;
 
+pub use boxes3d::{AveragePrecision, Boxes3dReport};
 pub use ego::{EgoReport, ScalePoint, evaluate_trajectory};
 pub use error::{Error, Result};
 pub use estimates::Estimates;

@@ -24,7 +24,7 @@ pub(crate) fn by_frame(labels: impl IntoIterator<Item = Label>) -> ByFrame {
 }
 
 /// Intersection over union of x1, y1, x2, y2 boxes.
-fn iou(a: &[f64; 4], b: &[f64; 4]) -> f64 {
+pub(crate) fn iou(a: &[f64; 4], b: &[f64; 4]) -> f64 {
     let (width, height) = (a[2].min(b[2]) - a[0].max(b[0]), a[3].min(b[3]) - a[1].max(b[1]));
     if width <= 0.0 || height <= 0.0 {
         return 0.0;

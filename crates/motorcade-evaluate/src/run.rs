@@ -2,13 +2,14 @@
 
 use std::path::Path;
 
+use crate::boxes3d::{self, Boxes3dReport};
 use crate::ego::{AlignedTrajectories, EgoReport, report};
 use crate::error::Result;
 use crate::estimates::Estimates;
 use crate::ground_truth::GroundTruth;
 use crate::matching::by_frame;
 use crate::nees::{ConsistencyReport, consistency};
-use crate::vehicles::{VehicleMeans, VehicleReport, Vehicles, means};
+use crate::vehicles::{VehicleMeans, VehicleReport, Vehicles, frame_shift};
 
 /// Errors of a run.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -27,6 +28,8 @@ pub struct Report {
     pub vehicles: Option<Vec<VehicleReport>>,
     /// Their means; none when no labelled vehicle has an estimate.
     pub vehicles_mean: Option<VehicleMeans>,
+    /// Average precision of the 3D boxes of cars by KITTI's rules; none without tracks, or without labels of the camera.
+    pub boxes3d: Option<Boxes3dReport>,
     /// True positions of the camera, one a row, in the camera of row 0 \[m\]: the world of a run. Not part of the JSON.
     #[serde(skip)]
     pub truth_path_m: Vec<[f64; 3]>,
@@ -47,24 +50,33 @@ pub fn evaluate_run(run: &Path, kitti_root: &Path, sequence: &str, camera: u8, f
 pub fn evaluate(estimates: &Estimates, truth: &GroundTruth) -> Result<Report> {
     let estimate = &estimates.world_from_camera;
     let aligned = AlignedTrajectories::new(estimate, truth.poses(estimate.len())?)?;
-    let vehicles = estimates.tracks.as_ref().zip(truth.labels.as_ref()).map(|(tracks, labels)| {
+    let tracks = estimates.tracks.as_ref().map(|tracks| by_frame(tracks.iter().cloned()));
+    let vehicles = tracks.as_ref().zip(truth.labels.as_ref()).map(|(tracks, labels)| {
         let drive = Vehicles {
             labels,
             boxes: truth.moved.as_ref().unwrap_or(labels),
-            estimates: &by_frame(tracks.iter().cloned()),
+            estimates: tracks,
             camera_from_cam0: truth.camera_from_cam0,
             first: truth.first,
         };
         drive.evaluate(&aligned)
     });
+    let boxes3d = tracks.as_ref().zip(truth.all.as_ref()).and_then(|(tracks, all)| {
+        let shift = frame_shift(tracks, truth.first);
+        let end = truth.first + estimate.len() as u64;
+        let labels = all.range(truth.first..end).map(|(frame, of)| (*frame, of.clone())).collect();
+        boxes3d::evaluate(&labels, |frame| tracks.get(&(frame - shift)).cloned().unwrap_or_default())
+    });
+    let (vehicles, vehicles_mean) = vehicles.map_or((None, None), |(all, mean)| (Some(all), mean));
     Ok(Report {
         sequence: truth.sequence.clone(),
         camera: truth.camera,
         first: truth.first,
         ego: report(&aligned),
         consistency: estimates.covariances.as_ref().and_then(|all| consistency(&aligned, all)),
-        vehicles_mean: vehicles.as_deref().and_then(means),
+        vehicles_mean,
         vehicles,
+        boxes3d,
         truth_path_m: aligned.truth.iter().map(|pose| pose.translation().into()).collect(),
     })
 }

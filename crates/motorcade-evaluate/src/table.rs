@@ -2,6 +2,7 @@
 
 use std::fmt::{self, Display};
 
+use crate::boxes3d::Boxes3dReport;
 use crate::ego::EgoReport;
 use crate::run::Report;
 use crate::vehicles::VehicleReport;
@@ -47,6 +48,24 @@ impl Display for VehicleReport {
             cell(self.error_in_camera_m, 2),
             cell(self.heading_error_deg, 1)
         )
+    }
+}
+
+impl Display for Boxes3dReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [easy, moderate, hard] = self.labels;
+        writeln!(f, "\n3D boxes of cars, AP|R40 by KITTI's rules [%] ({easy}, {moderate}, {hard} labels)")?;
+        writeln!(f, "  {:<24}{:>10} {:>10} {:>10}", "", "easy", "moderate", "hard")?;
+        let rows = [
+            ("3D, IoU 0.5", self.ap3d_50),
+            ("3D, IoU 0.7", self.ap3d_70),
+            ("from above, IoU 0.5", self.bev_50),
+            ("from above, IoU 0.7", self.bev_70),
+        ];
+        for (name, ap) in rows {
+            writeln!(f, "  {name:<24}{:>10.1} {:>10.1} {:>10.1}", ap.easy, ap.moderate, ap.hard)?;
+        }
+        Ok(())
     }
 }
 
@@ -102,6 +121,18 @@ impl Display for Report {
             mean.ate_ego_se3_m,
             mean.error_in_camera_m,
             mean.heading_error_deg
-        )
+        )?;
+        writeln!(
+            f,
+            "  error of depth within 40 m: median {} %, 90th percentile {} %; of motion from frame to frame {} m, {} deg",
+            cell(mean.depth_error_pct_median, 1),
+            cell(mean.depth_error_pct_p90, 1),
+            cell(mean.motion_error_m, 3),
+            cell(mean.motion_error_deg, 2)
+        )?;
+        match &self.boxes3d {
+            Some(boxes) => write!(f, "{boxes}"),
+            None => Ok(()),
+        }
     }
 }

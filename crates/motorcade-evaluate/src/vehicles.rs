@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use motorcade_dataset::{Cam0, Label};
-use motorcade_geometry::{Camera, Pose};
-use nalgebra::{Point3, Vector3};
+use motorcade_geometry::robust::{median, quantile};
+use motorcade_geometry::{Camera, Pose, Vehicle, World};
+use nalgebra::{Point3, UnitQuaternion, Vector3};
 
 use crate::ego::AlignedTrajectories;
 use crate::matching::{ByFrame, assign};
@@ -15,6 +16,8 @@ use crate::statistics::{mean, rms};
 const MAX_RANGE_M: f64 = 50.0;
 /// Labelled boxes lower than this are not evaluated \[px\].
 const MIN_HEIGHT_PX: f64 = 40.0;
+/// Errors of depth are those of vehicles up to this distance \[m\].
+const DEPTH_RANGE_M: f64 = 40.0;
 /// Vehicles with fewer evaluated frames are not reported.
 const MIN_FRAMES: usize = 10;
 
@@ -41,6 +44,10 @@ pub struct VehicleReport {
     pub error_in_camera_m: Option<f64>,
     /// Mean heading error \[deg\].
     pub heading_error_deg: Option<f64>,
+    /// RMS of the error of its motion from frame to frame, in its own frame, translation \[m\].
+    pub motion_error_m: Option<f64>,
+    /// The same of the rotation \[deg\].
+    pub motion_error_deg: Option<f64>,
 }
 
 /// Means over the vehicles with an estimate; coverage over all, weighted by frames.
@@ -60,6 +67,14 @@ pub struct VehicleMeans {
     pub heading_error_deg: f64,
     /// Sum of identity switches.
     pub id_switches: usize,
+    /// Median error of the depth over all evaluated frames of these vehicles within 40 m \[%\].
+    pub depth_error_pct_median: Option<f64>,
+    /// 90th percentile of it \[%\].
+    pub depth_error_pct_p90: Option<f64>,
+    /// Mean of the vehicles' errors of motion from frame to frame, translation \[m\].
+    pub motion_error_m: Option<f64>,
+    /// The same of the rotation \[deg\].
+    pub motion_error_deg: Option<f64>,
 }
 
 /// Ground truth and estimates of a drive.
@@ -83,6 +98,9 @@ struct Sample {
     in_camera: Vector3<f64>,
     heading_rad: f64,
     depth_m: f64,
+    row: usize,
+    /// True and estimated pose, each in its own world.
+    world_from_vehicle: [Pose<World, Vehicle>; 2],
 }
 
 #[derive(Default)]
@@ -92,10 +110,9 @@ struct Track {
 }
 
 impl Vehicles<'_> {
-    pub(crate) fn evaluate(&self, ego: &AlignedTrajectories) -> Vec<VehicleReport> {
-        // Results may number frames by the run's rows.
-        let numbered_by_row = self.estimates.keys().next().is_some_and(|frame| *frame < self.first);
-        let shift = if numbered_by_row { self.first } else { 0 };
+    /// Reports of the vehicles, and their means.
+    pub(crate) fn evaluate(&self, ego: &AlignedTrajectories) -> (Vec<VehicleReport>, Option<VehicleMeans>) {
+        let shift = frame_shift(self.estimates, self.first);
         let mut tracks: BTreeMap<i64, Track> = BTreeMap::new();
         let of = |frames: &'_ ByFrame, frame: u64| frames.get(&frame).cloned().unwrap_or_default();
         for row in 0..ego.truth.len() {
@@ -115,7 +132,11 @@ impl Vehicles<'_> {
             }
         }
         let long = tracks.into_iter().filter(|(_, track)| track.frames >= MIN_FRAMES);
-        long.map(|(label, track)| track.report(label)).collect()
+        let long: Vec<(i64, Track)> = long.collect();
+        let reports: Vec<VehicleReport> = long.iter().map(|(label, track)| track.report(*label)).collect();
+        let depths = long.iter().flat_map(|(_, track)| &track.samples).filter_map(Sample::depth_error_pct);
+        let means = means(&reports, depths.collect());
+        (reports, means)
     }
 
     fn sample(&self, ego: &AlignedTrajectories, row: usize, label: &Label, estimate: &Label) -> Sample {
@@ -131,8 +152,19 @@ impl Vehicles<'_> {
             in_camera: estimated - labelled,
             heading_rad: turn.abs(),
             depth_m: label.location_m[2],
+            row,
+            world_from_vehicle: [
+                ego.truth[row] * self.camera_from_cam0 * pose(label),
+                ego.estimate[row] * self.camera_from_cam0 * pose(estimate),
+            ],
         }
     }
+}
+
+/// Difference of the labels' frame numbers and those of results, which may number frames by the run's rows.
+pub(crate) fn frame_shift(estimates: &ByFrame, first: u64) -> u64 {
+    let numbered_by_row = estimates.keys().next().is_some_and(|frame| *frame < first);
+    if numbered_by_row { first } else { 0 }
 }
 
 fn is_evaluated(label: &Label, shown: &Label) -> bool {
@@ -142,12 +174,34 @@ fn is_evaluated(label: &Label, shown: &Label) -> bool {
         && label.location_m[2] <= MAX_RANGE_M
 }
 
+/// Pose of KITTI's object: x along its length, y down, origin at the bottom-face centre.
+fn pose(label: &Label) -> Pose<Cam0, Vehicle> {
+    let rotation = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), label.ry_rad);
+    Pose::from_parts(rotation, Vector3::from(label.location_m))
+}
+
+impl Sample {
+    /// Error of the depth \[%\] of a vehicle that is near enough.
+    fn depth_error_pct(&self) -> Option<f64> {
+        let near = self.depth_m > 0.0 && self.depth_m <= DEPTH_RANGE_M;
+        near.then(|| 100.0 * self.in_camera.z.abs() / self.depth_m)
+    }
+
+    /// Error of the motion to the next sample, in the vehicle's frame, when that is the next frame and the same estimate.
+    fn motion_error(&self, next: &Self) -> Option<Pose<Vehicle, Vehicle>> {
+        let motion = |k: usize| self.world_from_vehicle[k].inverse() * next.world_from_vehicle[k];
+        let consecutive = next.row == self.row + 1 && next.id == self.id;
+        consecutive.then(|| motion(1).inverse() * motion(0))
+    }
+}
+
 impl Track {
     fn report(&self, label: i64) -> VehicleReport {
         let samples = &self.samples;
         let depths = samples.iter().map(|sample| sample.depth_m);
         let nearest = depths.clone().min_by(f64::total_cmp);
         let farthest = depths.max_by(f64::total_cmp);
+        let motions: Vec<_> = samples.windows(2).filter_map(|pair| pair[0].motion_error(&pair[1])).collect();
         VehicleReport {
             label,
             frames: self.frames,
@@ -159,12 +213,14 @@ impl Track {
             ate_ego_se3_m: rms(samples.iter().map(|sample| sample.in_aligned_world)),
             error_in_camera_m: rms(samples.iter().map(|sample| sample.in_camera)),
             heading_error_deg: mean(samples.iter().map(|sample| sample.heading_rad.to_degrees())),
+            motion_error_m: rms(motions.iter().map(Pose::translation)),
+            motion_error_deg: rms(motions.iter().map(|m| m.rotation().scaled_axis())).map(f64::to_degrees),
         }
     }
 }
 
-/// Means of reports; `None` when no vehicle has an estimate.
-pub(crate) fn means(reports: &[VehicleReport]) -> Option<VehicleMeans> {
+/// Means of reports, with the errors of depth of all frames \[%\]; `None` when no vehicle has an estimate.
+fn means(reports: &[VehicleReport], mut depths: Vec<f64>) -> Option<VehicleMeans> {
     let of = |value: fn(&VehicleReport) -> Option<f64>| mean(reports.iter().filter_map(value));
     let frames: usize = reports.iter().map(|report| report.frames).sum();
     let covered: f64 = reports.iter().map(|report| report.coverage * report.frames as f64).sum();
@@ -176,5 +232,9 @@ pub(crate) fn means(reports: &[VehicleReport]) -> Option<VehicleMeans> {
         error_in_camera_m: of(|report| report.error_in_camera_m)?,
         heading_error_deg: of(|report| report.heading_error_deg)?,
         id_switches: reports.iter().map(|report| report.id_switches).sum(),
+        depth_error_pct_median: median(&mut depths),
+        depth_error_pct_p90: quantile(&mut depths, 0.9),
+        motion_error_m: of(|report| report.motion_error_m),
+        motion_error_deg: of(|report| report.motion_error_deg),
     })
 }
