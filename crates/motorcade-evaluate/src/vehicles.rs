@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use motorcade_dataset::{Cam0, Label};
-use motorcade_geometry::robust::{median, quantile};
+use motorcade_geometry::robust::{median_midpoint, quantile};
 use motorcade_geometry::{Camera, Pose, Vehicle, World};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
@@ -232,7 +232,7 @@ fn means(reports: &[VehicleReport], mut depths: Vec<f64>) -> Option<VehicleMeans
         error_in_camera_m: of(|report| report.error_in_camera_m)?,
         heading_error_deg: of(|report| report.heading_error_deg)?,
         id_switches: reports.iter().map(|report| report.id_switches).sum(),
-        depth_error_pct_median: median(&mut depths),
+        depth_error_pct_median: median_midpoint(&mut depths),
         depth_error_pct_p90: quantile(&mut depths, 0.9),
         motion_error_m: of(|report| report.motion_error_m),
         motion_error_deg: of(|report| report.motion_error_deg),
