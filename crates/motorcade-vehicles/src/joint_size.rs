@@ -2,14 +2,11 @@
 
 use motorcade_perception::VehicleClass;
 use motorcade_shape::{Dimensions, SizePrior};
-use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector3, Vector4};
+use nalgebra::{Matrix3, Vector3};
 
 use crate::box_fit::SingleView;
 use crate::options::{BoxFitOptions, SizeOptions};
 use crate::size_prior::size_prior;
-
-/// Smallest standard deviation of the road's level \[m\]: on the own lane it is that of the plane, which each frame has.
-const LEAST_LEVEL_SIGMA_M: f64 = 1e-4;
 
 /// A size and its covariance (3×3) \[m²\].
 #[derive(Clone, Copy, Debug)]
@@ -72,33 +69,9 @@ fn reduced(view: &SingleView) -> Option<(Matrix3<f64>, Vector3<f64>)> {
     Some((reduced, reduced * view.state.fixed_rows::<3>(3) - g))
 }
 
-/// Normal equations of the size and the road's level (4×4, 4) from one view, its position eliminated by the Schur complement. The height
-/// of the road is then level and an error of the frame's own.
-fn reduced_with_level(view: &SingleView) -> Option<(Matrix4<f64>, Vector4<f64>)> {
-    let (own, both) = (view.road_height.own_m.powi(-2), 1.0 / view.road_height.variance());
-    let mut position = view.information.fixed_view::<3, 3>(0, 0).into_owned();
-    position[(2, 2)] += own - both;
-    let mut gradient = view.gradient.fixed_rows::<3>(0).into_owned();
-    gradient[2] += (own - both) * view.state[2];
-    let mut coupling = Matrix3x4::zeros();
-    coupling.fixed_view_mut::<3, 3>(0, 0).copy_from(&view.information.fixed_view::<3, 3>(0, 3));
-    coupling[(2, 3)] = -own;
-    let mut h = Matrix4::zeros();
-    h.fixed_view_mut::<3, 3>(0, 0).copy_from(&view.information.fixed_view::<3, 3>(3, 3));
-    h[(3, 3)] = own;
-    let size = view.state.fixed_rows::<3>(3);
-    let of_size = view.gradient.fixed_rows::<3>(3);
-    let mut g = Vector4::new(of_size[0], of_size[1], of_size[2], -own * view.state[2]);
-    let eliminate = coupling.transpose() * position.try_inverse()?;
-    h -= eliminate * coupling;
-    g -= eliminate * gradient;
-    // At a level of zero.
-    Some((h, h * Vector4::new(size[0], size[1], size[2], 0.0) - g))
-}
-
 impl JointSize {
-    /// Sum of each view's normal equations with its position eliminated (Schur complement), and the priors of the size and of the
-    /// road's level under the vehicle, an error that all its views share. All views together have the weight of `independent_views`.
+    /// Sum of each view's normal equations with its position eliminated (Schur complement), and the prior. All views together have
+    /// the weight of `independent_views`.
     pub(crate) fn from_views(
         views: &[(usize, SingleView)],
         prior: &SizePrior,
@@ -107,24 +80,16 @@ impl JointSize {
     ) -> Option<Self> {
         let weight = independent_views / views.len().max(1) as f64;
         let sigma = prior.sigma.to_vector();
-        let (mut h, mut rhs) = (Matrix4::zeros(), Vector4::zeros());
-        for (reduced, of_view) in views.iter().filter_map(|(_, view)| reduced_with_level(view)) {
+        let mut h = Matrix3::from_diagonal(&sigma.map(|s| 1.0 / (s * s)));
+        let mut rhs = h * prior.mean.to_vector();
+        for (reduced, of_view) in views.iter().filter_map(|(_, view)| reduced(view)) {
             h += reduced * weight;
             rhs += of_view * weight;
         }
-        let level_m = views.iter().map(|(_, view)| view.road_height.common_m).sum::<f64>() * weight;
-        h[(3, 3)] += (level_m / independent_views).max(LEAST_LEVEL_SIGMA_M).powi(-2);
-        for k in 0..3 {
-            h[(k, k)] += sigma[k].powi(-2);
-            rhs[k] += sigma[k].powi(-2) * prior.mean.to_vector()[k];
-        }
         let covariance = h.try_inverse()?;
         let limit = options.limit_sigmas;
-        let size =
-            (covariance * rhs).fixed_rows::<3>(0).zip_zip_map(&prior.mean.to_vector(), &sigma, |v, m, s| {
-                v.clamp(m - limit * s, m + limit * s)
-            });
-        let covariance = covariance.fixed_view::<3, 3>(0, 0).into_owned();
+        let size = (covariance * rhs)
+            .zip_zip_map(&prior.mean.to_vector(), &sigma, |v, m, s| v.clamp(m - limit * s, m + limit * s));
         Some(Self {
             size: Dimensions::from_vector(&size),
             covariance: (covariance + covariance.transpose()) * 0.5,

@@ -25,6 +25,7 @@
 //! ```
 
 mod box_fit;
+mod doubles;
 mod estimate;
 mod external;
 mod ground;
@@ -40,6 +41,7 @@ mod tracker;
 mod trajectory;
 
 pub use box_fit::{BoxFit, SingleView};
+pub use doubles::without_doubles;
 pub use estimate::{estimate_consistently, estimate_track};
 pub use external::{ExternalTrack, ExternalView, KeypointViews, SizeDependence, external_tracks};
 pub use ground::GroundFrame;

@@ -15,13 +15,12 @@ use motorcade_shape::{Dimensions, SizePrior};
 use nalgebra::{Matrix3, Matrix6, Point3, Vector3, Vector6};
 
 use crate::box_fit::jacobian::{edge_by_point, edge_by_state};
-use crate::box_fit::noise::{edge_deviation_px, road_height};
+use crate::box_fit::noise::{edge_deviation_px, road_height_sigma_m};
 use crate::ground::GroundFrame;
 use crate::observed_box::ObservedBox;
 use crate::options::BoxFitOptions;
 use crate::outline::{extreme_points, upright_pose};
 
-pub(crate) use noise::RoadHeight;
 pub use single_view::SingleView;
 
 /// Smallest distance ahead at which a fit is a vehicle \[m\].
@@ -53,7 +52,6 @@ struct Linearised {
     g_by_heading: Vector6<f64>,
     chi2: f64,
     cost: f64,
-    road_height: RoadHeight,
 }
 
 impl BoxFit<'_> {
@@ -115,7 +113,6 @@ impl BoxFit<'_> {
             gradient: edges.g,
             state,
             gradient_by_heading: edges.g_by_heading,
-            road_height: edges.road_height,
             axes,
         })
     }
@@ -153,12 +150,11 @@ impl BoxFit<'_> {
             chi2 += r * r;
             cost += options.cauchy_scale.powi(2) * softened.ln() + 2.0 * s.ln();
         }
-        let road_height = road_height(ground, x[0], x[1], options);
-        let height_weight = 1.0 / road_height.variance();
+        let height_weight = 1.0 / road_height_sigma_m(ground, x[0], x[1], options).powi(2);
         cost += x[2] * x[2] * height_weight - height_weight.ln();
         h[(2, 2)] += height_weight;
         g[2] += height_weight * x[2];
-        Some(Linearised { h, g, g_by_heading, chi2, cost, road_height })
+        Some(Linearised { h, g, g_by_heading, chi2, cost })
     }
 
     /// Equation (1) at the bottom edge, or depth from the vehicle's height where that edge is not measured; size at its mean.

@@ -49,34 +49,16 @@ pub(super) fn edge_deviation_px(
     }
 }
 
-/// Standard deviations of the road's height at a place, over the plane of the frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct RoadHeight {
-    /// Of this frame: the plane's pitch, texture, the change of the road's slope \[m\].
-    pub(crate) own_m: f64,
-    /// Common to all frames that show this place: cross-fall, kerbs and medians beside the own lane \[m\].
-    pub(crate) common_m: f64,
-}
-
-impl RoadHeight {
-    /// Variance of both \[m²\].
-    pub(crate) fn variance(&self) -> f64 {
-        self.own_m.powi(2) + self.common_m.powi(2)
-    }
-}
-
-/// Standard deviations of the road's height at a place (ahead, left).
-pub(super) fn road_height(
+/// Standard deviation of the road's height at a place (ahead, left), over the plane of the frame \[m\]: the plane's pitch, the change of
+/// the road's slope, and cross-fall beside the own lane.
+pub(super) fn road_height_sigma_m(
     ground: &GroundFrame,
     ahead_m: f64,
     left_m: f64,
     options: &BoxFitOptions,
-) -> RoadHeight {
+) -> f64 {
     let lengths = (ahead_m / options.road_slope_length_m).min(options.road_slope_most_lengths);
     let slope = options.road_slope_sigma_rad * lengths;
     let pitch = ground.pitch_sigma_rad.hypot(slope);
-    RoadHeight {
-        own_m: options.road_height_sigma_m.hypot(pitch * ahead_m),
-        common_m: options.level_sigma_m(left_m),
-    }
+    options.road_height_sigma_m.hypot(pitch * ahead_m).hypot(options.level_sigma_m(left_m))
 }

@@ -3,8 +3,6 @@
 use motorcade_shape::{Dimensions, SizePrior};
 use nalgebra::{Matrix3, Matrix6, Point3, Vector3, Vector6};
 
-use super::noise::RoadHeight;
-
 /// Position and size of a vehicle from one box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SingleView {
@@ -24,8 +22,6 @@ pub struct SingleView {
     pub(crate) gradient: Vector6<f64>,
     /// Solution in the same order.
     pub(crate) state: Vector6<f64>,
-    /// Standard deviations of the road's height in `information`.
-    pub(crate) road_height: RoadHeight,
     /// Derivative of the gradient by the heading.
     pub(super) gradient_by_heading: Vector6<f64>,
     /// Columns ahead, left, above in the camera frame (3×3).

@@ -24,6 +24,10 @@ pub struct HypothesisOptions {
     pub least_consistent_boxes: f64,
     /// Times that a track is parted.
     pub splits: usize,
+    /// Overlap (IoU) of two boxes from which they may be boxes of one vehicle: that of the detector's duplicates.
+    pub double_iou: f64,
+    /// Share of the boxes of a track on those of another one from which it is a second track on that vehicle.
+    pub double_share: f64,
 }
 
 impl Default for HypothesisOptions {
@@ -38,6 +42,8 @@ impl Default for HypothesisOptions {
             least_box_iou: 0.3,
             least_consistent_boxes: 4.0,
             splits: 3,
+            double_iou: 0.5,
+            double_share: 0.5,
         }
     }
 }

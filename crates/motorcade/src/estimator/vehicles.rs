@@ -4,7 +4,7 @@ use motorcade_odometry::{EgoFrame, EgoTrajectory};
 use motorcade_perception::{Detection, VehicleKeypoints};
 use motorcade_vehicles::{
     ExternalTrack, GroundFrame, KeypointViews, Track, VehicleTrajectory, estimate_consistently,
-    estimate_track, external_tracks,
+    estimate_track, external_tracks, without_doubles,
 };
 
 use crate::record::FrameInfo;
@@ -51,7 +51,7 @@ pub(crate) fn estimate_vehicles(
         vehicles.extend(estimate_consistently(camera, grounds, track, &views, options, next_id));
     }
     vehicles.sort_by_key(|v| v.id);
-    vehicles
+    without_doubles(vehicles, &options.advanced.hypothesis)
 }
 
 /// Times of frames \[s\], from the first.
