@@ -1,7 +1,7 @@
 //! Runs without frames: a KITTI tracking split with calibration but no images, everything else from files.
 
 use motorcade::FrameInfo;
-use motorcade_dataset::{Calibration, Cam0, Fnv, Format, Summary};
+use motorcade_dataset::{Calibration, Cam0, Fnv, Format, IMAGE_ENDINGS, Summary};
 use motorcade_geometry::{Camera, PinholeCamera, Pose};
 use motorcade_perception::{Detection, DetectionTable};
 
@@ -40,7 +40,7 @@ pub fn open(arguments: &RunArguments) -> anyhow::Result<Option<Files>> {
     let (Some(first), Some(end)) = (input.frames.start, input.frames.end) else { return Ok(None) };
     let camera_number = input.camera.unwrap_or(2);
     let images = input.input.join(format!("image_{camera_number:02}")).join(sequence);
-    let there = |n: u64| ["png", "jpg", "jpeg"].iter().any(|e| images.join(format!("{n:06}.{e}")).exists());
+    let there = |n: u64| IMAGE_ENDINGS.iter().any(|e| images.join(format!("{n:06}.{e}")).exists());
     if (first..end).all(there) || first >= end {
         return Ok(None);
     }

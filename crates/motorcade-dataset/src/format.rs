@@ -12,7 +12,7 @@ pub enum Format {
     KittiOdometry,
     /// A drive of KITTI raw: `image_02/data/0000000000.png`, `image_02/timestamps.txt`.
     KittiRaw,
-    /// A folder of numbered PNG or JPEG files.
+    /// A folder of numbered image files (PNG, JPEG, WebP, BMP, TIFF).
     Images,
     /// A video file, read through the `ffmpeg` program.
     Video,

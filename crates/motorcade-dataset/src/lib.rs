@@ -94,6 +94,7 @@ pub use masks::{numbered_images, read_mask};
 pub use options::SequenceOptions;
 pub use selection::{FrameRange, InvalidRange};
 pub use sequence::{KITTI_HEIGHT_M, Sequence};
+pub use source::IMAGE_ENDINGS;
 pub use speed_record::SpeedRecord;
 pub use stream::{FrameResult, Frames};
 pub use trajectory::{Trajectory, read_trajectory, write_kitti, write_tum};

@@ -36,7 +36,7 @@ impl Format {
         }
         Err(Error::input(
             path,
-            "holds no frames; expected PNG or JPEG files, KITTI tracking (image_02/0000/), KITTI odometry (image_0/), \
+            "holds no frames; expected image files (PNG, JPEG, WebP, BMP, TIFF), KITTI tracking (image_02/0000/), KITTI odometry (image_0/), \
              KITTI raw (image_02/data/) or a video file",
         ))
     }

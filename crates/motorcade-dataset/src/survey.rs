@@ -72,7 +72,10 @@ pub(crate) fn survey(root: &Path, format: Format, options: &SequenceOptions) -> 
     };
     survey.listing = list(&folder)?;
     if survey.listing.entries.is_empty() {
-        return Err(Error::input(&folder, "holds no frames; expected numbered PNG or JPEG files"));
+        return Err(Error::input(
+            &folder,
+            "holds no frames; expected numbered image files (PNG, JPEG, WebP, BMP, TIFF)",
+        ));
     }
     survey.step = numbering_step(&survey.listing.entries);
     survey.gaps = gaps(&survey.listing.entries, survey.step);

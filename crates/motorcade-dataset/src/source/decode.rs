@@ -1,14 +1,19 @@
 //! Image files to pixels, strict about truncation.
 
+use std::io::Cursor;
 use std::path::Path;
 
-use image::{DynamicImage, GrayImage, ImageFormat};
+use image::metadata::Orientation;
+use image::{DynamicImage, GrayImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use crate::error::{Error, Result};
 use crate::frame::Pixels;
 use crate::regular_file;
 
-/// Reads a PNG or JPEG file; the content decides, not the ending.
+/// Endings of image files.
+pub const IMAGE_ENDINGS: [&str; 7] = ["png", "jpg", "jpeg", "webp", "bmp", "tif", "tiff"];
+
+/// Reads an image file; the content decides, not the ending.
 pub(crate) fn read(path: &Path) -> Result<Pixels> {
     Ok(match read_dynamic(path)? {
         DynamicImage::ImageLuma8(image) => Pixels::Gray(image),
@@ -40,12 +45,35 @@ fn read_dynamic(path: &Path) -> Result<DynamicImage> {
     if bytes.is_empty() {
         return Err(Error::input(path, "is empty"));
     }
-    let format = image::guess_format(&bytes).map_err(|_| Error::input(path, "is neither PNG nor JPEG"))?;
+    let format = image::guess_format(&bytes)
+        .map_err(|_| Error::input(path, "is no image: neither PNG, JPEG, WebP, BMP nor TIFF"))?;
     if format == ImageFormat::Jpeg && !ends_like_jpeg(&bytes) {
         return Err(Error::input(path, "JPEG is truncated (no end marker)"));
     }
-    image::load_from_memory_with_format(&bytes, format)
-        .map_err(|e| Error::input(path, format!("cannot be decoded, it may be truncated: {e}")))
+    let unreadable = |e| Error::input(path, format!("cannot be decoded, it may be truncated: {e}"));
+    let mut reader = ImageReader::with_format(Cursor::new(&bytes), format);
+    reader.limits(limits());
+    let mut decoder = reader.into_decoder().map_err(unreadable)?;
+    // Cameras and phones note how they were held; pixels are those of the sensor, and so is a calibration.
+    if let Ok(orientation) = decoder.orientation()
+        && orientation != Orientation::NoTransforms
+    {
+        return Err(Error::input(
+            path,
+            format!(
+                "is to be shown turned or mirrored (EXIF orientation {}); turn the pictures themselves and calibrate for them",
+                orientation.to_exif()
+            ),
+        ));
+    }
+    DynamicImage::from_decoder(decoder).map_err(unreadable)
+}
+
+/// Limits of a decoder: an image of 512 MiB is none of a drive.
+fn limits() -> Limits {
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(512 << 20);
+    limits
 }
 
 /// The decoder silently fills missing data with grey, so the end marker is checked here. Some cameras

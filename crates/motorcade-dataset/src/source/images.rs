@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::decode::IMAGE_ENDINGS;
 use crate::error::{Error, Result};
 
 /// The images of a folder in the order of their numbers.
@@ -21,10 +22,9 @@ pub(crate) struct Entry {
     pub bytes: u64,
 }
 
-/// PNG or JPEG by its ending, in any case.
+/// An image by its ending, in any case.
 pub(crate) fn is_image(path: &Path) -> bool {
-    let known = ["png", "jpg", "jpeg"];
-    path.extension().is_some_and(|e| known.iter().any(|k| e.eq_ignore_ascii_case(k)))
+    path.extension().is_some_and(|e| IMAGE_ENDINGS.iter().any(|k| e.eq_ignore_ascii_case(k)))
 }
 
 /// The last run of digits in the file stem: `frame_000016.png` is 16.

@@ -5,6 +5,8 @@ pub(crate) mod images;
 pub(crate) mod kitti;
 pub(crate) mod video;
 
+pub use decode::IMAGE_ENDINGS;
+
 use std::path::PathBuf;
 
 /// One frame that should exist.
