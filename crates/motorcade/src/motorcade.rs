@@ -188,28 +188,29 @@ impl Motorcade {
     }
 
     /// As [`finish`](Self::finish), reporting progress and warnings.
-    pub fn finish_with(self, progress: &dyn Progress) -> RunResult {
-        let (record, settings) = self.into_record();
-        estimate_drive(record, &settings, progress)
+    pub fn finish_with(mut self, progress: &dyn Progress) -> RunResult {
+        self.note_pictures(progress);
+        estimate_drive(self.front_end.finish(), &self.settings, progress)
     }
 
     /// Ends the drive; every frame stays as it was estimated when it came. Frames without an estimate get theirs now.
     pub fn finish_online(mut self, progress: &dyn Progress) -> RunResult {
         self.estimate();
-        self.note_pictures();
+        self.note_pictures(progress);
         self.sliding.finish(self.front_end.finish(), &self.settings, progress)
     }
 
     /// Ends the pass over the frames: the output of the front end and the settings, for
     /// [`estimate_drive`](crate::estimate_drive) with several configurations.
     pub fn into_record(mut self) -> (FrontEndRecord, Settings) {
-        self.note_pictures();
+        self.note_pictures(&NoProgress);
         (self.front_end.finish(), self.settings)
     }
 
     /// Notes what was found out about the pictures themselves.
-    fn note_pictures(&mut self) {
-        let found = self.fixed.describe().into_iter().chain(self.repeated.describe());
+    fn note_pictures(&mut self, progress: &dyn Progress) {
+        let found: Vec<String> = self.fixed.describe().into_iter().chain(self.repeated.describe()).collect();
+        found.iter().for_each(|text| progress.warn(text));
         self.front_end.record_mut().warnings.extend(found);
     }
 

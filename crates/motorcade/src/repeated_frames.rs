@@ -114,13 +114,34 @@ mod tests {
         assert!(repeated.describe()[0].contains("of 30 frames"));
     }
 
+    /// A picture of a camera that moves evenly, then brakes within a second and stands; its sensor has noise.
+    fn braking(k: u32) -> GrayImage {
+        let tenths = if k < 20 { 10 * k } else { 200 + (0..k.min(40) - 20).map(|i| 10 - i / 2).sum::<u32>() };
+        let mut image = picture(tenths / 10, 0);
+        for (i, pixel) in image.pixels_mut().enumerate() {
+            pixel.0[0] += ((i as u32 * 31 + k * 17) % 5) as u8;
+        }
+        image
+    }
+
     #[test]
     fn a_camera_that_stands_is_not_repeated_for_longer_than_a_moment() {
         let mut repeated = RepeatedFrames::default();
-        let found: Vec<bool> = (0..60)
-            .map(|k| repeated.is_repeated(&picture(k.min(20), 0), i64::from(k) * 50_000_000))
-            .collect();
+        let found: Vec<bool> =
+            (0..80).map(|k| repeated.is_repeated(&braking(k), i64::from(k) * 50_000_000)).collect();
         assert!(found[..20].iter().all(|f| !f), "{found:?}");
-        assert!(found[40..].iter().filter(|f| **f).count() < 10, "{found:?}");
+        assert!(found[50..].iter().filter(|f| **f).count() < 10, "{found:?}");
+        assert!(repeated.describe().iter().all(|text| !text.contains("frozen")));
+    }
+
+    #[test]
+    fn a_picture_that_freezes_in_full_motion_is_frozen() {
+        let mut repeated = RepeatedFrames::default();
+        let shown = |k: u32| if (20..60).contains(&k) { 19 } else { k };
+        let found: Vec<bool> =
+            (0..80).map(|k| repeated.is_repeated(&picture(shown(k), 0), i64::from(k) * 50_000_000)).collect();
+        assert!(found[..20].iter().chain(&found[60..]).all(|f| !f), "{found:?}");
+        assert!(found[20..60].iter().all(|f| *f), "{found:?}");
+        assert!(repeated.describe().iter().any(|text| text.contains("of 80 frames are frozen")));
     }
 }
