@@ -1,0 +1,144 @@
+//! Readers on damaged files: an answer or an error, in time, never a panic. Every input follows from a seed, so that a failure comes again.
+//!
+//! `MOTORCADE_FUZZ_SECONDS` is the time of each reader (a third of a second by default): `MOTORCADE_FUZZ_SECONDS=60 cargo test --release -p motorcade --test fuzz`.
+//! `found.rs` holds what was found once.
+
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests may fail loudly too")]
+
+mod found;
+mod mutation;
+mod samples;
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use motorcade::dataset::{
+    Calibration, GpsTrack, Sequence, SequenceOptions, SpeedRecord, read_labels, read_trajectory,
+    read_vehicle_poses,
+};
+use motorcade::geometry::{Camera, World};
+use motorcade::perception::{DetectionTable, KeypointTable, Manifest, Recording};
+use motorcade::{Config, RunRecord};
+use motorcade_graph::g2o;
+use motorcade_shape::ShapePrior;
+use mutation::damaged;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+/// Longest time of one input; a file of 64 kB takes a thousandth of it.
+const LONGEST: Duration = Duration::from_secs(2);
+
+/// A folder in memory where there is one: millions of files are written.
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir_in("/dev/shm").or_else(|_| tempfile::tempdir()).unwrap()
+}
+
+fn seconds() -> f64 {
+    std::env::var("MOTORCADE_FUZZ_SECONDS").ok().and_then(|text| text.parse().ok()).unwrap_or(0.33)
+}
+
+/// Gives `reader` damaged versions of the samples, as files of these names, and every input that failed once.
+fn fuzz(name: &str, samples: &[(&str, &[u8])], reader: impl Fn(&Path) -> bool) {
+    let folder = folder();
+    let end = Instant::now() + Duration::from_secs_f64(seconds());
+    let try_one = |file: &str, bytes: &[u8], which: &str| {
+        let path = folder.path().join(file);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(&path, bytes).unwrap();
+        let start = Instant::now();
+        let outcome = catch_unwind(AssertUnwindSafe(|| reader(&path)));
+        let shown = || String::from_utf8_lossy(bytes).into_owned();
+        let accepted = outcome.unwrap_or_else(|_| panic!("{name}: panic on {which}: {:?}", shown()));
+        assert!(start.elapsed() < LONGEST, "{name}: {:?} on {which}: {:?}", start.elapsed(), shown());
+        accepted
+    };
+    for (file, bytes) in samples {
+        assert!(try_one(file, bytes, "the sample"), "{name}: the sample {file} is not accepted");
+    }
+    for (file, bytes) in found::of(name) {
+        try_one(file, bytes, "an input found before");
+    }
+    let (mut inputs, mut accepted) = (0_u64, 0_u64);
+    while Instant::now() < end {
+        let mut rng = ChaCha8Rng::seed_from_u64(inputs);
+        let (file, sample) = samples[inputs as usize % samples.len()];
+        accepted += u64::from(try_one(file, &damaged(sample, &mut rng), &format!("input {inputs}")));
+        inputs += 1;
+    }
+    println!("{name}: {inputs} inputs, {accepted} accepted");
+}
+
+fn texts<'a>(samples: &'a [(&'a str, &'a str)]) -> Vec<(&'a str, &'a [u8])> {
+    samples.iter().map(|(file, text)| (*file, text.as_bytes())).collect()
+}
+
+#[test]
+fn calibrations() {
+    let all = [
+        ("camera.toml", samples::CAMERA_TOML),
+        ("opencv.yaml", samples::OPENCV_YAML),
+        ("camchain.yaml", samples::KALIBR_YAML),
+        ("orb.yaml", samples::ORB_YAML),
+        ("0005.txt", samples::KITTI_CALIB),
+    ];
+    fuzz("calibrations", &texts(&all), |path| Calibration::read(path, None).is_ok());
+}
+
+#[test]
+fn boxes_and_labels() {
+    fuzz("labels", &texts(&[("0005.txt", samples::LABELS)]), |path| read_labels(path).is_ok());
+    let all = [("labels.txt", samples::LABELS), ("det.txt", samples::MOT), ("boxes.csv", samples::BOXES_CSV)];
+    fuzz("detections", &texts(&all), |path| DetectionTable::read(path).is_ok());
+    fuzz("keypoints", &texts(&[("k.csv", samples::KEYPOINTS)]), |path| KeypointTable::read(path).is_ok());
+    let poses = |path: &Path| read_vehicle_poses(&[path.to_path_buf()] as &[PathBuf]).is_ok();
+    fuzz("vehicle poses", &texts(&[("v.csv", samples::VEHICLE_POSES)]), poses);
+    fuzz("perception", &texts(&[("p.jsonl", samples::PERCEPTION)]), |path| Recording::read(path).is_ok());
+}
+
+#[test]
+fn trajectories_and_sensors() {
+    let all = [("ego.tum", samples::TUM), ("poses.txt", samples::KITTI_POSES)];
+    fuzz("trajectories", &texts(&all), |path| read_trajectory::<World, Camera>(path).is_ok());
+    fuzz("speeds", &texts(&[("speeds.csv", samples::SPEEDS)]), |path| SpeedRecord::read(path).is_ok());
+    let all = [("a.gpx", samples::GPX), ("a.nmea", samples::NMEA), ("a.csv", samples::GPS_CSV)];
+    fuzz("gps tracks", &texts(&all), |path| GpsTrack::read(path).is_ok());
+}
+
+#[test]
+fn graphs_and_shapes() {
+    let read = |path: &Path| g2o::read(path, &g2o::ReadOptions::default()).is_ok();
+    fuzz("g2o", &texts(&[("a.g2o", samples::G2O)]), read);
+    let mut prior = ShapePrior::of_family(motorcade_shape::Layout::Car14).to_json();
+    prior.push('\n');
+    fuzz("shape priors", &texts(&[("prior.json", &prior)]), |path| ShapePrior::read(path).is_ok());
+}
+
+#[test]
+fn settings_and_records() {
+    let config = samples::config();
+    let overlay = |path: &Path| {
+        let Ok(text) = std::fs::read_to_string(path) else { return false };
+        Config::default().overlay(&text, "c.toml").is_ok()
+    };
+    fuzz("configuration", &texts(&[("c.toml", &config)]), overlay);
+    let parent = |path: &Path| path.parent().map(PathBuf::from).unwrap();
+    fuzz("models.toml", &texts(&[("m/models.toml", samples::MODELS)]), |path| {
+        Manifest::of_folder(&parent(path)).is_ok()
+    });
+    fuzz("run records", &texts(&[("r/run.json", samples::RECORD)]), |path| {
+        RunRecord::read(&parent(path)).is_ok()
+    });
+}
+
+#[test]
+fn pictures() {
+    let encoded = samples::pictures();
+    let names = ["a/000000.png", "b/000000.jpg", "c/000000.webp", "d/000000.bmp", "e/000000.tif"];
+    let all: Vec<(&str, &[u8])> = names.into_iter().zip(encoded.iter().map(Vec::as_slice)).collect();
+    fuzz("pictures", &all, |path| {
+        let options = SequenceOptions { prefetch: 0, ..SequenceOptions::default() };
+        let opened = Sequence::open(path.parent().unwrap(), &options);
+        opened.is_ok_and(|drive| drive.frames().all(|frame| frame.is_ok()))
+    });
+}
