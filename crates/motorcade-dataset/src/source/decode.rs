@@ -51,9 +51,14 @@ fn read_dynamic(path: &Path) -> Result<DynamicImage> {
         return Err(Error::input(path, "JPEG is truncated (no end marker)"));
     }
     let unreadable = |e| Error::input(path, format!("cannot be decoded, it may be truncated: {e}"));
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(MOST_BYTES);
     let mut reader = ImageReader::with_format(Cursor::new(&bytes), format);
-    reader.limits(limits());
+    reader.limits(limits.clone());
     let mut decoder = reader.into_decoder().map_err(unreadable)?;
+    // A header of a few bytes may claim any size.
+    limits.reserve(decoder.total_bytes()).map_err(unreadable)?;
+    decoder.set_limits(limits).map_err(unreadable)?;
     // Cameras and phones note how they were held; pixels are those of the sensor, and so is a calibration.
     if let Ok(orientation) = decoder.orientation()
         && orientation != Orientation::NoTransforms
@@ -69,12 +74,8 @@ fn read_dynamic(path: &Path) -> Result<DynamicImage> {
     DynamicImage::from_decoder(decoder).map_err(unreadable)
 }
 
-/// Limits of a decoder: an image of 512 MiB is none of a drive.
-fn limits() -> Limits {
-    let mut limits = Limits::default();
-    limits.max_alloc = Some(512 << 20);
-    limits
-}
+/// Most memory of a decoded image \[bytes\]: a larger one is none of a drive.
+const MOST_BYTES: u64 = 512 << 20;
 
 /// The decoder silently fills missing data with grey, so the end marker is checked here. Some cameras
 /// pad files, hence not only the last two bytes.

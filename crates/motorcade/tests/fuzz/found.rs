@@ -1,6 +1,12 @@
-//! Inputs that once made a reader panic or take too long.
+//! Inputs that once made a reader panic, end the process or take too long.
+
+/// A bitmap of 200,000 by 200,000 pixels without one of them: its decoder asked for 120 GB.
+const HUGE_BITMAP: &[u8] = b"BM6\x00\x00\x00\x00\x00\x00\x006\x00\x00\x00(\x00\x00\x00@\x0d\x03\x00@\x0d\x03\x00\x01\x00\x18\x00\x00\x00\x00\x00\x00\x00\x00\x00\x13\x0b\x00\x00\x13\x0b\x00\x00\x00\x00\x00\x00\x00\x00\x00\x00";
 
 /// Those of a reader: name of the file and content.
-pub fn of(_reader: &str) -> Vec<(&'static str, &'static [u8])> {
-    Vec::new()
+pub fn of(reader: &str) -> Vec<(&'static str, &'static [u8])> {
+    match reader {
+        "pictures" => vec![("huge/000000.bmp", HUGE_BITMAP)],
+        _ => Vec::new(),
+    }
 }
