@@ -71,6 +71,20 @@ try {
   assert.notEqual(first.told, last.told);
   if (outline.scenes > 1) assert.ok(first.picture !== last.picture, 'the picture did not change');
 
+  // Moves are drawn while the hand is on the slider.
+  const move_ms = await page.evaluate(async () => {
+    const times = [];
+    for (let k = 0; k < 21; k++) {
+      const start = performance.now();
+      drive.show(Math.round((drive.last * ((k * 8) % 21)) / 20));
+      await new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
+      times.push(performance.now() - start);
+    }
+    return times.sort((a, b) => a - b)[10];
+  });
+  assert.ok(move_ms < 500, `a move takes ${move_ms} ms`);
+  await page.evaluate(() => drive.show(drive.last));
+
   // Keys step, also backwards.
   await page.keyboard.press('ArrowLeft');
   assert.equal((await state()).row, outline.last - 1);
@@ -210,7 +224,7 @@ try {
     }
   }
   assert.deepEqual(problems, []);
-  console.log(`${kind}: ${report}: loaded in ${loaded.toFixed(2)} s, ${outline.last + 1} frames, ${outline.vehicles} vehicles, ${outline.pictures} pictures`);
+  console.log(`${kind}: ${report}: loaded in ${loaded.toFixed(2)} s, moved in ${move_ms.toFixed(0)} ms, ${outline.last + 1} frames, ${outline.vehicles} vehicles, ${outline.pictures} pictures`);
 } finally {
   await browser.close();
 }
