@@ -1,7 +1,7 @@
 //! A run as an MCAP recording: with Foxglove's schemas (protobuf) for Foxglove, rerun and everything that reads MCAP, or with the messages of
 //! ROS 2's common interfaces (CDR) for `ros2 bag`, RViz and Foxglove.
 //!
-//! [`Schemas::Foxglove`]:
+//! With [`Schemas::Foxglove`]:
 //!
 //! | topic | schema | content |
 //! |---|---|---|
@@ -14,7 +14,7 @@
 //! | `/vehicles` | `foxglove.SceneUpdate` | vehicles as cuboids with labels and their way so far |
 //! | `/speeds` | JSON | the row of `speeds.csv` |
 //!
-//! [`Schemas::Ros2`]:
+//! With [`Schemas::Ros2`]:
 //!
 //! | topic | message | content |
 //! |---|---|---|
