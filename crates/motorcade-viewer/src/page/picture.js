@@ -23,14 +23,15 @@ if (picture) {
   // Labels of near vehicles first; one that would lie on another is left out, but for the vehicle that is followed.
   const labelled = (outlines) => {
     const pixel = Number(picture.style.getPropertyValue('--pixel')) || 1;
-    const [taken, out] = [[], new Set()];
+    const [taken, out] = [[], new Map()];
     const first = (k) => (k === drive.followed ? Infinity : 0);
     for (const [k, , box] of [...outlines].sort((a, b) => first(b[0]) - first(a[0]) || b[2][3] - a[2][3])) {
       const [w, h] = [10 * pixel * String(drive.vehicles[k].id).length, 16 * pixel];
-      const [x, y] = [box[0], Math.max(h, box[1] - 4 * pixel) - h];
+      // Within the picture, where a vehicle is cut by its edge.
+      const [x, y] = [Math.max(2 * pixel, Math.min(width - w, box[0])), Math.max(h, box[1] - 4 * pixel) - h];
       if (taken.some((t) => x < t[0] + t[2] && t[0] < x + w && y < t[1] + t[3] && t[1] < y + h)) continue;
       taken.push([x, y, w, h]);
-      out.add(k);
+      out.set(k, [x, y + h]);
     }
     return out;
   };
@@ -39,8 +40,6 @@ if (picture) {
     if (p !== shown) image.setAttribute('href', drive.jpeg(p));
     shown = p;
     lines.replaceChildren();
-    const pixel = Number(picture.style.getPropertyValue('--pixel')) || 1;
-    const names = labelled(drive.pictures.outlines[p]);
     for (const [k, path, box] of drive.pictures.outlines[p]) {
       const v = drive.vehicles[k];
       const kind = (v.moving ? 'moving' : 'parked') + (k === drive.followed ? ' on' : '');
@@ -51,10 +50,10 @@ if (picture) {
       group.addEventListener('click', () => drive.follow(k));
     }
     // Above all lines.
-    for (const [k, , box] of drive.pictures.outlines[p].filter(([vehicle]) => names.has(vehicle))) {
+    for (const [k, [x, y]] of labelled(drive.pictures.outlines[p])) {
       const v = drive.vehicles[k];
       const kind = v.moving ? 'moving' : 'parked';
-      const label = svgElement('text', { class: 'label ' + kind, x: box[0], y: Math.max(14 * pixel, box[1] - 4 * pixel) }, lines);
+      const label = svgElement('text', { class: 'label ' + kind, x, y }, lines);
       label.textContent = v.id;
     }
   });
