@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Checks deploy/: two tasks of the Slurm script, the command line of the Kubernetes job, the container.
 #   scripts/check_deploy.sh target/release/motorcade
-# The container is built and run where docker, podman or buildah works. Elsewhere the program runs as user 10001 on a root file system
-# that is mounted read-only. STATIC=1 also runs the Containerfile's build step here (minutes).
+# The container is built and run where docker or podman works, else by Debian's buildah (scripts/check_container.sh). Where that cannot be
+# installed the program runs as user 10001 on a root file system that is mounted read-only. STATIC=1 also runs the Containerfile's build
+# step here (minutes).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 program=$(realpath "$1")
@@ -81,12 +82,21 @@ if [ -n "$builder" ]; then
     exit 0
 fi
 if [ -n "${STATIC:-}" ]; then
-    say "no builder: its build step as a script"
+    say "its build step as a script"
     target=$(rustc -vV | sed -n 's/^host: //p')
     RUSTFLAGS="-C target-feature=+crt-static" cargo build --release --locked -p motorcade-cli --target "$target"
     program=$PWD/target/$target/release/motorcade
     if ldd "$program" 2>/dev/null | grep -q '=>'; then echo "$program is not static"; exit 1; fi
 fi
+say "by buildah"
+code=0
+bash scripts/check_container.sh "$program" "$folder/data" || code=$?
+if [ "$code" = 0 ]; then
+    expect "container" "$(rows "$folder/data/fleet/manifest.done.csv")" " 3 done "
+    expect "owner" "$(stat -c %u "$folder/data/fleet/manifest.done.csv")" 10001
+    exit 0
+fi
+[ "$code" = 77 ] || exit "$code"
 say "no builder: as user 10001 on a read-only root file system"
 cat >"$folder/inside.sh" <<'INSIDE'
 set -eu

@@ -1,14 +1,18 @@
 """A GPS track made of a run, and a check of the files that `motorcade export` writes from both.
 
-    python scripts/check_map.py track RUN TRACK.csv          a fix a second with 1.5 m of noise, every 12th 40 m away
+    python scripts/check_map.py track RUN TRACK.csv          a fix a second with 1.5 m of noise, every 12th 40 m away; TRACK.gpx and
+                                                             TRACK.nmea beside it have the same fixes
     python scripts/check_map.py check RUN MAP SCHEMA.xsd     place, heading and clock; every file read with other software
 
 Needs numpy, gpxpy and lxml.
 """
 
 import csv
+import datetime
+import functools
 import json
 import math
+import operator
 import pathlib
 import sys
 
@@ -44,13 +48,26 @@ def degrees(local):
 def track(run, path):
     times, way = camera(run)
     random = np.random.default_rng(7)
-    lines = ["time,latitude,longitude,sigma_m"]
+    lines, fixes = ["time,latitude,longitude,sigma_m"], []
     for k, time in enumerate(np.arange(times[0] + 0.37, times[-1], 1.0)):
         at = [np.interp(time, times, way[:, axis]) for axis in (0, 1)] + random.normal(0, SIGMA_M, 2)
         at[0] += 40.0 if k % 12 == 5 else 0.0
         latitude, longitude = degrees(at)
         lines.append(f"{time + CLOCK_S:.3f},{latitude:.9f},{longitude:.9f},{SIGMA_M}")
+        fixes.append((datetime.datetime.fromtimestamp(time + CLOCK_S, datetime.timezone.utc), latitude, longitude))
     path.write_text("\n".join(lines) + "\n")
+    points = [f'<trkpt lat="{a:.9f}" lon="{b:.9f}"><time>{t:%Y-%m-%dT%H:%M:%S.%f}Z</time></trkpt>' for t, a, b in fixes]
+    gpx = ['<gpx version="1.1" creator="check" xmlns="http://www.topografix.com/GPX/1/1"><trk><trkseg>', *points]
+    path.with_suffix(".gpx").write_text("\n".join([*gpx, "</trkseg></trk></gpx>"]) + "\n")
+    path.with_suffix(".nmea").write_text("".join(map(rmc, fixes)))
+
+
+def rmc(fix):
+    """A sentence RMC: degrees and minutes in one number."""
+    time, latitude, longitude = fix
+    lat, lon = (f"{int(value):0{digits}d}{60 * (value % 1):09.6f}" for value, digits in ((latitude, 2), (longitude, 3)))
+    body = f"GPRMC,{time:%H%M%S}.{time.microsecond // 1000:03d},A,{lat},N,{lon},E,0.0,0.0,{time:%d%m%y},,,A"
+    return f"${body}*{functools.reduce(operator.xor, body.encode()):02X}\r\n"
 
 
 def within(name, value, expected, sigma):

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Places a run on the map by a GPS track made of it, and checks every file from outside: place, heading and clock against what they were
+# Places a run on the map by a GPS track made of it (as CSV, GPX and NMEA), and checks every file from outside: place, heading and clock against what they were
 # made with, drive.xosc against ASAM's schema, drive.gpx with gpxpy.
 #   scripts/check_map.sh target/release/motorcade runs/demo
 set -euo pipefail
@@ -15,5 +15,7 @@ python3 -m venv "$folder/venv"
 (cd "$folder" && python3 -m zipfile -e asam_qc_openscenarioxml-*.whl xosc)
 schema="$folder/xosc/qc_openscenario/schema/1.2.0/OpenSCENARIO.xsd"
 "$folder/venv/bin/python" scripts/check_map.py track "$run" "$folder/drive.csv"
-"$program" export "$run" --out "$folder/map" --track "$folder/drive.csv" --clock-offset 1700000012.1,0.3
-"$folder/venv/bin/python" scripts/check_map.py check "$run" "$folder/map" "$schema"
+for kind in csv gpx nmea; do
+  "$program" export "$run" --out "$folder/$kind" --track "$folder/drive.$kind" --clock-offset 1700000012.1,0.3
+  "$folder/venv/bin/python" scripts/check_map.py check "$run" "$folder/$kind" "$schema"
+done

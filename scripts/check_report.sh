@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Opens reports in Chromium and Firefox without a screen (scripts/browser/report.mjs): slider, keys, filters, zoom, three sizes,
-# printing, no error on the console, loaded within 3 s.
+# printing, screenshots compared by structure, no error on the console, loaded within 3 s.
 #   scripts/check_report.sh REPORT...
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -19,6 +19,6 @@ cp scripts/browser/* "$folder"
 (cd "$folder" && npm install --silent --no-audit --no-fund)
 for report in "$@"; do
   report=$(realpath "$report")
-  (cd "$folder" && timeout 120 node report.mjs chrome "$(command -v chromium)" "$report")
-  (cd "$folder" && timeout 120 node report.mjs firefox "$(command -v firefox-esr)" "$report")
+  (cd "$folder" && timeout 120 node report.mjs chrome "$(command -v chromium)" "$report" structure.json)
+  (cd "$folder" && timeout 120 node report.mjs firefox "$(command -v firefox-esr)" "$report" structure.json)
 done

@@ -1,13 +1,19 @@
 // Opens reports in a real browser without a screen and checks what a reader does with them.
-//   node scripts/browser/report.mjs BROWSER EXECUTABLE REPORT [SCREENSHOTS]
-// BROWSER is chrome or firefox. Needs puppeteer-core (Apache-2.0).
+//   node scripts/browser/report.mjs BROWSER EXECUTABLE REPORT STRUCTURE [SCREENSHOTS]
+// BROWSER is chrome or firefox. Chrome writes the brightness of its screenshots, cell by cell, to the file STRUCTURE; Firefox must
+// come to the same. Needs puppeteer-core (Apache-2.0).
 import assert from 'node:assert/strict';
+import { readFileSync, writeFileSync } from 'node:fs';
 import { pathToFileURL } from 'node:url';
 import puppeteer from 'puppeteer-core';
+import { apart, changes, grid } from './screenshot.mjs';
 
-const [kind, executablePath, report, screenshots] = process.argv.slice(2);
+const [kind, executablePath, report, structure, screenshots] = process.argv.slice(2);
 const args = kind === 'chrome' ? ['--no-sandbox', '--disable-gpu'] : [];
-const browser = await puppeteer.launch({ browser: kind, executablePath, args, headless: true });
+// Firefox takes its scheme from a preference: 0 dark, 1 light.
+const launch = (scheme) => puppeteer.launch({ browser: kind, executablePath, args, headless: true,
+  extraPrefsFirefox: { 'layout.css.prefers-color-scheme.content-override': scheme } });
+const browser = await launch(1);
 const problems = [];
 try {
   const page = await browser.newPage();
@@ -65,6 +71,20 @@ try {
   assert.notEqual(first.told, last.told);
   if (outline.scenes > 1) assert.ok(first.picture !== last.picture, 'the picture did not change');
 
+  // Moves are drawn while the hand is on the slider.
+  const move_ms = await page.evaluate(async () => {
+    const times = [];
+    for (let k = 0; k < 21; k++) {
+      const start = performance.now();
+      drive.show(Math.round((drive.last * ((k * 8) % 21)) / 20));
+      await new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
+      times.push(performance.now() - start);
+    }
+    return times.sort((a, b) => a - b)[10];
+  });
+  assert.ok(move_ms < 500, `a move takes ${move_ms} ms`);
+  await page.evaluate(() => drive.show(drive.last));
+
   // Keys step, also backwards.
   await page.keyboard.press('ArrowLeft');
   assert.equal((await state()).row, outline.last - 1);
@@ -88,16 +108,32 @@ try {
       here: drive.stateOf(drive.followed),
       lit: document.querySelectorAll('tr.on').length,
     }));
-    assert.ok(!followed.hidden && /distance from the camera/.test(followed.text) && !/NaN/.test(followed.text), followed.text);
+    for (const name of ['speed', 'distance from the camera', 'time gap', 'length × width × height', 'position in the world, σ', '±']) {
+      assert.ok(!followed.hidden && followed.text.includes(name), `${name} of the vehicle followed: ${followed.text}`);
+    }
+    assert.ok(!/NaN|undefined/.test(followed.text), followed.text);
     assert.ok(followed.here >= 0, 'the vehicle followed is not in the frame shown');
     assert.equal(followed.lit, 1);
-    if (screenshots) await page.screenshot({ path: `${screenshots}/${kind}-followed.png` });
+    // Its crops over the track lead to their frames.
+    if (outline.scenes > 1) {
+      const crops = await page.evaluate(() => {
+        const all = [...document.querySelectorAll('.crops button')];
+        all.at(-1)?.click();
+        return { count: all.length, row: drive.row, last: Number(all.at(-1)?.value), unnamed: all.filter((b) => !b.ariaLabel).length };
+      });
+      assert.ok(crops.count > 0 && crops.row === crops.last && crops.unnamed === 0, `crops: ${JSON.stringify(crops)}`);
+    }
+    if (screenshots) {
+      await page.evaluate(() => document.getElementById('picture')?.scrollIntoView());
+      await page.screenshot({ path: `${screenshots}/${kind}-followed.png` });
+    }
     await page.keyboard.press('Escape');
     assert.ok(await page.evaluate(() => document.getElementById('followed').hidden));
 
-    // Filters hide tracks.
+    // Filters hide tracks, on the map and in the picture.
     const hidden = await page.evaluate(() => {
-      const count = () => [...document.querySelectorAll('svg.map > g > .vehicle')].filter((e) => getComputedStyle(e).display !== 'none').length;
+      const all = 'svg.map .vehicle, #picture .vehicle';
+      const count = () => [...document.querySelectorAll(all)].filter((e) => getComputedStyle(e).display !== 'none').length;
       const before = count();
       for (const box of document.querySelectorAll('[data-toggle=moving], [data-toggle=parked]')) box.click();
       const after = count();
@@ -115,19 +151,80 @@ try {
   await page.click('[data-zoom=all]');
   assert.equal(await width(), whole);
 
-  // Three sizes, light and dark: nothing is wider than the window.
+  // Screenshots. The map changes where the marks are and were, and nowhere else; light is bright, dark is dark; every drawing has the
+  // same cells bright and dark in both browsers.
+  const tool = await browser.newPage();
+  await page.bringToFront();
+  const map = await page.$('svg.map');
+  const marks = () => page.evaluate(() => {
+    const map = document.querySelector('svg.map').getBoundingClientRect();
+    return [...document.querySelectorAll('#marks *')].map((e) => e.getBoundingClientRect())
+      .map((r) => [r.left - map.left - 4, r.top - map.top - 4, r.right - map.left + 4, r.bottom - map.top + 4]);
+  });
+  await page.evaluate(() => drive.show(0));
+  const [mapBefore, marksBefore] = [await map.screenshot(), await marks()];
+  await page.evaluate(() => drive.show(Math.floor(drive.last / 2)));
+  const moved = await changes(tool, mapBefore, await map.screenshot(), [...marksBefore, ...await marks()]);
+  assert.ok(moved.inside > 20 && moved.outside <= 0.02 * moved.inside, `the map changed in ${JSON.stringify(moved)} pixels`);
+  const seen = {};
+  for (const [k, drawing] of (await page.$$('.cards, #picture, svg.map, svg.strip, svg.chart')).entries()) {
+    seen[`${k} ${await drawing.evaluate((e) => e.getAttribute('aria-label') ?? e.className)}`] = await grid(tool, await drawing.screenshot());
+  }
+  assert.ok(Object.keys(seen).length >= 5, 'drawings');
+  for (const [name, cells] of Object.entries(seen)) assert.ok(Math.max(...cells) - Math.min(...cells) > 0.02, `${name} is one colour`);
+  if (kind === 'chrome') {
+    writeFileSync(structure, JSON.stringify(seen));
+  } else {
+    const others = JSON.parse(readFileSync(structure));
+    assert.deepEqual(Object.keys(seen), Object.keys(others));
+    for (const name of Object.keys(seen)) {
+      const { most, mean } = apart(seen[name], others[name]);
+      assert.ok(most < 0.2 && mean < 0.03, `${name}: cells are ${most.toFixed(3)} apart, ${mean.toFixed(3)} on average`);
+    }
+  }
+  const brightness = async (of) => (await grid(tool, await of.screenshot(), 1, 1))[0];
+  assert.ok((await brightness(page)) > 0.6, 'light is not bright');
+
+  // Three sizes, light and dark: nothing is wider than the window, and numbers can be read.
   for (const [w, h] of [[390, 844], [1280, 900], [1920, 1080]]) {
     for (const scheme of ['light', 'dark']) {
       await page.setViewport({ width: w, height: h });
       await page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: scheme }]).catch(() => undefined);
       const wide = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
       assert.ok(wide <= 1, `${w} px: the page is ${wide} px wider than the window`);
+      const lowest = await page.evaluate(() => Math.min(...[...document.querySelectorAll('svg.chart text, svg.map text, #picture text')]
+        .map((e) => Number.parseFloat(getComputedStyle(e).fontSize) * Math.hypot(e.getScreenCTM().a, e.getScreenCTM().b))));
+      assert.ok(lowest >= 7, `${w} px: letters of ${lowest.toFixed(1)} px`);
       if (screenshots) await page.screenshot({ path: `${screenshots}/${kind}-${w}-${scheme}.png`, fullPage: w === 1280 });
     }
   }
-  if (kind === 'chrome') assert.ok((await page.pdf()).length > 10_000, 'printing');
+  if (kind === 'chrome') {
+    await page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: 'dark' }]);
+    assert.ok((await brightness(page)) < 0.4, 'dark is not dark');
+    // On paper (A4 less its margins): light, no controls, and every column of the tables within the page.
+    assert.ok((await page.pdf()).length > 10_000, 'printing');
+    await page.emulateMediaType('print');
+    await page.setViewport({ width: 718, height: 1000 });
+    const paper = await page.evaluate(() => ({
+      wide: Math.max(0, ...[...document.querySelectorAll('table, svg, pre')].map((e) => e.getBoundingClientRect().right)),
+      controls: [...document.querySelectorAll('button, input')].filter((e) => e.offsetParent !== null).length,
+      background: getComputedStyle(document.body).backgroundColor,
+    }));
+    assert.ok(paper.wide <= 719, `on paper something reaches to ${paper.wide} px of 718`);
+    assert.deepEqual([paper.controls, paper.background], [0, 'rgb(255, 255, 255)']);
+  } else {
+    const second = await launch(0);
+    try {
+      const dark = await second.newPage();
+      await dark.goto(pathToFileURL(report).href);
+      assert.ok((await brightness(dark)) < 0.4, 'dark is not dark');
+      if (screenshots) await dark.screenshot({ path: `${screenshots}/${kind}-dark.png` });
+    } finally {
+      await second.close();
+    }
+  }
   assert.deepEqual(problems, []);
-  console.log(`${kind}: ${report}: loaded in ${loaded.toFixed(2)} s, ${outline.last + 1} frames, ${outline.vehicles} vehicles, ${outline.pictures} pictures`);
+  console.log(`${kind}: ${report}: loaded in ${loaded.toFixed(2)} s, moved in ${move_ms.toFixed(0)} ms, ${outline.last + 1} frames, ${outline.vehicles} vehicles, ${outline.pictures} pictures`);
 } finally {
   await browser.close();
 }

@@ -213,6 +213,9 @@ pub struct RunArguments {
     /// Also write a recording for Foxglove, rerun and other readers of MCAP: pictures, calibration, transforms, vehicles, speeds.
     #[arg(long, value_name = "FILE.mcap")]
     pub mcap: Option<PathBuf>,
+    /// Messages of that recording: Foxglove's for Foxglove and rerun, or those of ROS 2.
+    #[arg(long, value_enum, default_value_t, requires = "mcap")]
+    pub mcap_schemas: McapSchemas,
     /// Also write frames.parquet and tracks.parquet: the tables with types, units and the camera's pose.
     #[arg(long)]
     pub parquet: bool,
@@ -326,6 +329,25 @@ pub enum ProgressKind {
     Json,
     /// Nothing.
     None,
+}
+
+/// Messages of a recording.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum McapSchemas {
+    /// Foxglove's, as protobuf.
+    #[default]
+    Foxglove,
+    /// Those of ROS 2's common interfaces, as CDR: `ros2 bag`, RViz, Foxglove.
+    Ros2,
+}
+
+impl From<McapSchemas> for motorcade_mcap::Schemas {
+    fn from(schemas: McapSchemas) -> Self {
+        match schemas {
+            McapSchemas::Foxglove => Self::Foxglove,
+            McapSchemas::Ros2 => Self::Ros2,
+        }
+    }
 }
 
 /// `motorcade inspect`.

@@ -3,6 +3,7 @@
 use motorcade::output::{Extra, OutputDirectory, RUN_RECORD};
 use motorcade::{Config, Motorcade, RunContext, push_sequence, survey_sequence};
 use motorcade_dataset::{Sequence, SequenceOptions};
+use motorcade_mcap::Schemas;
 use motorcade_perception::{Perception, PerceptionOptions};
 use motorcade_simulate::{DRIVE_RECORD, RenderOptions, WriteOptions};
 use motorcade_viewer::{Pictures, Report};
@@ -82,7 +83,7 @@ pub fn demo(arguments: &DemoArguments) -> anyhow::Result<u8> {
         context: &context,
         extras: &extras,
     };
-    let frames = Frames { sequence: &sequence, threads, reporter: &reporter };
+    let frames = Frames { sequence: &sequence, threads, schemas: Schemas::default(), reporter: &reporter };
     let drawn = draw::write(&results, vec![Place::Inside(OVERLAY.into())], Some(frames))?;
     if let Some(evaluation) = &evaluation {
         exit::say(evaluation.to_string().trim_end());

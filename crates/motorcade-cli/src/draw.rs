@@ -33,7 +33,8 @@ pub fn draw(arguments: &DrawArguments) -> anyhow::Result<u8> {
     };
     let target = Target::open(&arguments.out, arguments.force)?;
     let reporter = Reporter::new(arguments.progress);
-    let drawing = Drawing::new(&arguments.run, run, height_m, &sequence, threads(arguments.threads))?;
+    let (threads, schemas) = (threads(arguments.threads), arguments.mcap_schemas.into());
+    let drawing = Drawing::new(&arguments.run, run, height_m, &sequence, threads, schemas)?;
     let drawn = drawing.write(target, &reporter)?;
     exit::say(&format!("{} frames drawn\n{}", drawn.frames, drawn.path.display()));
     Ok(exit::FINE)

@@ -91,7 +91,8 @@ fn frames<'a>(
     sequence: Option<&'a Sequence>,
     reporter: &'a Reporter,
 ) -> Option<Frames<'a>> {
-    Some(Frames { sequence: sequence?, threads: threads(arguments.threads), reporter })
+    let (threads, schemas) = (threads(arguments.threads), arguments.mcap_schemas.into());
+    Some(Frames { sequence: sequence?, threads, schemas, reporter })
 }
 
 /// The drawings of a run that is there already, unless they are there too.

@@ -181,3 +181,40 @@ fn a_recording_holds_every_frame_and_the_vehicles() {
     answer(folder.path(), "draw out --out third.mcap").expect(3, &["speeds.csv"]);
     no_leftovers(folder.path());
 }
+
+#[test]
+fn a_recording_for_ros_2_holds_the_same_drive() {
+    let folder = drive(16);
+    boxes(folder.path(), 16);
+    let usual =
+        "run frames --calibration camera.toml --height 1.5 --detections boxes.csv --out out --progress none";
+    answer(folder.path(), &format!("{usual} --mcap-schemas ros2")).expect(1, &["--mcap <FILE.mcap>"]);
+    answer(folder.path(), &format!("{usual} --mcap out/ros.mcap --mcap-schemas ros2")).expect(0, &[]);
+    let recording = fs::read(folder.path().join("out/ros.mcap")).unwrap();
+    let mut counts = std::collections::BTreeMap::<String, usize>::new();
+    for message in mcap::MessageStream::new(&recording).unwrap() {
+        let message = message.unwrap();
+        let schema = message.channel.schema.as_ref().unwrap();
+        assert_eq!((schema.encoding.as_str(), message.channel.message_encoding.as_str()), ("ros2msg", "cdr"));
+        assert!(
+            !schema.data.is_empty() && message.data.starts_with(&[0, 1, 0, 0]),
+            "{}",
+            message.channel.topic
+        );
+        *counts.entry(message.channel.topic.clone()).or_default() += 1;
+    }
+    for topic in [
+        "/camera/image/compressed",
+        "/camera/camera_info",
+        "/camera/pose",
+        "/tf",
+        "/vehicles",
+        "/speeds/speed_mps",
+    ] {
+        assert_eq!(counts.get(topic), Some(&16), "{topic}: {counts:?}");
+    }
+    assert_eq!(counts.get("/camera/path"), Some(&1));
+    answer(folder.path(), "draw out --out again.mcap --mcap-schemas ros2").expect(0, &[]);
+    assert_eq!(fs::read(folder.path().join("again.mcap")).unwrap(), recording);
+    no_leftovers(folder.path());
+}

@@ -262,7 +262,7 @@ fn a_run_that_waits_for_frames_obeys_the_first_interrupt() {
             fs::set_permissions(at(name), fs::Permissions::from_mode(0o755)).unwrap();
         }
         let command = format!(
-            "run drive.mp4 --calibration camera.toml --height 1.5 --out out --progress json --threads {threads}"
+            "run drive.mp4 --calibration camera.toml --height 1.5 --out out --progress json --threads {threads} --set run.fixed_regions=false"
         );
         let path = format!("{}:{}", folder.path().display(), std::env::var("PATH").unwrap());
         let (told, time) = interrupted_with(folder.path(), &command, "\"done\":3", &[("PATH", &path)]);

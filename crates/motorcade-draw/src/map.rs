@@ -16,8 +16,10 @@ const AHEAD_M: f64 = 60.0;
 const BEHIND_M: f64 = 5.0;
 /// Distance between two rings \[m\].
 const RING_M: f64 = 20.0;
-/// Direction of the numbers on the rings, to the right of ahead \[rad\].
-const NUMBERS_RAD: f64 = 0.3;
+/// Place of the numbers on the rings: at this share of the way from the camera to the right end of the map, but not farther around the
+/// ring than this direction, to the right of ahead \[rad\]. Vehicles are in the middle.
+const NUMBERS_SHARE: f64 = 0.72;
+const NUMBERS_MOST_RAD: f64 = 1.0;
 /// Half axes of the ellipses in standard deviations.
 const ELLIPSE_SIGMAS: f64 = 2.0;
 
@@ -71,8 +73,8 @@ impl Map<'_> {
             let points: Vec<Pixel> = (-35..=35).map(on_ring).collect();
             self.line(canvas, &points, &pen);
             let text = format!("{radius_m:.0} m");
-            // Beside the way ahead, where vehicles are.
-            let (sin, cos) = NUMBERS_RAD.sin_cos();
+            let aside = NUMBERS_SHARE * (self.area.x2 - self.camera[0]) / (radius_m * self.px_per_m);
+            let (sin, cos) = aside.min(1.0).asin().min(NUMBERS_MOST_RAD).sin_cos();
             let [x, y] = self.at([radius_m * cos, radius_m * sin]);
             let start = [x - 0.5 * width_px(&text, size), y + 1.7 * size];
             canvas.text(&text, start, size, WHITE.faded(0.55));

@@ -1,4 +1,7 @@
-//! A run as an MCAP recording with Foxglove's schemas (protobuf), for Foxglove, rerun and everything that reads MCAP.
+//! A run as an MCAP recording: with Foxglove's schemas (protobuf) for Foxglove, rerun and everything that reads MCAP, or with the messages of
+//! ROS 2's common interfaces (CDR) for `ros2 bag`, RViz and Foxglove.
+//!
+//! With [`Schemas::Foxglove`]:
 //!
 //! | topic | schema | content |
 //! |---|---|---|
@@ -11,17 +14,30 @@
 //! | `/vehicles` | `foxglove.SceneUpdate` | vehicles as cuboids with labels and their way so far |
 //! | `/speeds` | JSON | the row of `speeds.csv` |
 //!
+//! With [`Schemas::Ros2`]:
+//!
+//! | topic | message | content |
+//! |---|---|---|
+//! | `/camera/image/compressed` | `sensor_msgs/CompressedImage` | every frame as JPEG |
+//! | `/camera/camera_info` | `sensor_msgs/CameraInfo` | pinhole camera of the (undistorted) frames |
+//! | `/camera/pose` | `geometry_msgs/PoseWithCovarianceStamped` | `world_from_camera` |
+//! | `/camera/path` | `nav_msgs/Path` | the whole way, once |
+//! | `/tf` | `tf2_msgs/TFMessage` | `map` → `world` → `camera` |
+//! | `/vehicles` | `visualization_msgs/MarkerArray` | vehicles as cuboids with labels and their way so far |
+//! | `/speeds/<column>` | `std_msgs/Float64` | each number of `speeds.csv` |
+//!
 //! Frames: `world` and `camera` have x right, y down, z forward; `map` is `world` turned so that z is up (x forward, y left).
 //! Vehicles are drawn in `world`. Times are those of the frames \[ns\]. The same run gives the same bytes.
 
-mod annotations;
-mod camera;
-mod colour;
-mod convert;
+mod drive;
 mod error;
+mod file;
+mod foxglove;
+mod label;
+mod picture;
+mod recording;
+mod ros2;
 mod speeds;
-mod vehicles;
-mod writer;
 
 pub use error::Error;
-pub use writer::Recording;
+pub use recording::{Recording, Schemas};

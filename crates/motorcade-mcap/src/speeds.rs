@@ -32,8 +32,18 @@ impl Speeds {
     }
 
     /// The row of a frame as JSON.
-    pub(crate) fn row(&self, number: u64) -> Option<Vec<u8>> {
+    pub(crate) fn json(&self, number: u64) -> Option<Vec<u8>> {
         self.rows.get(&number).map(|row| Value::Object(row.clone()).to_string().into_bytes())
+    }
+
+    /// Names of the columns.
+    pub(crate) fn columns(&self) -> &[String] {
+        &self.columns
+    }
+
+    /// The number in a cell of a frame's row; `None` where there is none.
+    pub(crate) fn number(&self, number: u64, column: &str) -> Option<f64> {
+        self.rows.get(&number)?.get(column)?.as_f64()
     }
 
     /// JSON schema of a row; cells without a value are null.

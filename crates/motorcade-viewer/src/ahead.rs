@@ -52,7 +52,7 @@ pub(crate) fn quoted(result: &RunResult, speeds: &[FrameSpeeds]) -> String {
     }
     let fastest = speeds.iter().zip(&times).filter(|(row, _)| row.speed_mps.sigma.is_finite());
     if let Some((row, time)) = fastest.max_by(|a, b| a.0.speed_mps.value.total_cmp(&b.0.speed_mps.value)) {
-        let value = format!("{} ± {}", kmh(row.speed_mps.value), kmh(row.speed_mps.sigma));
+        let value = format!("{} ± {}", number(3.6 * row.speed_mps.value, 1), kmh(row.speed_mps.sigma));
         rows.push(("highest speed", value, at(*time)));
     }
     let ahead = || speeds.iter().zip(&times).filter_map(|(row, time)| Some((row.ahead.as_ref()?, *time)));

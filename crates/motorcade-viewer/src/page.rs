@@ -60,7 +60,7 @@ impl Report<'_> {
             map::map(result, truth),
             "</section>\n".to_owned(),
             self.evaluation.map(evaluation::evaluation).unwrap_or_default(),
-            "<section><h2>Over time</h2>\n".to_owned(),
+            "<section class=\"over-time\"><h2>Over time</h2>\n".to_owned(),
             strip::strip(result),
             speed::speeds(result),
             ahead::distances(result, &speeds),

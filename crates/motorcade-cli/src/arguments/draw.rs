@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use motorcade_dataset::FrameRange;
 
-use super::ProgressKind;
+use super::{McapSchemas, ProgressKind};
 
 /// `motorcade draw`.
 #[derive(Debug, Args)]
@@ -14,6 +14,7 @@ use super::ProgressKind;
   motorcade draw runs/0005 /new/place/kitti/training --out overlay.mp4 --frames 100..200
   motorcade draw runs/drive --out pictures
   motorcade draw runs/drive --out drive.mcap
+  motorcade draw runs/drive --out ros.mcap --mcap-schemas ros2
 
 Drawn are: every vehicle as a cuboid, its front filled, with identity, class, speed and distance ahead along the road; the last
 3 s of moving vehicles; a grid on the road, 5 m by 1.75 m; the map from above, 60 m ahead; the camera's speed. Solid: moving.
@@ -28,6 +29,9 @@ pub struct DrawArguments {
     /// pictures.
     #[arg(long)]
     pub out: PathBuf,
+    /// Messages of a recording: Foxglove's for Foxglove and rerun, or those of ROS 2.
+    #[arg(long, value_enum, default_value_t)]
+    pub mcap_schemas: McapSchemas,
     /// Frames to draw, by the input's own numbers: A..B (B not included), A.., ..B.
     #[arg(long, default_value = "..")]
     pub frames: FrameRange,

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use motorcade::output::{Extra, OutputDirectory};
 use motorcade::{Error, RecordedRun, RunContext, RunResult, write_run_and};
 use motorcade_dataset::Sequence;
+use motorcade_mcap::Schemas;
 
 use super::drawing::Drawing;
 use super::target::Target;
@@ -24,6 +25,7 @@ pub struct Results<'a> {
 pub struct Frames<'a> {
     pub sequence: &'a Sequence,
     pub threads: usize,
+    pub schemas: Schemas,
     pub reporter: &'a Reporter,
 }
 
@@ -115,8 +117,8 @@ fn add(drawn: &mut anyhow::Result<Vec<PathBuf>>, made: anyhow::Result<Option<Pat
 impl Frames<'_> {
     /// Draws the run whose tables lie in `folder`.
     pub fn draw(&self, folder: &Path, height_m: f64, target: Target) -> anyhow::Result<PathBuf> {
-        let drawing =
-            Drawing::new(folder, RecordedRun::read(folder)?, height_m, self.sequence, self.threads)?;
+        let run = RecordedRun::read(folder)?;
+        let drawing = Drawing::new(folder, run, height_m, self.sequence, self.threads, self.schemas)?;
         Ok(drawing.write(target, self.reporter)?.path)
     }
 }

@@ -1,12 +1,14 @@
 //! All frames of a drive, drawn on several threads and written in order.
 
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::{SyncSender, sync_channel};
 
 use anyhow::Context;
 use image::{Rgb, RgbImage};
 use motorcade::{Progress, RecordedRun};
 use motorcade_dataset::{FrameResult, Sequence};
 use motorcade_draw::Overlay;
+use motorcade_mcap::Schemas;
 use rayon::prelude::*;
 
 use super::recording;
@@ -28,6 +30,8 @@ pub struct Drawing<'a> {
     threads: usize,
     /// Directory of the run.
     directory: &'a Path,
+    /// Messages of a recording.
+    schemas: Schemas,
 }
 
 /// A finished drawing.
@@ -46,9 +50,10 @@ impl<'a> Drawing<'a> {
         height_m: f64,
         sequence: &'a Sequence,
         threads: usize,
+        schemas: Schemas,
     ) -> anyhow::Result<Self> {
         let overlay = Overlay::new(sequence.camera()?);
-        Ok(Self { sequence, scenes: Scenes::new(run, height_m), overlay, threads, directory })
+        Ok(Self { sequence, scenes: Scenes::new(run, height_m), overlay, threads, directory, schemas })
     }
 
     /// Draws all frames and puts them in their place.
@@ -73,7 +78,8 @@ impl<'a> Drawing<'a> {
             }
             Target::Recording { path, file } => {
                 let (run, sequence) = (self.scenes.run(), self.sequence);
-                let written = recording::write((&path, file), self.directory, run, sequence, reporter);
+                let place = (path.as_path(), file);
+                let written = recording::write(place, self.schemas, self.directory, run, sequence, reporter);
                 (path, written.map(|frames| drawn = frames))
             }
         };
@@ -85,30 +91,50 @@ impl<'a> Drawing<'a> {
         Ok(Drawn { frames: drawn, path })
     }
 
-    /// Draws all frames; `put` takes them encoded, in order, with their numbers.
+    /// Draws all frames; `put` takes them encoded, in order, with their numbers. Frames are read, drawn and put at the same time, a
+    /// batch each.
     fn draw_all(&self, reporter: &Reporter, as_png: bool, put: Put<'_>) -> anyhow::Result<usize> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(self.threads).build();
         let pool = pool.context("cannot start threads")?;
+        let (to_draw, read) = sync_channel(1);
+        let (to_put, drawn) = sync_channel(1);
+        // Channels close when their reader has ended: whatever stops one stage stops those before it.
+        std::thread::scope(|scope| {
+            scope.spawn(move || self.read_batches(reporter, &to_draw));
+            scope.spawn(move || {
+                let draw = |frame: FrameResult| self.one(frame, as_png, reporter);
+                for batch in read {
+                    let batch: Vec<FrameResult> = batch;
+                    let seen = batch.len();
+                    let done: Vec<_> = pool.install(|| batch.into_par_iter().filter_map(draw).collect());
+                    if to_put.send((seen, done)).is_err() {
+                        break;
+                    }
+                }
+            });
+            let (mut seen, mut count) = (0, 0);
+            for (batch, done) in drawn {
+                for (number, bytes) in done {
+                    put(number, bytes?)?;
+                    count += 1;
+                }
+                seen += batch;
+                reporter.advance(seen);
+            }
+            if reporter.cancelled() { Err(Stopped.into()) } else { Ok(count) }
+        })
+    }
+
+    /// Reads all frames in batches, until it is stopped or nobody takes them.
+    fn read_batches(&self, reporter: &Reporter, to: &SyncSender<Vec<FrameResult>>) {
         let stop = || reporter.cancelled();
         let mut frames = self.sequence.frames();
-        let (mut seen, mut drawn) = (0, 0);
         loop {
             let next = std::iter::from_fn(|| frames.next_unless(&stop));
             let batch: Vec<FrameResult> = next.take(FRAMES_A_THREAD * self.threads).collect();
-            if stop() {
-                return Err(Stopped.into());
+            if batch.is_empty() || stop() || to.send(batch).is_err() {
+                return;
             }
-            if batch.is_empty() {
-                return Ok(drawn);
-            }
-            seen += batch.len();
-            let draw = |frame: FrameResult| self.one(frame, as_png, reporter);
-            let done: Vec<_> = pool.install(|| batch.into_par_iter().filter_map(draw).collect());
-            for (number, bytes) in done {
-                put(number, bytes?)?;
-                drawn += 1;
-            }
-            reporter.advance(seen);
         }
     }
 

@@ -8,7 +8,7 @@ use motorcade::output::io_error;
 use motorcade::{Progress, RecordedRun};
 use motorcade_dataset::Sequence;
 use motorcade_dataset::atomic_file::PendingFile;
-use motorcade_mcap::Recording;
+use motorcade_mcap::{Recording, Schemas};
 
 use crate::progress::Reporter;
 
@@ -18,6 +18,7 @@ use crate::progress::Reporter;
 /// A file that cannot be written; nothing is left behind then. When it was cancelled nothing is put in place either.
 pub fn write(
     (path, file): (&Path, PendingFile),
+    schemas: Schemas,
     directory: &Path,
     run: &RecordedRun,
     sequence: &Sequence,
@@ -25,12 +26,12 @@ pub fn write(
 ) -> anyhow::Result<usize> {
     let Some(staged) = file.staged_path() else {
         // A stream cannot be gone back in.
-        let (bytes, frames) = fill(Cursor::new(Vec::new()), directory, run, sequence, reporter)?;
+        let (bytes, frames) = fill(Cursor::new(Vec::new()), schemas, directory, run, sequence, reporter)?;
         file.write(bytes.into_inner()).map_err(|e| io_error(path, &e))?;
         return Ok(frames);
     };
     let writer = BufWriter::new(File::create(staged).map_err(|e| io_error(path, &e))?);
-    let (mut writer, frames) = fill(writer, directory, run, sequence, reporter)?;
+    let (mut writer, frames) = fill(writer, schemas, directory, run, sequence, reporter)?;
     writer.flush().map_err(|e| io_error(path, &e))?;
     if !reporter.cancelled() {
         file.finish().map_err(|e| io_error(path, &e))?;
@@ -40,12 +41,13 @@ pub fn write(
 
 fn fill<W: Write + Seek>(
     writer: W,
+    schemas: Schemas,
     directory: &Path,
     run: &RecordedRun,
     sequence: &Sequence,
     reporter: &Reporter,
 ) -> anyhow::Result<(W, usize)> {
-    let mut recording = Recording::new(writer, directory, run.clone(), sequence.camera()?)?;
+    let mut recording = Recording::new(writer, schemas, directory, run.clone(), sequence.camera()?)?;
     let stop = || reporter.cancelled();
     let mut frames = sequence.frames();
     let (mut seen, mut written) = (0, 0);

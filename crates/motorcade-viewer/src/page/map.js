@@ -47,6 +47,8 @@ for (const svg of document.querySelectorAll('svg.map')) {
   const apply = () => {
     svg.setAttribute('viewBox', `${view.x} ${view.y} ${view.width} ${view.height}`);
     svg.style.setProperty('--zoom', whole.width / view.width);
+    // The whole map leaves fingers to the page.
+    svg.classList.toggle('zoomed', view.width < whole.width);
     // A scale bar of a round length, about 100 px wide on the screen.
     const perMetre = (Math.abs(byX) * (svg.getBoundingClientRect().width || whole.width)) / view.width;
     const power = 10 ** Math.floor(Math.log10(100 / perMetre));

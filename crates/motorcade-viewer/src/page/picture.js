@@ -16,6 +16,25 @@ if (picture) {
   const image = svgElement('image', { width, height, preserveAspectRatio: 'none' }, picture);
   const lines = svgElement('g', {}, picture);
   let shown = -1;
+  // Pixels of the picture in one of the page: labels have the same size on every screen.
+  const fit = () => picture.style.setProperty('--pixel', width / (picture.getBoundingClientRect().width || width));
+  window.addEventListener('resize', () => { fit(); drive.show(drive.row); });
+  fit();
+  // Labels of near vehicles first; one that would lie on another is left out, but for the vehicle that is followed.
+  const labelled = (outlines) => {
+    const pixel = Number(picture.style.getPropertyValue('--pixel')) || 1;
+    const [taken, out] = [[], new Map()];
+    const first = (k) => (k === drive.followed ? Infinity : 0);
+    for (const [k, , box] of [...outlines].sort((a, b) => first(b[0]) - first(a[0]) || b[2][3] - a[2][3])) {
+      const [w, h] = [10 * pixel * String(drive.vehicles[k].id).length, 16 * pixel];
+      // Within the picture, where a vehicle is cut by its edge.
+      const [x, y] = [Math.max(2 * pixel, Math.min(width - w, box[0])), Math.max(h, box[1] - 4 * pixel) - h];
+      if (taken.some((t) => x < t[0] + t[2] && t[0] < x + w && y < t[1] + t[3] && t[1] < y + h)) continue;
+      taken.push([x, y, w, h]);
+      out.set(k, [x, y + h]);
+    }
+    return out;
+  };
   document.addEventListener('moved', () => {
     const p = drive.pictureAt(drive.row);
     if (p !== shown) image.setAttribute('href', drive.jpeg(p));
@@ -25,12 +44,17 @@ if (picture) {
       const v = drive.vehicles[k];
       const kind = (v.moving ? 'moving' : 'parked') + (k === drive.followed ? ' on' : '');
       const group = svgElement('g', { class: 'vehicle ' + kind, 'data-vehicle': v.id, style: '--h:' + v.hue }, lines);
-      const label = svgElement('text', { class: 'label', x: box[0], y: Math.max(14, box[1] - 4) }, group);
-      label.textContent = v.id;
       svgElement('path', { class: 'edges', d: path }, group);
       // Clicks are taken by the whole rectangle, not by its thin lines.
       svgElement('rect', { class: 'target', x: box[0], y: box[1], width: box[2], height: box[3] }, group);
       group.addEventListener('click', () => drive.follow(k));
+    }
+    // Above all lines.
+    for (const [k, [x, y]] of labelled(drive.pictures.outlines[p])) {
+      const v = drive.vehicles[k];
+      const kind = v.moving ? 'moving' : 'parked';
+      const label = svgElement('text', { class: 'label ' + kind, x, y }, lines);
+      label.textContent = v.id;
     }
   });
 }

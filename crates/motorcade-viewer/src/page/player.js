@@ -6,7 +6,7 @@ if (slider) {
   const play = document.getElementById('play');
   const panel = document.getElementById('followed');
   const kmh = (mps, sigma) => (3.6 * mps).toFixed(1) + ' ± ' + (3.6 * sigma).toFixed(1) + ' km/h';
-  const pair = (value, sigma, unit) => value.toFixed(1) + ' ± ' + sigma.toFixed(1) + ' ' + unit;
+  const pair = (value, sigma, unit, digits = 1) => value.toFixed(digits) + ' ± ' + sigma.toFixed(digits) + ' ' + unit;
   let timer;
   const stop = () => {
     clearTimeout(timer);
@@ -56,7 +56,7 @@ if (slider) {
       const own = frames.speed[drive.row];
       rows.unshift(['speed', kmh(v.speed[s], v.speed_sigma[s])],
         ['distance from the camera', pair(v.distance[s], v.distance_sigma[s], 'm')],
-        ['time gap at own speed', own > 1 ? pair(v.distance[s] / own, v.distance_sigma[s] / own, 's') : '–'],
+        ['time gap at own speed', own > 1 ? pair(v.distance[s] / own, v.distance_sigma[s] / own, 's', 2) : '–'],
         ['position in the world, σ', Math.sqrt(v.xx[s] + v.zz[s]).toFixed(2) + ' m'],
         ['this frame', v.seen[s] ? 'observed' : 'predicted']);
     }
@@ -76,11 +76,10 @@ if (slider) {
       row.append(head);
       row.insertCell().textContent = value;
     }
-    panel.append(heading, crop(drive.followed), table);
+    panel.append(heading, crop(drive.followed, drive.pictureAt(drive.row)), table, crops(drive.followed));
   };
-  // The vehicle cut out of the picture.
-  const crop = (k) => {
-    const p = drive.pictureAt(drive.row);
+  // The vehicle cut out of a picture.
+  const crop = (k, p) => {
     const found = p >= 0 ? drive.pictures.outlines[p].find(([vehicle]) => vehicle === k) : undefined;
     if (!found) return '';
     const [x, y, w, h] = found[2];
@@ -88,6 +87,34 @@ if (slider) {
     const svg = svgElement('svg', { class: 'crop', viewBox: `${x - 0.1 * w} ${y - 0.1 * h} ${1.2 * w} ${1.2 * h}`, role: 'img', 'aria-label': 'The vehicle in the picture' });
     svgElement('image', { width, height, preserveAspectRatio: 'none', href: drive.jpeg(p) }, svg);
     return svg;
+  };
+  // The vehicle over its track, as buttons that go to the frames. They are made once a vehicle.
+  let strip;
+  const crops = (k) => {
+    if (!drive.pictures.row.length) return '';
+    if (strip?.vehicle !== k) strip = { vehicle: k, element: cropsOf(k) };
+    const shown = drive.pictures.row[drive.pictureAt(drive.row)];
+    for (const button of strip.element.children) button.setAttribute('aria-current', String(Number(button.value) === shown));
+    return strip.element;
+  };
+  const cropsOf = (k) => {
+    const most = 8;
+    const { row, outlines } = drive.pictures;
+    const [first, last] = [vehicles[k].row[0], vehicles[k].row.at(-1)];
+    const places = row.flatMap((r, p) => (r >= first && r <= last && outlines[p].some(([vehicle]) => vehicle === k) ? [p] : []));
+    const chosen = places.filter((_, n) => Math.floor((n * most) / places.length) !== Math.floor(((n - 1) * most) / places.length));
+    const box = document.createElement('div');
+    box.className = 'crops';
+    for (const p of chosen) {
+      const button = document.createElement('button');
+      button.type = 'button';
+      button.value = row[p];
+      button.setAttribute('aria-label', 'Go to frame ' + frames.number[row[p]]);
+      button.append(crop(k, p), 'frame ' + frames.number[row[p]]);
+      button.addEventListener('click', () => drive.show(row[p]));
+      box.append(button);
+    }
+    return box;
   };
   drive.show(0);
 }

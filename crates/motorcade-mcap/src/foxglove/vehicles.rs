@@ -9,9 +9,10 @@ use motorcade::{RecordedRun, RecordedState, RecordedVehicle};
 use motorcade_viewer::MOVING;
 use nalgebra::Vector3;
 
-use crate::camera::WORLD;
-use crate::colour;
-use crate::convert::{pose, timestamp};
+use super::camera::WORLD;
+use super::colour;
+use super::convert::{pose, timestamp};
+use crate::label::label;
 
 /// The vehicles of a frame in place of those of the frame before. `states`: index of the vehicle and of its state.
 pub(crate) fn update(run: &RecordedRun, time_ns: i64, states: &[(usize, usize)]) -> SceneUpdate {
@@ -32,7 +33,7 @@ fn entity(vehicle: &RecordedVehicle, index: usize, at: usize, time_ns: i64) -> S
     let raised = |z: f64| {
         let mut pose = pose(&state.world_from_vehicle);
         let at = state.world_from_vehicle.translation() + up(z);
-        pose.position = Some(crate::convert::vector(&at));
+        pose.position = Some(super::convert::vector(&at));
         pose
     };
     let cube = CubePrimitive {
@@ -60,12 +61,6 @@ fn entity(vehicle: &RecordedVehicle, index: usize, at: usize, time_ns: i64) -> S
         texts: vec![text],
         ..SceneEntity::default()
     }
-}
-
-/// Identity, class and speed.
-pub(crate) fn label(vehicle: &RecordedVehicle, state: &RecordedState) -> String {
-    let name = format!("{} {}", vehicle.class, vehicle.id);
-    if vehicle.p_moving > MOVING { format!("{name}, {:.0} km/h", 3.6 * state.speed_mps) } else { name }
 }
 
 fn metadata(vehicle: &RecordedVehicle, state: &RecordedState) -> Vec<KeyValuePair> {

@@ -4,7 +4,7 @@ use foxglove::messages::{CameraCalibration, FrameTransform, FrameTransforms, Pos
 use motorcade::{RecordedFrame, RecordedRun};
 use motorcade_geometry::PinholeCamera;
 
-use crate::convert::{pose, quaternion, timestamp, vector};
+use super::convert::{pose, quaternion, timestamp, vector};
 
 /// Names of the frames of reference.
 pub(crate) const WORLD: &str = "world";

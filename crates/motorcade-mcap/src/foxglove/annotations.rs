@@ -6,9 +6,9 @@ use motorcade::RecordedRun;
 use motorcade_draw::visible_edges;
 use motorcade_geometry::PinholeCamera;
 
-use crate::colour;
-use crate::convert::timestamp;
-use crate::vehicles::label;
+use super::colour;
+use super::convert::timestamp;
+use crate::label::label;
 
 /// The vehicles of the frame in a row, as their cuboids' edges in the picture.
 pub(crate) fn annotations(
