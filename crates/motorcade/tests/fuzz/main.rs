@@ -3,7 +3,12 @@
 //! `MOTORCADE_FUZZ_SECONDS` is the time of each reader (a third of a second by default): `MOTORCADE_FUZZ_SECONDS=60 cargo test --release -p motorcade --test fuzz`.
 //! `found.rs` holds what was found once.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests may fail loudly too")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "helpers of tests may fail loudly too"
+)]
 
 mod found;
 mod mutation;
