@@ -6,7 +6,8 @@ use motorcade::{Config, FrameInfo, FrontEndRecord, Settings, Stopwatch};
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_odometry::{OdometryTrajectory, RoadMeasurement, RoadState};
 use motorcade_perception::{BoundingBox, BoxConvention, Detection, VehicleClass};
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use motorcade_vehicles::{Dimensions, image_box, upright_pose};
+use nalgebra::{Matrix3, Point3, UnitQuaternion, Vector3};
 
 pub use motorcade_testing::{CAMERA, CAMERA_HEIGHT_M as HEIGHT_M};
 
@@ -31,24 +32,30 @@ pub fn gap_m(k: usize) -> f64 {
 /// A ring road of one kilometre, 10 m/s: a car ahead, and every 15 s another one parked beside the road.
 pub fn drive(frames: usize) -> FrontEndRecord {
     let poses: Vec<_> = (0..frames).map(pose).collect();
-    let boxed = |ahead: f64, left: f64| {
+    let detected = |bbox| Detection {
+        bbox,
+        score: 0.9,
+        class: VehicleClass::Car,
+        convention: BoxConvention::VisibleExtent,
+        external_id: None,
+        pixel_size: 1.0,
+    };
+    // The rear of the car ahead alone.
+    let ahead = |ahead: f64| {
         let at = |x: f64, y: f64| (CAMERA.fx * x / ahead + CAMERA.cx, CAMERA.fy * y / ahead + CAMERA.cy);
-        let ((x1, y1), (x2, y2)) = (at(-left - 0.9, HEIGHT_M - 1.5), at(-left + 0.9, HEIGHT_M));
-        let bbox = BoundingBox::new([x1, y1, x2, y2]);
-        Detection {
-            bbox,
-            score: 0.9,
-            class: VehicleClass::Car,
-            convention: BoxConvention::VisibleExtent,
-            external_id: None,
-            pixel_size: 1.0,
-        }
+        let ((x1, y1), (x2, y2)) = (at(-0.9, HEIGHT_M - 1.5), at(0.9, HEIGHT_M));
+        detected(BoundingBox::new([x1, y1, x2, y2]))
+    };
+    let parked = |ahead: f64| {
+        let pose = upright_pose(&Point3::new(4.0, HEIGHT_M, ahead), &Vector3::z(), &-Vector3::y());
+        let (class, size) = (VehicleClass::Car, Dimensions { length_m: 4.2, width_m: 1.8, height_m: 1.5 });
+        let bbox = image_box(&CAMERA, &pose, class, BoxConvention::VisibleExtent, &size)?;
+        Some(detected(bbox.clipped(CAMERA.width, CAMERA.height)))
     };
     let seen = |k: usize| {
-        let parked = 60.0 - (k % 150) as f64;
-        let mut all = vec![boxed(gap_m(k), 0.0)];
-        all.extend((parked > 8.0).then(|| boxed(parked, -4.0)));
-        all
+        let distance = 60.0 - (k % 150) as f64;
+        let beside = (distance > 8.0).then(|| parked(distance)).flatten();
+        std::iter::once(ahead(gap_m(k))).chain(beside).collect()
     };
     let timestamps_ns: Vec<i64> = (0..poses.len() as i64).map(|k| k * 100_000_000).collect();
     let measured = |k: usize| RoadMeasurement {
