@@ -113,8 +113,8 @@ fn inliers<C: Frame, P: Frame>(pose: &Pose<C, P>, sightings: &[Sighting]) -> (Ve
     (flags, count)
 }
 
-/// Derivative (2×6) of a point's projection by a right perturbation `[ω, ν]` of `camera_from_points`; `point_in_camera` is R x + t.
-pub(crate) fn projection_jacobian<C: Frame, P: Frame>(
+/// Derivative (2×6) of a point's projection (z = 1) by a right perturbation `[ω, ν]` of `camera_from_points`; `point_in_camera` is R x + t.
+pub fn projection_jacobian<C: Frame, P: Frame>(
     pose: &Pose<C, P>,
     point: &Point3<f64>,
     point_in_camera: &Point3<f64>,

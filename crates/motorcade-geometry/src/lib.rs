@@ -33,7 +33,7 @@ pub mod robust;
 pub mod rts;
 mod triangulation;
 
-pub use absolute_pose::{AbsolutePose, AbsolutePoseOptions, Sighting, absolute_pose};
+pub use absolute_pose::{AbsolutePose, AbsolutePoseOptions, Sighting, absolute_pose, projection_jacobian};
 pub use bounding_box::BoundingBox;
 pub use camera::{InvalidCamera, PinholeCamera};
 pub use distorted_camera::DistortedCamera;

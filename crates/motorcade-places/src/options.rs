@@ -57,6 +57,8 @@ pub struct SearchOptions {
     pub most_distance: u32,
     /// Landmarks with the same key beyond which it says nothing of a place, as words that stand in every text.
     pub most_alike: usize,
+    /// Way driven since a visit before the next one counts as another \[m\]. Shorter ones tell nothing that odometry does not.
+    pub least_way_m: f64,
     /// Candidates that are verified by geometry.
     pub candidates: usize,
     /// Least score of a candidate, as a share of that of a query whose every landmark votes for it alone.
@@ -65,7 +67,7 @@ pub struct SearchOptions {
 
 impl Default for SearchOptions {
     fn default() -> Self {
-        Self { tables: 8, key_bits: 16, most_distance: 44, most_alike: 400, candidates: 4, least_score: 0.02 }
+        Self { tables: 8, key_bits: 16, most_distance: 44, most_alike: 400, least_way_m: 40.0, candidates: 4, least_score: 0.02 }
     }
 }
 
@@ -188,6 +190,7 @@ impl PlaceOptions {
             ("landmarks.most_error_px", landmarks.most_error_px),
             ("landmarks.sigma_px", landmarks.sigma_px),
             ("landmarks.most_depth_sigma", landmarks.most_depth_sigma),
+            ("search.least_way_m", search.least_way_m),
             ("verification.inlier_px", verification.inlier_px),
             ("verification.most_rotation_rad", verification.most_rotation_rad),
             ("verification.most_shift_depths", verification.most_shift_depths),

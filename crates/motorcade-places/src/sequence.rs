@@ -1,0 +1,81 @@
+//! Agreement of matches along the way.
+
+use crate::keyframe::PlacedKeyframe;
+use crate::options::SequenceOptions;
+use crate::verification::PlaceMatch;
+
+/// The matches that enough others agree with: driven on by odometry, they say the same of the two visits.
+pub(crate) fn supported(
+    keyframes: &[PlacedKeyframe],
+    matches: Vec<PlaceMatch>,
+    options: &SequenceOptions,
+) -> Vec<PlaceMatch> {
+    let support = |m: &PlaceMatch| {
+        let way = keyframes[m.query].way_m;
+        // Matches come in order of their queries.
+        let from = matches.partition_point(|o| keyframes[o.query].way_m < way - options.reach_m);
+        let near = matches[from..].iter().take_while(|o| keyframes[o.query].way_m <= way + options.reach_m);
+        near.filter(|o| o.query != m.query && agree(keyframes, m, o, options)).count()
+    };
+    let enough: Vec<bool> = matches.iter().map(|m| support(m) >= options.least_support).collect();
+    matches.into_iter().zip(enough).filter(|(_, enough)| *enough).map(|(m, _)| m).collect()
+}
+
+fn agree(keyframes: &[PlacedKeyframe], a: &PlaceMatch, b: &PlaceMatch, options: &SequenceOptions) -> bool {
+    let [q, c, r, d] = [a.query, a.candidate, b.query, b.candidate].map(|k| &keyframes[k]);
+    if q.segment != r.segment || c.segment != d.segment {
+        return false;
+    }
+    let step = |to: &PlacedKeyframe, from: &PlacedKeyframe| to.world_from_camera.inverse() * from.world_from_camera;
+    let expected = step(r, q) * a.query_from_candidate * step(c, d);
+    let apart = expected.inverse() * b.query_from_candidate;
+    let driven = (q.way_m - r.way_m).abs() + (c.way_m - d.way_m).abs();
+    apart.translation().norm() <= options.most_shift_m + options.most_shift_share * driven
+        && apart.rotation().angle() <= options.most_turn_rad
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use motorcade_geometry::Pose;
+    use nalgebra::{Matrix6, Vector6};
+
+    /// Two visits of a straight street, 2 m a keyframe, the second 0.5 m to the right.
+    fn keyframes() -> Vec<PlacedKeyframe> {
+        let at = |k: usize| {
+            let (visit, step) = (k / 20, (k % 20) as f64);
+            let pose = Vector6::new(0.0, 0.0, 0.0, 0.5 * visit as f64, 0.0, 2.0 * step);
+            PlacedKeyframe {
+                frame: k,
+                segment: 0,
+                world_from_camera: Pose::exp(&pose),
+                way_m: 2.0 * step + 300.0 * visit as f64,
+                features: Vec::new(),
+                landmarks: Vec::new(),
+            }
+        };
+        (0..40).map(at).collect()
+    }
+
+    fn found(query: usize, candidate: usize, ahead_m: f64) -> PlaceMatch {
+        let query_from_candidate = Pose::exp(&Vector6::new(0.0, 0.0, 0.0, -0.5, 0.0, -ahead_m));
+        let covariance = Matrix6::identity();
+        PlaceMatch { query, candidate, query_from_candidate, covariance, inliers: 50, share: 0.6, rms_px: 1.0 }
+    }
+
+    #[test]
+    fn matches_that_agree_stay_and_those_alone_go() {
+        let matches = vec![found(22, 2, 0.0), found(23, 4, -2.0), found(24, 9, 0.0), found(25, 5, 0.1), found(38, 18, 0.0)];
+        let kept = supported(&keyframes(), matches, &SequenceOptions::default());
+        // The third is 10 m off, the last one alone within its reach but for one.
+        assert_eq!(kept.iter().map(|m| m.query).collect::<Vec<_>>(), [22, 23, 25]);
+    }
+
+    #[test]
+    fn other_maps_give_no_support() {
+        let mut frames = keyframes();
+        frames[23].segment = 1;
+        let matches = vec![found(22, 2, 0.0), found(23, 3, 0.0), found(24, 4, 0.0)];
+        assert!(supported(&frames, matches, &SequenceOptions::default()).is_empty());
+    }
+}
