@@ -1,0 +1,88 @@
+//! Loops of a drive: places seen again, and the trajectory corrected by them.
+
+use motorcade_multibody::{LoopEdge, close_loops};
+use motorcade_odometry::EgoTrajectory;
+use motorcade_places::{FramePlacement, PlaceMatch, PlacedKeyframe, find_places, place_keyframes};
+
+use crate::closed_loop::{ClosedLoop, Loops};
+use crate::record::FrontEndRecord;
+use crate::settings::Settings;
+
+/// Finds the loops of a drive and corrects the trajectory by them. A drive without any stays as it is, to the last bit.
+pub(super) fn close(record: &FrontEndRecord, ego: &mut EgoTrajectory, settings: &Settings) -> Loops {
+    let config = &settings.config;
+    let mut loops = Loops { keyframes: record.places.len(), ..Loops::default() };
+    if record.places.is_empty() {
+        return loops;
+    }
+    let way_m = ways_m(ego);
+    let placement =
+        |frame: usize| FramePlacement { world_from_camera: ego.frames[frame].world_from_camera, way_m: way_m[frame] };
+    let placed = place_keyframes(&settings.camera, &record.places, placement, &config.places);
+    let breaks = unmeasured_before(ego);
+    let may_join = |found: &PlaceMatch| within_drift(found, &placed, &breaks, settings);
+    let (found, report) = find_places(&settings.camera, &placed, may_join, &config.places);
+    (loops.candidates, loops.verified) = (report.candidates, report.verified);
+    let edges: Vec<LoopEdge> = found.iter().map(|m| edge(m, &placed)).collect();
+    match close_loops(ego, &edges, &config.loops, &config.graph, settings.threads) {
+        Ok(corrected) => {
+            loops.most_moved_m = corrected.most_moved_m;
+            let closed = found.iter().zip(edges).zip(corrected.weights.iter().zip(&corrected.closed));
+            loops.all = closed
+                .map(|((found, edge), (weight, closed))| ClosedLoop {
+                    edge,
+                    inliers: found.inliers,
+                    share: found.share,
+                    rms_px: found.rms_px,
+                    weight: *weight,
+                    closed: *closed,
+                })
+                .collect();
+        }
+        Err(error) => loops.problem = Some(error.to_string()),
+    }
+    loops
+}
+
+fn edge(found: &PlaceMatch, placed: &[PlacedKeyframe]) -> LoopEdge {
+    LoopEdge {
+        earlier: placed[found.candidate].frame,
+        later: placed[found.query].frame,
+        later_from_earlier: found.query_from_candidate,
+        covariance: found.covariance,
+    }
+}
+
+/// Way driven to each frame \[m\].
+fn ways_m(ego: &EgoTrajectory) -> Vec<f64> {
+    let mut way_m = 0.0;
+    let mut before = ego.frames.first().map(|f| f.world_from_camera);
+    let next = |frame: &motorcade_odometry::EgoFrame| {
+        way_m += before.map_or(0.0, |b| (frame.world_from_camera.translation() - b.translation()).norm());
+        before = Some(frame.world_from_camera);
+        way_m
+    };
+    ego.frames.iter().map(next).collect()
+}
+
+/// For each frame the number of steps to it from the first frame that nothing measured.
+fn unmeasured_before(ego: &EgoTrajectory) -> Vec<usize> {
+    let mut count = 0;
+    let next = |frame: &motorcade_odometry::EgoFrame| {
+        count += usize::from(!frame.step_measured);
+        count
+    };
+    ego.frames.iter().map(next).collect()
+}
+
+/// False where odometry excludes that the two frames see the same place. Across a break it does not know.
+fn within_drift(found: &PlaceMatch, placed: &[PlacedKeyframe], unmeasured: &[usize], settings: &Settings) -> bool {
+    let (later, earlier) = (&placed[found.query], &placed[found.candidate]);
+    if later.segment != earlier.segment || unmeasured[later.frame] != unmeasured[earlier.frame] {
+        return true;
+    }
+    let expected = later.world_from_camera.inverse() * earlier.world_from_camera;
+    let apart = (expected.inverse() * found.query_from_candidate).translation().norm();
+    let options = &settings.config.loops;
+    apart <= options.gate_m + options.gate_share * (later.way_m - earlier.way_m)
+}
