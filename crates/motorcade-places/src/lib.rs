@@ -26,13 +26,14 @@
 //! assert!(found.is_empty() && report.queries == 2);
 //! ```
 //!
-//! Modules, lowest first: `features`, `keyframe`, `landmarks`, `placement`, `index`, `verification`, `sequence`, `finder`.
+//! Modules, lowest first: `features`, `keyframe`, `landmarks`, `placement`, `index`, `verification`, `sequence`, `finder`, `map`.
 
 mod features;
 mod finder;
 mod index;
 mod keyframe;
 mod landmarks;
+mod map;
 mod options;
 mod placement;
 mod sequence;
@@ -41,6 +42,7 @@ mod verification;
 pub use features::{Descriptor, Feature, FeatureExtractor};
 pub use finder::{SearchReport, find_places};
 pub use keyframe::{Landmark, PlaceKeyframe, PlacedKeyframe};
+pub use map::{MapError, MapSummary, PlaceMap};
 pub use options::{
     FeatureOptions, LandmarkOptions, PlaceOptions, SearchOptions, SequenceOptions, VerificationOptions,
 };
