@@ -1,6 +1,6 @@
 //! Pose of a camera from points with known positions: three-point samples, truncated quadratic scoring, refinement.
 
-use nalgebra::{Matrix6, Matrix2x6, Point3, Vector2, Vector3, Vector6};
+use nalgebra::{Matrix2x6, Matrix6, Point3, Vector2, Vector3, Vector6};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -102,7 +102,8 @@ fn error<C: Frame, P: Frame>(pose: &Pose<C, P>, sighting: &Sighting) -> Option<V
 
 /// Squared error over the squared limit, at most 1, summed.
 fn loss<C: Frame, P: Frame>(pose: &Pose<C, P>, sightings: &[Sighting]) -> f64 {
-    let one = |s: &Sighting| error(pose, s).map_or(1.0, |e| (e.norm_squared() / (s.limit * s.limit)).min(1.0));
+    let one =
+        |s: &Sighting| error(pose, s).map_or(1.0, |e| (e.norm_squared() / (s.limit * s.limit)).min(1.0));
     sightings.iter().map(one).sum()
 }
 
@@ -169,8 +170,11 @@ mod tests {
         let mut rng = ChaCha8Rng::seed_from_u64(4);
         let mut sightings = Vec::new();
         for k in 0..80 {
-            let point =
-                Point3::new(rng.random_range(-12.0..12.0), rng.random_range(-4.0..1.7), rng.random_range(5.0..40.0));
+            let point = Point3::new(
+                rng.random_range(-12.0..12.0),
+                rng.random_range(-4.0..1.7),
+                rng.random_range(5.0..40.0),
+            );
             let p = truth.transform_point(&point);
             let mut n = || rng.random_range(-1.0..1.0) * noise;
             let mut ray = Vector3::new(p.x / p.z + n(), p.y / p.z + n(), 1.0);

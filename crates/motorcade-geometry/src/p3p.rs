@@ -3,8 +3,8 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::alignment::umeyama;
-use crate::pose::{Frame, Pose};
 use crate::polynomial::sign_changes;
+use crate::pose::{Frame, Pose};
 
 /// Largest ratio of two of the distances that is looked for.
 const MOST_RATIO: f64 = 1e3;
@@ -15,8 +15,7 @@ const MOST_RATIO: f64 = 1e3;
 pub fn p3p<C: Frame, P: Frame>(points: &[Point3<f64>; 3], rays: &[Vector3<f64>; 3]) -> Vec<Pose<C, P>> {
     let j = rays.map(|ray| ray.normalize());
     // Sides opposite to the points, and the angles under which they are seen.
-    let [a2, b2, c2] =
-        [(1, 2), (0, 2), (0, 1)].map(|(p, q)| (points[p] - points[q]).norm_squared());
+    let [a2, b2, c2] = [(1, 2), (0, 2), (0, 1)].map(|(p, q)| (points[p] - points[q]).norm_squared());
     let [cos_a, cos_b, cos_c] = [(1, 2), (0, 2), (0, 1)].map(|(p, q): (usize, usize)| j[p].dot(&j[q]));
     let coordinates = a2 + b2 + c2;
     if !(coordinates.is_finite() && a2.min(b2).min(c2) > 1e-18 * coordinates) {
@@ -84,8 +83,10 @@ mod tests {
 
     #[test]
     fn the_usual_triangle_is_found_to_the_last_digits() {
-        let truth =
-            Pose::<Camera, World>::from_parts(UnitQuaternion::from_euler_angles(0.1, -0.2, 0.05), Vector3::new(0.4, -0.1, 1.5));
+        let truth = Pose::<Camera, World>::from_parts(
+            UnitQuaternion::from_euler_angles(0.1, -0.2, 0.05),
+            Vector3::new(0.4, -0.1, 1.5),
+        );
         let points = [Point3::new(-4.0, 1.0, 12.0), Point3::new(5.0, 0.5, 20.0), Point3::new(1.0, -2.0, 9.0)];
         let rays = points.map(|p| truth.transform_point(&p).coords);
         let found = p3p::<Camera, World>(&points, &rays);

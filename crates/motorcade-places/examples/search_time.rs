@@ -28,7 +28,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         seconds += start.elapsed().as_secs_f64();
     }
     let features = images.iter().map(Vec::len).sum::<usize>() as f64 / images.len() as f64;
-    println!("extraction {:.2} ms an image of {size:?}, {features:.0} features", 1e3 * seconds / images.len() as f64);
+    println!(
+        "extraction {:.2} ms an image of {size:?}, {features:.0} features",
+        1e3 * seconds / images.len() as f64
+    );
 
     let camera = PinholeCamera {
         fx: 720.0,
@@ -45,7 +48,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let landmarks = landmarks
             .into_iter()
             .map(|feature| {
-                let point_in_camera = [rng.random_range(-9.0..9.0), rng.random_range(-3.0..1.6), rng.random_range(5.0..40.0)];
+                let point_in_camera =
+                    [rng.random_range(-9.0..9.0), rng.random_range(-3.0..1.6), rng.random_range(5.0..40.0)];
                 Landmark { feature, point_in_camera, depth_sigma: 0.05 }
             })
             .collect();

@@ -107,7 +107,8 @@ fn triangulate(
         let point = intersect(&used)?;
         let error_px = |v: &View| {
             let p = v.neighbour_from_camera.transform_point(&point);
-            let error = Vector3::new(p.x / p.z - v.ray.x, p.y / p.z - v.ray.y, 0.0).norm() * camera.focal_px();
+            let error =
+                Vector3::new(p.x / p.z - v.ray.x, p.y / p.z - v.ray.y, 0.0).norm() * camera.focal_px();
             if p.z > 0.1 { error / v.scale } else { f64::INFINITY }
         };
         let errors: Vec<f64> = used.iter().map(error_px).collect();
@@ -134,7 +135,12 @@ fn intersect(views: &[View]) -> Option<Point3<f64>> {
 }
 
 /// Standard deviation of the depth over the depth, from the angles between the rays.
-fn depth_sigma(camera: &PinholeCamera, views: &[View], point: &Point3<f64>, options: &LandmarkOptions) -> f64 {
+fn depth_sigma(
+    camera: &PinholeCamera,
+    views: &[View],
+    point: &Point3<f64>,
+    options: &LandmarkOptions,
+) -> f64 {
     let mut information = Matrix3::zeros();
     for v in views {
         let camera_from_neighbour = v.neighbour_from_camera.inverse();
@@ -169,7 +175,8 @@ mod tests {
                 Point3::new(x, rng.random_range(-3.0..1.6), rng.random_range(9.0..35.0))
             })
             .collect();
-        let looks: Vec<Descriptor> = (0..count).map(|_| Descriptor(std::array::from_fn(|_| rng.random()))).collect();
+        let looks: Vec<Descriptor> =
+            (0..count).map(|_| Descriptor(std::array::from_fn(|_| rng.random()))).collect();
         let pose = |k: f64| Pose::exp(&Vector6::new(0.0, 0.01 * k, 0.0, 0.0, 0.0, -2.0 * k));
         let mut seen = |pose: &Pose<Camera, Camera>| -> Vec<Feature> {
             let feature = |(p, descriptor): (&Point3<f64>, &Descriptor)| {

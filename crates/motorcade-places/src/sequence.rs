@@ -26,7 +26,8 @@ fn agree(keyframes: &[PlacedKeyframe], a: &PlaceMatch, b: &PlaceMatch, options: 
     if q.segment != r.segment || c.segment != d.segment {
         return false;
     }
-    let step = |to: &PlacedKeyframe, from: &PlacedKeyframe| to.world_from_camera.inverse() * from.world_from_camera;
+    let step =
+        |to: &PlacedKeyframe, from: &PlacedKeyframe| to.world_from_camera.inverse() * from.world_from_camera;
     let expected = step(r, q) * a.query_from_candidate * step(c, d);
     let apart = expected.inverse() * b.query_from_candidate;
     let driven = (q.way_m - r.way_m).abs() + (c.way_m - d.way_m).abs();
@@ -60,12 +61,26 @@ mod tests {
     fn found(query: usize, candidate: usize, ahead_m: f64) -> PlaceMatch {
         let query_from_candidate = Pose::exp(&Vector6::new(0.0, 0.0, 0.0, -0.5, 0.0, -ahead_m));
         let covariance = Matrix6::identity();
-        PlaceMatch { query, candidate, query_from_candidate, covariance, inliers: 50, share: 0.6, rms_px: 1.0 }
+        PlaceMatch {
+            query,
+            candidate,
+            query_from_candidate,
+            covariance,
+            inliers: 50,
+            share: 0.6,
+            rms_px: 1.0,
+        }
     }
 
     #[test]
     fn matches_that_agree_stay_and_those_alone_go() {
-        let matches = vec![found(22, 2, 0.0), found(23, 4, -2.0), found(24, 9, 0.0), found(25, 5, 0.1), found(38, 18, 0.0)];
+        let matches = vec![
+            found(22, 2, 0.0),
+            found(23, 4, -2.0),
+            found(24, 9, 0.0),
+            found(25, 5, 0.1),
+            found(38, 18, 0.0),
+        ];
         let kept = supported(&keyframes(), matches, &SequenceOptions::default());
         // The third is 10 m off, the last one alone within its reach but for one.
         assert_eq!(kept.iter().map(|m| m.query).collect::<Vec<_>>(), [22, 23, 25]);

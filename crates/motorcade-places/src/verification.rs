@@ -1,7 +1,8 @@
 //! Verification of a candidate: the query's camera from the landmarks of the earlier visit.
 
 use motorcade_geometry::{
-    AbsolutePoseOptions, Camera, PinholeCamera, Pose, Sighting, absolute_pose, projection_jacobian, robust::median,
+    AbsolutePoseOptions, Camera, PinholeCamera, Pose, Sighting, absolute_pose, projection_jacobian,
+    robust::median,
 };
 use nalgebra::{Matrix2, Matrix2x3, Matrix6, Point2, Point3};
 
@@ -42,7 +43,8 @@ pub(crate) fn verify(
     (candidate, c): (usize, &PlacedKeyframe),
     options: &PlaceOptions,
 ) -> Option<PlaceMatch> {
-    let verifier = Verifier { camera, level_scale: options.features.level_scale, options: &options.verification };
+    let verifier =
+        Verifier { camera, level_scale: options.features.level_scale, options: &options.verification };
     let first = verifier.look_alikes(q, c);
     let pose = verifier.pose(&first, options.verification.least_inliers.div_ceil(2))?.0;
     let (pairs, in_view) = verifier.guided(q, c, &pose);
@@ -177,7 +179,12 @@ impl Verifier<'_> {
     }
 
     /// (Σ Jᵀ W J)⁻¹, W from the noise of pixels and of the landmarks' depths.
-    fn covariance(&self, pose: &Pose<Camera, Camera>, pairs: &[Pair<'_>], sigma_px: f64) -> Option<Matrix6<f64>> {
+    fn covariance(
+        &self,
+        pose: &Pose<Camera, Camera>,
+        pairs: &[Pair<'_>],
+        sigma_px: f64,
+    ) -> Option<Matrix6<f64>> {
         let focal_px = self.camera.focal_px();
         let mut information = Matrix6::zeros();
         for pair in pairs {

@@ -25,7 +25,8 @@ fn keyframes(drive: &Drive, visits: &[&[usize]], options: &PlaceOptions) -> Vec<
         }
     }
     let poses = drive.world_from_camera();
-    let placement = |frame: usize| FramePlacement { world_from_camera: poses[frame], way_m: 0.7 * frame as f64 };
+    let placement =
+        |frame: usize| FramePlacement { world_from_camera: poses[frame], way_m: 0.7 * frame as f64 };
     place_keyframes(&drive.camera(), &all, placement, options)
 }
 
@@ -55,7 +56,12 @@ fn the_second_round_finds_the_first() {
     assert!(found.len() >= 6, "{report:?}");
     for m in &found {
         let (way_m, turn_rad) = error(m, &placed);
-        assert!(way_m < 0.25 && turn_rad < 0.01, "{} and {}: {way_m} m, {turn_rad} rad", m.query, m.candidate);
+        assert!(
+            way_m < 0.25 && turn_rad < 0.01,
+            "{} and {}: {way_m} m, {turn_rad} rad",
+            m.query,
+            m.candidate
+        );
         let covariance = m.covariance.fixed_view::<3, 3>(3, 3).trace().sqrt();
         assert!((0.003..0.3).contains(&covariance), "{covariance} m");
     }

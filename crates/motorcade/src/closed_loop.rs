@@ -3,6 +3,7 @@
 use std::fmt;
 
 use motorcade_multibody::LoopEdge;
+use motorcade_places::PlaceMap;
 
 /// Two frames that see the same place.
 #[derive(Clone, Debug)]
@@ -34,6 +35,8 @@ pub struct Loops {
     pub all: Vec<ClosedLoop>,
     /// Farthest that a camera was moved by the correction \[m\].
     pub most_moved_m: f64,
+    /// The places of the drive, in its corrected world; `None` of drives whose places are not kept.
+    pub map: Option<PlaceMap>,
     /// Reason why the trajectory was not corrected, where it was not.
     pub problem: Option<String>,
 }
@@ -57,7 +60,11 @@ impl fmt::Display for Loops {
             return write!(f, "the trajectory was not corrected by places seen again ({problem})");
         }
         let (closed, all) = (self.closed().count(), self.all.len());
-        write!(f, "{closed} of {} keyframes see a place again: the camera was moved by up to {:.2} m", self.keyframes, self.most_moved_m)?;
+        write!(
+            f,
+            "{closed} of {} keyframes see a place again: the camera was moved by up to {:.2} m",
+            self.keyframes, self.most_moved_m
+        )?;
         if closed < all {
             write!(f, "; {} more were contradicted and switched off", all - closed)?;
         }

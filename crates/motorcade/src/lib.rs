@@ -69,7 +69,7 @@ pub use motorcade_dataset::{ExternalVehiclePose, read_vehicle_poses};
 pub use motorcade_multibody as multibody;
 pub use motorcade_multibody::{CameraCoupling, GraphKernel, GraphOptions, LoopEdge, LoopOptions};
 pub use motorcade_perception::KeypointTable;
-pub use motorcade_places::PlaceOptions;
+pub use motorcade_places::{PlaceMap, PlaceOptions};
 pub use motorcade_vehicles::{TrackerOptions, TrafficSide, VehicleOptions};
 pub use output::{RunContext, write_run, write_run_and};
 pub use progress::{NoProgress, Progress};

@@ -2,8 +2,8 @@
 
 use motorcade_dataset::Frame;
 use motorcade_odometry::{OdometryTrajectory, RoadMeasurement};
-use motorcade_places::PlaceKeyframe;
 use motorcade_perception::{Detection, Observations, VehicleKeypoints};
+use motorcade_places::PlaceKeyframe;
 
 use crate::settings::Settings;
 use crate::timing::Stopwatch;

@@ -1,8 +1,8 @@
 //! Correction of a trajectory by its loops.
 
+use motorcade_graph::factors::Between;
 use motorcade_graph::solver::{Control, GraduateOptions, graduate};
 use motorcade_graph::{FactorId, Graph, GraphError, Marginals, Options, Robust, RobustKernel, VariableId};
-use motorcade_graph::factors::Between;
 use motorcade_odometry::EgoTrajectory;
 
 use super::edge::LoopEdge;
@@ -55,7 +55,8 @@ pub fn close_loops(
     let solver = Options { max_iterations: graph_options.max_iterations, threads, ..Options::default() };
     let schedule = GraduateOptions { c: options.kernel_scale, ..GraduateOptions::default() };
     graduate(&mut graph, group, &solver, &schedule, &Control::default())?;
-    let weights: Vec<f64> = ids.iter().map(|id| graph.loss(*id).map(|l| l.weight)).collect::<Result<_, _>>()?;
+    let weights: Vec<f64> =
+        ids.iter().map(|id| graph.loss(*id).map(|l| l.weight)).collect::<Result<_, _>>()?;
     let closed = weights.iter().map(|weight| *weight >= options.least_weight).collect();
     let marginals = Marginals::new(&graph)?;
     let most_moved_m = write::back(&graph, &marginals, &cameras, ego)?;

@@ -27,7 +27,10 @@ pub(super) fn joined(ego: &EgoTrajectory, edges: &[LoopEdge]) -> Vec<WorldFromCa
         let cost = |m: &Pose<World, World>| -> f64 {
             let off = |e: &&LoopEdge| {
                 let there = *m * poses[e.later];
-                (there.inverse() * poses[e.earlier] * e.later_from_earlier.inverse()).translation().norm().min(10.0)
+                (there.inverse() * poses[e.earlier] * e.later_from_earlier.inverse())
+                    .translation()
+                    .norm()
+                    .min(10.0)
             };
             over.iter().map(off).sum()
         };

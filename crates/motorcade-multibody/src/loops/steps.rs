@@ -24,7 +24,8 @@ pub(super) fn information(
     let d = Vector6::new(0.0, 0.0, 0.0, d.x, d.y, d.z);
     // Errors of consecutive poses are anti-correlated, but for those of scale.
     let across = Matrix6::identity() - d * d.transpose();
-    let shrink = Matrix6::identity() - across * (1.0 - (1.0 + graph.advanced.step_anticorrelation).sqrt().recip());
+    let shrink =
+        Matrix6::identity() - across * (1.0 - (1.0 + graph.advanced.step_anticorrelation).sqrt().recip());
     let alone = shrink * frame.step_covariance * shrink.transpose();
     // A first-order process of correlation ρ adds up as independent steps of (1 + ρ) / (1 − ρ) times its variance.
     let correlation = frame.scale_correlation.clamp(0.0, 0.999_9);

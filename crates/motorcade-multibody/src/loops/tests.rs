@@ -32,7 +32,13 @@ fn drifted(truth: &[Pose<World, Camera>]) -> EgoTrajectory {
         poses.push(poses[k - 1] * turned);
     }
     let times: Vec<i64> = (0..truth.len() as i64).map(|k| k * 100_000_000).collect();
-    EgoTrajectory::metric(&OdometryTrajectory::from_poses(&poses, &times), &[], 1.65, 0.006, &MetricOptions::default())
+    EgoTrajectory::metric(
+        &OdometryTrajectory::from_poses(&poses, &times),
+        &[],
+        1.65,
+        0.006,
+        &MetricOptions::default(),
+    )
 }
 
 fn edge(truth: &[Pose<World, Camera>], earlier: usize, later: usize, rng: &mut ChaCha8Rng) -> LoopEdge {
@@ -44,9 +50,11 @@ fn edge(truth: &[Pose<World, Camera>], earlier: usize, later: usize, rng: &mut C
 }
 
 fn ate_m(ego: &EgoTrajectory, truth: &[Pose<World, Camera>]) -> f64 {
-    let squares = ego.frames.iter().zip(truth).map(|(f, t)| {
-        (f.world_from_camera.translation() - t.translation()).norm_squared()
-    });
+    let squares = ego
+        .frames
+        .iter()
+        .zip(truth)
+        .map(|(f, t)| (f.world_from_camera.translation() - t.translation()).norm_squared());
     (squares.sum::<f64>() / truth.len() as f64).sqrt()
 }
 
@@ -56,8 +64,7 @@ fn loops_take_the_drift_and_shrink_the_covariance() {
     let mut ego = drifted(&truth);
     let (before, covariance) = (ate_m(&ego, &truth), ego.frames[2 * ROUND - 1].covariance);
     let mut rng = ChaCha8Rng::seed_from_u64(1);
-    let edges: Vec<LoopEdge> =
-        (0..ROUND).step_by(4).map(|k| edge(&truth, k, k + ROUND, &mut rng)).collect();
+    let edges: Vec<LoopEdge> = (0..ROUND).step_by(4).map(|k| edge(&truth, k, k + ROUND, &mut rng)).collect();
     let report = close_loops(&mut ego, &edges, &LoopOptions::default(), &GraphOptions::default(), 1).unwrap();
     let after = ate_m(&ego, &truth);
     assert_eq!(report.closed_count(), edges.len());
@@ -90,14 +97,14 @@ fn no_loops_change_no_bit_and_threads_none_either() {
     };
     close(&mut ego, &[], 1);
     let same = |a: &EgoTrajectory, b: &EgoTrajectory| {
-        a.frames.iter().zip(&b.frames).all(|(a, b)| {
-            a.world_from_camera == b.world_from_camera && a.covariance == b.covariance
-        })
+        a.frames
+            .iter()
+            .zip(&b.frames)
+            .all(|(a, b)| a.world_from_camera == b.world_from_camera && a.covariance == b.covariance)
     };
     assert!(same(&ego, &untouched));
     let mut rng = ChaCha8Rng::seed_from_u64(3);
-    let edges: Vec<LoopEdge> =
-        (0..ROUND).step_by(8).map(|k| edge(&truth, k, k + ROUND, &mut rng)).collect();
+    let edges: Vec<LoopEdge> = (0..ROUND).step_by(8).map(|k| edge(&truth, k, k + ROUND, &mut rng)).collect();
     let mut other = ego.clone();
     close(&mut ego, &edges, 1);
     close(&mut other, &edges, 4);
@@ -114,7 +121,8 @@ fn a_map_after_a_break_is_put_where_its_loops_say() {
     for k in from..2 * ROUND {
         if k < to {
             ego.frames[k].step_measured = false;
-            ego.frames[k].step_covariance = Matrix6::from_diagonal(&Vector6::new(8e-5, 8e-5, 8e-5, 0.01, 0.01, 0.01));
+            ego.frames[k].step_covariance =
+                Matrix6::from_diagonal(&Vector6::new(8e-5, 8e-5, 8e-5, 0.01, 0.01, 0.01));
         } else {
             ego.frames[k].world_from_camera = wrong * ego.frames[k].world_from_camera;
         }
@@ -128,8 +136,7 @@ fn a_map_after_a_break_is_put_where_its_loops_say() {
     assert_eq!(report.closed_count(), edges.len(), "{report:?}");
     // As good as the odometry of the first round, which nothing corrects.
     let apart = |k: usize| {
-        let (found, right) =
-            (&ego.frames[k], truth[k - ROUND].inverse() * truth[k]);
+        let (found, right) = (&ego.frames[k], truth[k - ROUND].inverse() * truth[k]);
         let found = ego.frames[k - ROUND].world_from_camera.inverse() * found.world_from_camera;
         (found.inverse() * right).translation().norm()
     };

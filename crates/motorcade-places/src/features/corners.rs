@@ -57,11 +57,9 @@ fn is_corner(pixels: &[u8], at: usize, offsets: &[isize; 16], threshold: i16) ->
     let centre = i16::from(pixels[at]);
     let value = |k: usize| i16::from(pixels[at.wrapping_add_signed(offsets[k])]);
     let (high, low) = (centre + threshold, centre - threshold);
-    // An arc of nine holds at least two of the four compass points, neighbouring ones.
-    let compass = [value(0), value(4), value(8), value(12)];
-    let (brighter, darker) =
-        (compass.iter().filter(|v| **v > high).count(), compass.iter().filter(|v| **v < low).count());
-    if brighter < 2 && darker < 2 {
+    // An arc of nine holds one of two opposite points, whichever two.
+    let differs = |v: i16| v > high || v < low;
+    if !(differs(value(0)) || differs(value(8))) || !(differs(value(4)) || differs(value(12))) {
         return false;
     }
     let (mut bright, mut dark) = (0_u32, 0_u32);

@@ -30,16 +30,16 @@ impl FeatureExtractor {
     pub fn extract(&mut self, image: &GrayImage, usable: impl Fn(f64, f64) -> bool) -> Vec<Feature> {
         let options = self.options;
         let mut out = Vec::with_capacity(options.count);
-        let mut level_image;
-        let mut current = image;
+        let mut smaller: Option<GrayImage> = None;
         let mut scale = 1.0;
         let shares = shares(&options);
         for (level, share) in shares.iter().enumerate() {
             if level > 0 {
                 scale *= options.level_scale;
-                level_image = reduced(image, scale);
-                current = &level_image;
+                let next = reduced(smaller.as_ref().unwrap_or(image), options.level_scale);
+                smaller = Some(next);
             }
+            let current = smaller.as_ref().unwrap_or(image);
             if current.width().min(current.height()) as i32 <= 2 * BORDER_PX {
                 break;
             }
@@ -122,7 +122,9 @@ mod tests {
         assert!(a.len() > 150 && a.len() <= FeatureOptions::default().count + 4, "{}", a.len());
         let good = a.iter().filter(|f| {
             let (distance, g) = nearest(f, &b);
-            distance < 40 && (g.pixel[0] - f.pixel[0] - 6.0).abs() < 1.5 && (g.pixel[1] - f.pixel[1]).abs() < 1.5
+            distance < 40
+                && (g.pixel[0] - f.pixel[0] - 6.0).abs() < 1.5
+                && (g.pixel[1] - f.pixel[1]).abs() < 1.5
         });
         let share = good.count() as f64 / a.len() as f64;
         // On coarser levels the shift is no whole number of pixels, and other corners win.

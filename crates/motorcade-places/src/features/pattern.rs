@@ -50,7 +50,8 @@ impl Pattern {
         }
         let at = |k: usize| {
             let (sin, cos) = (k as f64 / TURNS as f64 * std::f64::consts::TAU).sin_cos();
-            let turned = |x: f64, y: f64| [(cos * x - sin * y).round() as i8, (sin * x + cos * y).round() as i8];
+            let turned =
+                |x: f64, y: f64| [(cos * x - sin * y).round() as i8, (sin * x + cos * y).round() as i8];
             std::array::from_fn(|i| {
                 let [ax, ay, bx, by] = pairs[i];
                 let ([ax, ay], [bx, by]) = (turned(ax, ay), turned(bx, by));

@@ -23,7 +23,14 @@ fn map() -> PlaceMap {
         };
         let world_from_camera = Pose::exp(&Vector6::new(0.1, 0.2, 0.0, k as f64, 0.0, 3.0));
         let (features, landmarks) = ((0..5).map(feature).collect(), (0..5).map(landmark).collect());
-        PlacedKeyframe { frame: 10 * k, segment: k / 2, world_from_camera, way_m: 3.0 * k as f64, features, landmarks }
+        PlacedKeyframe {
+            frame: 10 * k,
+            segment: k / 2,
+            world_from_camera,
+            way_m: 3.0 * k as f64,
+            features,
+            landmarks,
+        }
     };
     PlaceMap { camera, height_m: 1.65, keyframes: (0..4).map(keyframe).collect() }
 }
@@ -52,7 +59,10 @@ fn what_is_no_map_is_refused() {
         assert!(matches!(PlaceMap::from_bytes(&changed), Err(MapError::Damaged(_))), "byte {at}");
     }
     for length in [12, 60, 100, bytes.len() - 1] {
-        assert!(matches!(PlaceMap::from_bytes(&bytes[..length]), Err(MapError::Damaged(_))), "{length} bytes");
+        assert!(
+            matches!(PlaceMap::from_bytes(&bytes[..length]), Err(MapError::Damaged(_))),
+            "{length} bytes"
+        );
     }
 }
 

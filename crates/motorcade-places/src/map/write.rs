@@ -37,7 +37,8 @@ fn write_keyframe(out: &mut Vec<u8>, keyframe: &PlacedKeyframe) {
     for number in [q.i, q.j, q.k, q.w, t.x, t.y, t.z, keyframe.way_m] {
         out.extend_from_slice(&number.to_le_bytes());
     }
-    let known = keyframe.landmarks.iter().filter_map(|l| Some((l, keyframe.features.get(l.feature as usize)?)));
+    let known =
+        keyframe.landmarks.iter().filter_map(|l| Some((l, keyframe.features.get(l.feature as usize)?)));
     out.extend_from_slice(&(known.clone().count() as u32).to_le_bytes());
     for (landmark, feature) in known {
         for word in feature.descriptor.0 {

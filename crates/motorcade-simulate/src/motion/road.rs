@@ -90,14 +90,22 @@ impl Road {
             position += Vector3::new(middle.cos(), middle.sin(), 0.5 * (rise + next(&rises))) * STEP_M;
             heading_rad += turn;
         }
-        Self { half_width_m: plan.half_width_m, crossings_m: plan.crossings_m.clone(), start_m, samples, rounds_m: None }
+        Self {
+            half_width_m: plan.half_width_m,
+            crossings_m: plan.crossings_m.clone(),
+            start_m,
+            samples,
+            rounds_m: None,
+        }
     }
 
     /// A closed road, driven from `rounds_m.0` to `rounds_m.1`. What the bends leave open is shared by all samples.
     fn closed(plan: &RoadPlan, rounds_m: (f64, f64)) -> Self {
         let length_m = plan.bends.iter().map(|b| b.length_m).sum::<f64>().max(2.0 * STEP_M);
         let count = (length_m / STEP_M).round() as usize;
-        let curvature = |s: f64| stretch(plan.bends.iter().map(|b| (b.length_m, b.curvature_per_m)), s.rem_euclid(length_m));
+        let curvature = |s: f64| {
+            stretch(plan.bends.iter().map(|b| (b.length_m, b.curvature_per_m)), s.rem_euclid(length_m))
+        };
         let curvatures: Vec<f64> = (0..=count).map(|i| averaged(&curvature, i as f64 * STEP_M)).collect();
         let turns = |i: usize| 0.5 * (curvatures[i] + curvatures[i + 1]) * STEP_M;
         let turned: f64 = (0..count).map(turns).sum();
@@ -293,13 +301,19 @@ mod tests {
             closed: true,
         };
         let road = Road::build(&plan, -50.0, 800.0);
-        assert_eq!((road.round_m(), road.extent_m(), road.driven_m()), (Some(340.0), (0.0, 340.0), (-50.0, 800.0)));
+        assert_eq!(
+            (road.round_m(), road.extent_m(), road.driven_m()),
+            (Some(340.0), (0.0, 340.0), (-50.0, 800.0))
+        );
         assert!((road.point(12.5, -1.75) - road.point(352.5, -1.75)).norm() < 1e-9);
         for i in 0..340 {
             let (a, b) = (road.at(f64::from(i)), road.at(f64::from(i + 1)));
             assert!(((b.position - a.position).norm() - 1.0).abs() < 0.02, "{i}");
         }
-        assert!((road.to_crossing_m(345.0) - 15.0).abs() < 1e-9 && (road.to_crossing_m(330.0) - 30.0).abs() < 1e-9);
+        assert!(
+            (road.to_crossing_m(345.0) - 15.0).abs() < 1e-9
+                && (road.to_crossing_m(330.0) - 30.0).abs() < 1e-9
+        );
     }
 
     #[test]

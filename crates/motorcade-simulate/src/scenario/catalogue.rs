@@ -1,11 +1,12 @@
 //! The built-in scenarios.
 
-use motorcade_perception::VehicleClass::{self, Bus, Car, Truck, Van};
+use motorcade_perception::VehicleClass::{Bus, Car, Truck, Van};
 
-use crate::motion::{Bend, Grade, RoadPlan, SpeedPlan};
+use super::parts::{along, bend, coming, driver, leading, standing, street};
+use super::seen_again::{block, figure_eight, same_street_opposite, tunnel, twin_houses};
+use crate::motion::{Grade, SpeedPlan};
 use crate::options::DetectorOptions;
-use crate::plan::{Driver, Plan, Rig, Route, Side, Staging};
-use crate::scenario::seen_again::{block, figure_eight, same_street_opposite, tunnel, twin_houses};
+use crate::plan::{Plan, Route, Side};
 
 /// One scenario.
 pub(super) struct Entry {
@@ -63,44 +64,6 @@ pub(super) fn detector(name: &str) -> DetectorOptions {
         "glimpses" => DetectorOptions { miss_chance: 0.92, false_boxes: 0.8, ..usual },
         "jumping-boxes" => DetectorOptions { jump_chance: 0.16, ..usual },
         _ => usual,
-    }
-}
-
-/// The camera keeps to the right lane.
-fn along(start_m: f64) -> Route {
-    Route::Along { start_m, offsets_m: vec![(0.0, -1.75)] }
-}
-
-fn driver(class: VehicleClass, route: Route, speed: SpeedPlan) -> Driver {
-    Driver { class, route, speed }
-}
-
-fn leading(class: VehicleClass, ahead_m: f64, speed: SpeedPlan) -> Driver {
-    driver(class, along(ahead_m), speed)
-}
-
-pub(super) fn coming(class: VehicleClass, start_m: f64, speed_m_s: f64) -> Driver {
-    driver(class, Route::Oncoming { start_m }, SpeedPlan::constant(speed_m_s))
-}
-
-fn standing(s_m: f64, side: Side) -> Driver {
-    driver(Car, Route::Parked { s_m, side }, SpeedPlan::constant(0.0))
-}
-
-pub(super) fn bend(length_m: f64, curvature_per_m: f64) -> Bend {
-    Bend { length_m, curvature_per_m }
-}
-
-/// A straight level street without traffic.
-pub(super) fn street(speed: SpeedPlan) -> Plan {
-    Plan {
-        road: RoadPlan { half_width_m: 5.6, bends: vec![], grades: vec![], crossings_m: vec![], closed: false },
-        ego_route: along(0.0),
-        ego_speed: speed,
-        rig: Rig::default(),
-        drivers: vec![],
-        parked_chance: 0.0,
-        staging: Staging::default(),
     }
 }
 

@@ -1,6 +1,7 @@
 //! Named drives.
 
 mod catalogue;
+mod parts;
 mod seen_again;
 
 use crate::options::DetectorOptions;

@@ -2,7 +2,7 @@
 
 use motorcade_perception::VehicleClass::Car;
 
-use super::catalogue::{bend, coming, street};
+use super::parts::{bend, coming, street};
 use crate::motion::{Bend, SpeedPlan};
 use crate::plan::{Plan, Route, Staging, Twins};
 
@@ -10,7 +10,8 @@ use crate::plan::{Plan, Route, Staging, Twins};
 pub(super) fn block() -> Plan {
     let quarter = |length_m: f64| bend(length_m, -std::f64::consts::FRAC_PI_2 / length_m);
     let mut plan = street(SpeedPlan::constant(7.0));
-    plan.road.bends = [70.0, 50.0, 70.0, 50.0].into_iter().flat_map(|l| [bend(l, 0.0), quarter(25.0)]).collect();
+    plan.road.bends =
+        [70.0, 50.0, 70.0, 50.0].into_iter().flat_map(|l| [bend(l, 0.0), quarter(25.0)]).collect();
     plan.road.closed = true;
     // Rounds begin in the middle of a street.
     plan.ego_route = Route::Along { start_m: 30.0, offsets_m: vec![(0.0, -1.75)] };

@@ -27,7 +27,9 @@ fn to_other_stretch(road: &Road, s: f64, side: f64, most: f64) -> f64 {
     const STEP_M: f64 = 1.0;
     let own = |d: f64| road.locate(&road.point(s, side * d).xy()).1.abs() > d - 0.02;
     let steps = (most / STEP_M).ceil() as usize;
-    let Some(beyond) = (1..=steps).map(|i| (i as f64 * STEP_M).min(most)).find(|d| !own(*d)) else { return most };
+    let Some(beyond) = (1..=steps).map(|i| (i as f64 * STEP_M).min(most)).find(|d| !own(*d)) else {
+        return most;
+    };
     let (mut inside, mut outside) = ((beyond - STEP_M).max(0.0), beyond);
     for _ in 0..10 {
         let middle = 0.5 * (inside + outside);

@@ -95,7 +95,16 @@ impl Street {
         };
         let detector = DetectorOptions::default();
         let name = "training".to_owned();
-        let drive = Drive { name, seed, render, detector, road, site_from_camera: poses, vehicles, staging: Staging::default() };
+        let drive = Drive {
+            name,
+            seed,
+            render,
+            detector,
+            road,
+            site_from_camera: poses,
+            vehicles,
+            staging: Staging::default(),
+        };
         Self { drive, views, labels, posts }
     }
 }

@@ -6,8 +6,8 @@ use motorcade_odometry::EgoTrajectory;
 use motorcade_vehicles::{VehicleTrajectory, track_vehicles};
 
 use super::camera_height::HeightByVehicles;
-use super::loops;
 use super::distances::{self, DistanceFit};
+use super::loops;
 use super::unit::{self, Unit};
 use super::vehicles::{VehicleInput, estimate_vehicles, ground_frames, times_s};
 use crate::assembly::Estimated;

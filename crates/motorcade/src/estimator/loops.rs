@@ -2,7 +2,7 @@
 
 use motorcade_multibody::{LoopEdge, close_loops};
 use motorcade_odometry::EgoTrajectory;
-use motorcade_places::{FramePlacement, PlaceMatch, PlacedKeyframe, find_places, place_keyframes};
+use motorcade_places::{FramePlacement, PlaceMap, PlaceMatch, PlacedKeyframe, find_places, place_keyframes};
 
 use crate::closed_loop::{ClosedLoop, Loops};
 use crate::record::FrontEndRecord;
@@ -16,9 +16,11 @@ pub(super) fn close(record: &FrontEndRecord, ego: &mut EgoTrajectory, settings: 
         return loops;
     }
     let way_m = ways_m(ego);
-    let placement =
-        |frame: usize| FramePlacement { world_from_camera: ego.frames[frame].world_from_camera, way_m: way_m[frame] };
-    let placed = place_keyframes(&settings.camera, &record.places, placement, &config.places);
+    let placement = |frame: usize| FramePlacement {
+        world_from_camera: ego.frames[frame].world_from_camera,
+        way_m: way_m[frame],
+    };
+    let mut placed = place_keyframes(&settings.camera, &record.places, placement, &config.places);
     let breaks = unmeasured_before(ego);
     let may_join = |found: &PlaceMatch| within_drift(found, &placed, &breaks, settings);
     let (found, report) = find_places(&settings.camera, &placed, may_join, &config.places);
@@ -41,7 +43,33 @@ pub(super) fn close(record: &FrontEndRecord, ego: &mut EgoTrajectory, settings: 
         }
         Err(error) => loops.problem = Some(error.to_string()),
     }
+    correct(&mut placed, ego);
+    join(&mut placed, &loops);
+    loops.map = Some(PlaceMap { camera: settings.camera, height_m: settings.height_m, keyframes: placed });
     loops
+}
+
+/// Puts the keyframes where the corrected trajectory has them.
+fn correct(placed: &mut [PlacedKeyframe], ego: &EgoTrajectory) {
+    let way_m = ways_m(ego);
+    for keyframe in placed {
+        keyframe.world_from_camera = ego.frames[keyframe.frame].world_from_camera;
+        keyframe.way_m = way_m[keyframe.frame];
+    }
+}
+
+/// Maps that a loop joined are one.
+fn join(placed: &mut [PlacedKeyframe], loops: &Loops) {
+    for l in loops.closed() {
+        let segment_of = |placed: &[PlacedKeyframe], frame: usize| {
+            placed.iter().find(|k| k.frame == frame).map(|k| k.segment)
+        };
+        if let (Some(earlier), Some(later)) =
+            (segment_of(placed, l.edge.earlier), segment_of(placed, l.edge.later))
+        {
+            placed.iter_mut().filter(|k| k.segment == later).for_each(|k| k.segment = earlier);
+        }
+    }
 }
 
 fn edge(found: &PlaceMatch, placed: &[PlacedKeyframe]) -> LoopEdge {
@@ -76,7 +104,12 @@ fn unmeasured_before(ego: &EgoTrajectory) -> Vec<usize> {
 }
 
 /// False where odometry excludes that the two frames see the same place. Across a break it does not know.
-fn within_drift(found: &PlaceMatch, placed: &[PlacedKeyframe], unmeasured: &[usize], settings: &Settings) -> bool {
+fn within_drift(
+    found: &PlaceMatch,
+    placed: &[PlacedKeyframe],
+    unmeasured: &[usize],
+    settings: &Settings,
+) -> bool {
     let (later, earlier) = (&placed[found.query], &placed[found.candidate]);
     if later.segment != earlier.segment || unmeasured[later.frame] != unmeasured[earlier.frame] {
         return true;
