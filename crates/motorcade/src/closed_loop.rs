@@ -33,6 +33,8 @@ pub struct Loops {
     pub verified: usize,
     /// Loops in order of their later frames.
     pub all: Vec<ClosedLoop>,
+    /// Factor on the covariance of the odometry that the loops showed.
+    pub odometry_factor: f64,
     /// Farthest that a camera was moved by the correction \[m\].
     pub most_moved_m: f64,
     /// The places of the drive, in its corrected world; `None` of drives whose places are not kept.

@@ -2,6 +2,7 @@
 
 mod close;
 mod edge;
+mod loosen;
 mod options;
 mod report;
 mod segments;

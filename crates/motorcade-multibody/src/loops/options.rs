@@ -33,6 +33,9 @@ pub struct LoopOptions {
     pub least_sigma_m: f64,
     /// Factor on the covariance of a step across a break, which no odometry measured: the car may have turned.
     pub break_inflation: f64,
+    /// Largest factor on the covariance of the odometry, which grows until nine tenths of the edges agree with the corrected trajectory: a bias of
+    /// heading adds up to more than independent errors of steps. Larger closes loops after more drift.
+    pub most_odometry_factor: f64,
     /// Longest correlation of errors of scale \[frames\].
     pub most_correlated_frames: f64,
 }
@@ -52,6 +55,7 @@ impl Default for LoopOptions {
             least_sigma_rad: 0.002,
             least_sigma_m: 0.03,
             break_inflation: 25.0,
+            most_odometry_factor: 1e4,
             most_correlated_frames: 200.0,
         }
     }
@@ -79,6 +83,7 @@ impl LoopOptions {
         for (name, value) in [
             ("correlation", self.correlation),
             ("break_inflation", self.break_inflation),
+            ("most_odometry_factor", self.most_odometry_factor),
             ("most_correlated_frames", self.most_correlated_frames),
         ] {
             if !(value.is_finite() && value >= 1.0) {

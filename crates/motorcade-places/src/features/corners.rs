@@ -37,38 +37,46 @@ pub(super) struct Corner {
 /// All corners at least `border_px` from the edge, row by row; of neighbours the strongest alone. `threshold` in grey levels.
 pub(super) fn corners(image: &GrayImage, threshold: u8, border_px: i32) -> Vec<Corner> {
     let (width, height) = (image.width() as i32, image.height() as i32);
-    let border = border_px.max(4);
+    let border = border_px.max(5);
     let pixels = image.as_raw();
     let offsets = CIRCLE.map(|(x, y)| (y * width + x) as isize);
     let mut found = Vec::new();
     for y in border..height - border {
         for x in border..width - border {
             let at = (y * width + x) as usize;
-            if is_corner(pixels, at, &offsets, i16::from(threshold)) {
-                found.push(Corner { x, y, strength: harris(pixels, at, width as usize) });
+            if let Some(contrast) = contrast(pixels, at, &offsets, i16::from(threshold)) {
+                found.push(Corner { x, y, strength: contrast });
             }
         }
     }
-    strongest_of_neighbours(&found, height as usize)
+    // Harris' measure costs more than all else: of neighbours the one with most contrast is measured.
+    let mut chosen = strongest_of_neighbours(&found, height as usize);
+    for corner in &mut chosen {
+        corner.strength = harris(pixels, (corner.y * width + corner.x) as usize, width as usize);
+    }
+    chosen
 }
 
+/// Sum of the differences between a corner and the circle \[grey levels\]; `None` where there is no corner.
 #[inline]
-fn is_corner(pixels: &[u8], at: usize, offsets: &[isize; 16], threshold: i16) -> bool {
+fn contrast(pixels: &[u8], at: usize, offsets: &[isize; 16], threshold: i16) -> Option<f32> {
     let centre = i16::from(pixels[at]);
     let value = |k: usize| i16::from(pixels[at.wrapping_add_signed(offsets[k])]);
     let (high, low) = (centre + threshold, centre - threshold);
     // An arc of nine holds one of two opposite points, whichever two.
     let differs = |v: i16| v > high || v < low;
     if !(differs(value(0)) || differs(value(8))) || !(differs(value(4)) || differs(value(12))) {
-        return false;
+        return None;
     }
+    let mut sum = 0;
     let (mut bright, mut dark) = (0_u32, 0_u32);
     for k in 0..16 {
         let v = value(k);
         bright |= u32::from(v > high) << k;
         dark |= u32::from(v < low) << k;
+        sum += (v - centre).abs();
     }
-    has_arc(bright) || has_arc(dark)
+    (has_arc(bright) || has_arc(dark)).then(|| f32::from(sum))
 }
 
 /// True when `ARC` bits in a row are set, counting round the circle of 16.
@@ -84,12 +92,16 @@ fn has_arc(bits: u32) -> bool {
 /// det M − k tr² M of the gradients in 7×7 pixels.
 fn harris(pixels: &[u8], at: usize, width: usize) -> f32 {
     let (mut xx, mut xy, mut yy) = (0_i32, 0_i32, 0_i32);
-    let value = |i: usize| i32::from(pixels.get(i).copied().unwrap_or(0));
     for row in 0..7 {
         let line = at + row * width - 3 * width - 3;
-        for i in line..line + 7 {
-            let dx = value(i + 1) - value(i - 1);
-            let dy = value(i + width) - value(i - width);
+        let (here, above, below) = (
+            &pixels[line - 1..line + 8],
+            &pixels[line - width..line - width + 7],
+            &pixels[line + width..line + width + 7],
+        );
+        for i in 0..7 {
+            let dx = i32::from(here[i + 2]) - i32::from(here[i]);
+            let dy = i32::from(below[i]) - i32::from(above[i]);
             xx += dx * dx;
             xy += dx * dy;
             yy += dy * dy;

@@ -29,6 +29,7 @@ pub(super) fn close(record: &FrontEndRecord, ego: &mut EgoTrajectory, settings: 
     match close_loops(ego, &edges, &config.loops, &config.graph, settings.threads) {
         Ok(corrected) => {
             loops.most_moved_m = corrected.most_moved_m;
+            loops.odometry_factor = corrected.odometry_factor;
             let closed = found.iter().zip(edges).zip(corrected.weights.iter().zip(&corrected.closed));
             loops.all = closed
                 .map(|((found, edge), (weight, closed))| ClosedLoop {

@@ -49,6 +49,7 @@ pub(super) fn record(result: &RunResult, context: &RunContext, files: &[ListedFi
             "place_keyframes": loops.keyframes,
             "candidates": loops.candidates,
             "verified": loops.verified,
+            "odometry_factor": loops.odometry_factor,
             "most_moved_m": loops.most_moved_m,
         });
     }
