@@ -215,14 +215,7 @@ impl LoadedDrive {
             }
         };
         let input = self.drive.summary();
-        RunContext {
-            config,
-            camera_from_cam0,
-            input,
-            perception,
-            command: command_line(),
-            fingerprint: Some(fingerprint),
-        }
+        RunContext { config, camera_from_cam0, input, perception, command: command_line(), fingerprint: Some(fingerprint) }
     }
 }
 

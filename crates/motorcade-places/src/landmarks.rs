@@ -83,7 +83,9 @@ fn epipolar_matches(
                 second = distance;
             }
         }
-        let (other, ray) = at.filter(|_| first <= options.most_distance && 10 * first <= 8 * second)?;
+        let (other, ray) = at.filter(|_| {
+            first <= options.most_distance && f64::from(first) <= options.ratio * f64::from(second)
+        })?;
         Some(View { ray: *ray, neighbour_from_camera: pose, scale: scale(other) })
     };
     features.iter().map(best).collect()

@@ -31,6 +31,8 @@ pub struct LandmarkOptions {
     /// Largest Hamming distance of two views of a feature (of 256 bits): views of the same corner from neighbouring keyframes differ by 10
     /// to 40, others by 128 ± 8.
     pub most_distance: u32,
+    /// The best view near the epipolar line must be this much nearer than the second best.
+    pub ratio: f64,
     /// Largest distance from the epipolar line, and of the reprojected point \[px of the feature's level\].
     pub most_error_px: f64,
     /// Standard deviation of a feature's pixel \[px of its level\]: FAST corners are found to whole pixels.
@@ -41,7 +43,14 @@ pub struct LandmarkOptions {
 
 impl Default for LandmarkOptions {
     fn default() -> Self {
-        Self { neighbours: 2, most_distance: 50, most_error_px: 2.0, sigma_px: 0.7, most_depth_sigma: 0.15 }
+        Self {
+            neighbours: 2,
+            most_distance: 50,
+            ratio: 0.8,
+            most_error_px: 2.0,
+            sigma_px: 0.7,
+            most_depth_sigma: 0.15,
+        }
     }
 }
 
@@ -135,6 +144,9 @@ pub struct SequenceOptions {
     pub least_support: usize,
     /// Way driven within which matches support each other \[m\].
     pub reach_m: f64,
+    /// Way over which matches between two maps must agree, one after another \[m\]: odometry does not tell the maps apart. 28 m of houses that
+    /// stand twice on both sides look the same in five of eight keyframes. Larger joins fewer maps.
+    pub least_join_m: f64,
     /// Disagreement of positions that is none \[m\].
     pub most_shift_m: f64,
     /// More of it for each metre driven between the two matches on both visits.
@@ -148,6 +160,7 @@ impl Default for SequenceOptions {
         Self {
             least_support: 2,
             reach_m: 25.0,
+            least_join_m: 40.0,
             most_shift_m: 0.5,
             most_shift_share: 0.03,
             most_turn_rad: 0.03,
@@ -214,12 +227,14 @@ impl PlaceOptions {
             ("verification.most_shift_depths", verification.most_shift_depths),
             ("verification.most_turn_rad", verification.most_turn_rad),
             ("sequence.reach_m", sequence.reach_m),
+            ("sequence.least_join_m", sequence.least_join_m),
             ("sequence.most_shift_m", sequence.most_shift_m),
             ("sequence.most_turn_rad", sequence.most_turn_rad),
         ] {
             positive(name, value)?;
         }
         for (name, value) in [
+            ("landmarks.ratio", landmarks.ratio),
             ("verification.ratio", verification.ratio),
             ("verification.least_share", verification.least_share),
             ("verification.least_spread", verification.least_spread),

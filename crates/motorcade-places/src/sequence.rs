@@ -18,7 +18,28 @@ pub(crate) fn supported(
         near.filter(|o| o.query != m.query && agree(keyframes, m, o, options)).count()
     };
     let enough: Vec<bool> = matches.iter().map(|m| support(m) >= options.least_support).collect();
-    matches.into_iter().zip(enough).filter(|(_, enough)| *enough).map(|(m, _)| m).collect()
+    let kept: Vec<PlaceMatch> =
+        matches.into_iter().zip(enough).filter(|(_, enough)| *enough).map(|(m, _)| m).collect();
+    let long = long_enough(keyframes, &kept, options);
+    kept.into_iter().zip(long).filter(|(_, long)| *long).map(|(m, _)| m).collect()
+}
+
+/// False for matches between two maps that agree over a short way only: no odometry tells the maps apart, and some houses stand twice.
+fn long_enough(keyframes: &[PlacedKeyframe], matches: &[PlaceMatch], options: &SequenceOptions) -> Vec<bool> {
+    let between = |m: &PlaceMatch| keyframes[m.query].segment != keyframes[m.candidate].segment;
+    let way_m = |k: usize| keyframes[matches[k].query].way_m;
+    let mut out = vec![true; matches.len()];
+    let over: Vec<usize> = (0..matches.len()).filter(|k| between(&matches[*k])).collect();
+    let goes_on = |a: &usize, b: &usize| {
+        way_m(*b) - way_m(*a) <= options.reach_m && agree(keyframes, &matches[*a], &matches[*b], options)
+    };
+    for run in over.chunk_by(goes_on) {
+        let [first, last] = [run.first(), run.last()].map(|k| k.map_or(0.0, |k| way_m(*k)));
+        if last - first < options.least_join_m {
+            run.iter().for_each(|k| out[*k] = false);
+        }
+    }
+    out
 }
 
 fn agree(keyframes: &[PlacedKeyframe], a: &PlaceMatch, b: &PlaceMatch, options: &SequenceOptions) -> bool {
@@ -84,6 +105,16 @@ mod tests {
         let kept = supported(&keyframes(), matches, &SequenceOptions::default());
         // The third is 10 m off, the last one alone within its reach but for one.
         assert_eq!(kept.iter().map(|m| m.query).collect::<Vec<_>>(), [22, 23, 25]);
+    }
+
+    #[test]
+    fn maps_are_joined_over_a_long_way_only() {
+        let mut frames = keyframes();
+        frames[20..].iter_mut().for_each(|k| k.segment = 1);
+        let some = |count: usize| (22..22 + count).map(|q| found(q, q - 20, 0.0)).collect::<Vec<_>>();
+        let options = SequenceOptions { least_join_m: 20.0, ..SequenceOptions::default() };
+        assert!(supported(&frames, some(10), &options).is_empty());
+        assert_eq!(supported(&frames, some(12), &options).len(), 12);
     }
 
     #[test]

@@ -61,15 +61,7 @@ impl MotorcadeArguments {
             None => builder.height_by_vehicles(),
         };
         let slam = builder.threads(thread_count(self.threads)).build()?;
-        Ok(Running {
-            slam,
-            camera,
-            config,
-            perception: words,
-            frames: Vec::new(),
-            colour: false,
-            hash: Fnv::default(),
-        })
+        Ok(Running { slam, camera, config, perception: words, frames: Vec::new(), colour: false, hash: Fnv::default() })
     }
 }
 

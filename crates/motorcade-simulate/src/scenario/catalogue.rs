@@ -2,7 +2,7 @@
 
 use motorcade_perception::VehicleClass::{Bus, Car, Truck, Van};
 
-use super::parts::{along, bend, coming, driver, leading, standing, street};
+use super::parts::{bend, coming, driver, leading, standing, street};
 use super::seen_again::{block, figure_eight, same_street_opposite, tunnel, twin_houses};
 use crate::motion::{Grade, SpeedPlan};
 use crate::options::DetectorOptions;

@@ -21,8 +21,7 @@ pub(super) fn close(record: &FrontEndRecord, ego: &mut EgoTrajectory, settings: 
         way_m: way_m[frame],
     };
     let mut placed = place_keyframes(&settings.camera, &record.places, placement, &config.places);
-    let breaks = unmeasured_before(ego);
-    let may_join = |found: &PlaceMatch| within_drift(found, &placed, &breaks, settings);
+    let may_join = |found: &PlaceMatch| within_drift(found, &placed, settings);
     let (found, report) = find_places(&settings.camera, &placed, may_join, &config.places);
     (loops.candidates, loops.verified) = (report.candidates, report.verified);
     let edges: Vec<LoopEdge> = found.iter().map(|m| edge(m, &placed)).collect();
@@ -94,25 +93,10 @@ fn ways_m(ego: &EgoTrajectory) -> Vec<f64> {
     ego.frames.iter().map(next).collect()
 }
 
-/// For each frame the number of steps to it from the first frame that nothing measured.
-fn unmeasured_before(ego: &EgoTrajectory) -> Vec<usize> {
-    let mut count = 0;
-    let next = |frame: &motorcade_odometry::EgoFrame| {
-        count += usize::from(!frame.step_measured);
-        count
-    };
-    ego.frames.iter().map(next).collect()
-}
-
-/// False where odometry excludes that the two frames see the same place. Across a break it does not know.
-fn within_drift(
-    found: &PlaceMatch,
-    placed: &[PlacedKeyframe],
-    unmeasured: &[usize],
-    settings: &Settings,
-) -> bool {
+/// False where odometry excludes that the two frames see the same place. Between maps it does not know.
+fn within_drift(found: &PlaceMatch, placed: &[PlacedKeyframe], settings: &Settings) -> bool {
     let (later, earlier) = (&placed[found.query], &placed[found.candidate]);
-    if later.segment != earlier.segment || unmeasured[later.frame] != unmeasured[earlier.frame] {
+    if later.segment != earlier.segment {
         return true;
     }
     let expected = later.world_from_camera.inverse() * earlier.world_from_camera;
