@@ -54,31 +54,40 @@ mod tests {
     use super::*;
     use crate::pose::{Camera, World};
     use nalgebra::{UnitQuaternion, Vector6};
-    use proptest::prelude::*;
+    use rand::{Rng, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
 
-    proptest! {
-        #[test]
-        fn one_of_the_answers_is_the_pose(
-            tangent in proptest::array::uniform6(-0.6..0.6_f64),
-            points in proptest::array::uniform3((-6.0..6.0_f64, -3.0..3.0_f64, 4.0..30.0_f64)),
-        ) {
-            let truth = Pose::<Camera, World>::exp(&Vector6::from(tangent));
-            let points = points.map(|(x, y, z)| Point3::new(x, y, z));
+    #[test]
+    fn one_of_the_answers_is_the_pose() {
+        let mut rng = ChaCha8Rng::seed_from_u64(7);
+        let (mut all, mut found) = (0, 0);
+        for _ in 0..500 {
+            let truth = Pose::<Camera, World>::exp(&Vector6::from_fn(|_, _| rng.random_range(-0.6..0.6)));
+            let points: [Point3<f64>; 3] = std::array::from_fn(|_| {
+                Point3::new(
+                    rng.random_range(-6.0..6.0),
+                    rng.random_range(-3.0..3.0),
+                    rng.random_range(4.0..30.0),
+                )
+            });
             let (u, v) = (points[1] - points[0], points[2] - points[0]);
-            prop_assume!(u.cross(&v).norm() > 0.1 * u.norm() * v.norm() && u.norm() > 0.5 && v.norm() > 0.5);
+            if u.cross(&v).norm() < 0.1 * u.norm() * v.norm() {
+                continue;
+            }
+            all += 1;
             let rays = points.map(|p| truth.transform_point(&p).coords);
-            let found = p3p::<Camera, World>(&points, &rays);
-            prop_assert!(found.len() <= 4);
-            let error = |p: &Pose<Camera, World>| (p.inverse() * truth).log().norm();
-            // Two roots that almost coincide change no sign: none is found there, which no sample needs.
-            let near = found.iter().map(error).fold(f64::INFINITY, f64::min);
-            let consistent = found.iter().all(|pose| points.iter().zip(&rays).all(|(p, ray)| {
-                let seen = pose.transform_point(p).coords;
-                seen.dot(ray) > 0.0 && seen.normalize().cross(&ray.normalize()).norm() < 1e-4
-            }));
-            prop_assert!(consistent);
-            prop_assert!(near < 1e-3 || found.len() % 2 == 0, "{near} of {}", found.len());
+            let answers = p3p::<Camera, World>(&points, &rays);
+            assert!(answers.len() <= 4);
+            for pose in &answers {
+                for (point, ray) in points.iter().zip(&rays) {
+                    let seen = pose.transform_point(point).coords;
+                    assert!(seen.dot(ray) > 0.0 && seen.normalize().cross(&ray.normalize()).norm() < 1e-4);
+                }
+            }
+            found += usize::from(answers.iter().any(|p| (p.inverse() * truth).log().norm() < 1e-3));
         }
+        // Two roots that almost coincide change no sign and are not found, which no sample of many needs.
+        assert!(all > 400 && 100 * found >= 98 * all, "{found} of {all}");
     }
 
     #[test]

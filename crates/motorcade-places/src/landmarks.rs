@@ -167,8 +167,11 @@ mod tests {
     const CAMERA: PinholeCamera =
         PinholeCamera { fx: 720.0, fy: 720.0, cx: 620.0, cy: 180.0, width: 1242, height: 375 };
 
+    /// A keyframe's pose and its features.
+    type Seen = (Pose<Camera, Camera>, Vec<Feature>);
+
     /// Points seen from keyframes 2 m apart; each has a random descriptor.
-    fn views(count: usize) -> (Vec<Point3<f64>>, Vec<(Pose<Camera, Camera>, Vec<Feature>)>) {
+    fn views(count: usize) -> (Vec<Point3<f64>>, Vec<Seen>) {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(9);
         let points: Vec<Point3<f64>> = (0..count)
             .map(|_| {
