@@ -7,6 +7,7 @@ mod evaluate;
 mod export;
 mod graph;
 mod kernel;
+mod map;
 mod shape;
 mod simulate;
 mod tables;
@@ -23,6 +24,7 @@ pub use self::evaluate::EvaluateArguments;
 pub use self::export::ExportArguments;
 pub use self::graph::{CompareArguments, GraphCommand, InfoArguments, OptimiseArguments};
 pub use self::kernel::KernelChoice;
+pub use self::map::MapCommand;
 pub use self::shape::ShapeCommand;
 pub use self::simulate::{DemoArguments, SimulateArguments, Training};
 pub use self::tables::TablesArguments;
@@ -63,6 +65,9 @@ pub enum Command {
     Draw(DrawArguments),
     /// A run on the map (GeoJSON, GPX, KML, KITTI's oxts) and as a scenario for simulators (OpenSCENARIO).
     Export(ExportArguments),
+    /// Places of a drive that were kept by `run --save-map`.
+    #[command(subcommand)]
+    Map(MapCommand),
     /// Frames and vehicles of many runs as one dataset of Parquet files, for pandas, polars and DuckDB.
     Tables(TablesArguments),
     /// Errors of a run against the ground truth of a KITTI tracking sequence.
@@ -216,6 +221,9 @@ pub struct RunArguments {
     /// Messages of that recording: Foxglove's for Foxglove and rerun, or those of ROS 2.
     #[arg(long, value_enum, default_value_t, requires = "mcap")]
     pub mcap_schemas: McapSchemas,
+    /// Also write the places of the drive, with landmarks and descriptors, into a file: `motorcade map` reads it.
+    #[arg(long, value_name = "FILE.map", conflicts_with = "online")]
+    pub save_map: Option<PathBuf>,
     /// Also write frames.parquet and tracks.parquet: the tables with types, units and the camera's pose.
     #[arg(long)]
     pub parquet: bool,

@@ -25,8 +25,8 @@ impl OutFile {
         path.map(Self::create).transpose()
     }
 
-    /// Writes the text and puts the file in its place.
-    pub fn write(self, text: &str) -> Result<(), motorcade::Error> {
+    /// Writes the content and puts the file in its place.
+    pub fn write(self, text: impl AsRef<[u8]>) -> Result<(), motorcade::Error> {
         self.file.write(text).map_err(|e| io_error(&self.path, &e))
     }
 }

@@ -17,6 +17,7 @@ mod frameless;
 mod graph;
 mod inspect;
 mod live;
+mod map;
 mod models;
 mod probe;
 mod progress;
@@ -52,6 +53,7 @@ fn main() -> ExitCode {
         Command::Simulate(arguments) => simulate::simulate(&arguments),
         Command::Draw(arguments) => draw::draw(&arguments),
         Command::Export(arguments) => export::export(&arguments),
+        Command::Map(command) => map::map(&command),
         Command::Tables(arguments) => tables::tables(&arguments),
         Command::Evaluate(arguments) => evaluate::evaluate(&arguments),
         Command::Shape(command) => shape::shape(&command),

@@ -12,6 +12,7 @@ use crate::arguments::{ConfigArguments, PresetName, RunArguments};
 use crate::draw::{self, Frames, Place, Results, Target};
 use crate::drive::Drive;
 use crate::exit;
+use crate::files::OutFile;
 use crate::fingerprint::{already_done, fingerprint};
 use crate::live::LiveView;
 use crate::progress::Reporter;
@@ -27,6 +28,7 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     }
     let directory = OutputDirectory::open(&arguments.out, RUN_RECORD, arguments.force)?;
     let places = places(arguments, &drive)?;
+    let map_file = OutFile::create_optional(arguments.save_map.as_deref())?;
     let mut drive = drive.load(arguments)?;
     let reporter = Reporter::new(arguments.progress);
     let mut slam = drive.slam(&config)?;
@@ -51,6 +53,7 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     extras.extend(drive.kept());
     // An error is reported once the results are safe.
     let tables = tables(arguments, &result).map(|tables| extras.extend(tables));
+    let map = map_file.map_or(Ok(()), |file| crate::map::save(file, &result));
     let (directory, out) = (&directory, arguments.out.as_path());
     let results = Results { directory, out, result: &result, context: &context, extras: &extras };
     let drawn = draw::write(&results, places, frames(arguments, drive.sequence(), &reporter))?;
@@ -61,6 +64,7 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     // After the results are safe: a frame that stdout did not take is an error of an online run.
     reporter.printed()?;
     tables?;
+    map?;
     Ok(code(&result, &config))
 }
 

@@ -26,6 +26,9 @@ fn every_command_shows_examples() {
         "graph optimise",
         "graph info",
         "graph compare",
+        "map",
+        "map info",
+        "map export",
         "completions",
     ];
     for command in commands {

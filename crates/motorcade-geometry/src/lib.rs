@@ -15,6 +15,7 @@
 //! assert_eq!(world_from_vehicle.translation().norm(), 0.0);
 //! ```
 
+mod absolute_pose;
 pub mod alignment;
 mod bounding_box;
 mod camera;
@@ -24,6 +25,7 @@ pub mod five_point;
 pub mod lie;
 mod mahalanobis;
 pub mod numeric;
+mod p3p;
 mod polynomial;
 mod pose;
 mod relative_pose;
@@ -31,11 +33,13 @@ pub mod robust;
 pub mod rts;
 mod triangulation;
 
+pub use absolute_pose::{AbsolutePose, AbsolutePoseOptions, Sighting, absolute_pose, projection_jacobian};
 pub use bounding_box::BoundingBox;
 pub use camera::{InvalidCamera, PinholeCamera};
 pub use distorted_camera::DistortedCamera;
 pub use distortion::{Distortion, Fisheye, RadialTangential, Rational};
 pub use mahalanobis::mahalanobis_squared;
+pub use p3p::p3p;
 pub use pose::{Camera, Frame, Pose, Vehicle, World};
 pub use relative_pose::{RelativePose, RelativePoseOptions, relative_pose};
 pub use triangulation::{triangulate_midpoint, triangulate_rays};

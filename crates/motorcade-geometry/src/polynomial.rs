@@ -25,7 +25,7 @@ pub(crate) fn first_positive_root(coefficients: &[f64], upper: f64) -> Option<f6
 }
 
 /// All of them, in order: between two neighbouring extrema there is at most one.
-fn sign_changes(coefficients: &[f64], upper: f64) -> Vec<f64> {
+pub(crate) fn sign_changes(coefficients: &[f64], upper: f64) -> Vec<f64> {
     if coefficients.len() < 2 {
         return Vec::new();
     }

@@ -11,6 +11,7 @@ use nalgebra::Isometry3;
 use crate::classes::{ClassGroups, EdgeClass};
 use crate::edges::{self, EdgeContext, TrackNodes};
 use crate::estimates::Solution;
+use crate::loops::{LoopEdge, LoopOptions};
 use crate::nodes::{Node, PoseNodes, VehicleNodes};
 use crate::options::{CameraCoupling, GraphOptions};
 use crate::start;
@@ -50,6 +51,8 @@ pub struct MultibodyGraph {
     /// Edges from which covariances are re-estimated.
     counted: Vec<(FactorId, EdgeClass)>,
     variance_factors: Vec<VarianceFactor>,
+    /// Edges between visits of the same places.
+    loops: (Vec<LoopEdge>, LoopOptions),
 }
 
 impl MultibodyGraph {
@@ -96,7 +99,15 @@ impl MultibodyGraph {
             groups,
             counted: Vec::new(),
             variance_factors: Vec::new(),
+            loops: (Vec::new(), LoopOptions::default()),
         })
+    }
+
+    /// Edges between visits of the same places, to stand in the graph of a drive with all others.
+    #[must_use]
+    pub fn with_loops(mut self, edges: Vec<LoopEdge>, options: &LoopOptions) -> Self {
+        self.loops = (edges, *options);
+        self
     }
 
     /// True when no vehicle changes a camera pose.
@@ -214,6 +225,13 @@ impl MultibodyGraph {
         self.counted.clear();
         for edge in edges::of_cameras(context)? {
             self.window.graph_mut().add_boxed(edge.factor)?;
+        }
+        let (loops, options) = &self.loops;
+        for edge in loops {
+            let node = |frame: usize| context.cameras.get(frame).copied();
+            if let (Some(later), Some(earlier)) = (node(edge.later), node(edge.earlier)) {
+                self.window.graph_mut().add_factor(edge.factor(later, earlier, options)?)?;
+            }
         }
         let mut all = Vec::with_capacity(vehicles.len());
         for vehicle in vehicles {

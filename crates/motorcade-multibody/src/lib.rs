@@ -4,10 +4,13 @@
 //! | edge | default | paper |
 //! |---|---|---|
 //! | camera–camera | odometry with its covariance | odometry, λ = constant |
+//! | camera–camera | loops: relative poses of two visits of a place, with their covariance | – |
 //! | camera–vehicle | each frame's box and keypoints, covariances with the scale of the size held, Cauchy | the pose of all sources together, λ high up to 45 m, low beyond |
 //! | scale of the size | one variable a vehicle, shared by its camera–vehicle edges, with its prior | – |
 //! | scale of distances | the same for poses of an external source, which assumed a size of its own | – |
 //! | vehicle–vehicle | steady motion and no side slip | difference of road-plane positions, λ high beyond 45 m |
+//!
+//! Places seen again correct the camera's trajectory before vehicles are estimated on it ([`close_loops`]); their edges stand in the graph too.
 //!
 //! By default a static vehicle is one node, a landmark seen from many cameras. Landmarks correct the camera where odometry broke
 //! off; steps that odometry measured are held ([`CameraCoupling`]).
@@ -42,6 +45,7 @@ mod edges;
 mod estimates;
 mod export;
 mod graph;
+mod loops;
 mod motion_factors;
 mod nodes;
 mod options;
@@ -56,6 +60,7 @@ mod variance;
 pub use advanced::AdvancedGraphOptions;
 pub use classes::EdgeClass;
 pub use graph::{MultibodyGraph, WindowFrames};
+pub use loops::{LoopEdge, LoopOptions, LoopReport, close_loops};
 pub use motion_factors::{NoSideSlip, SteadyMotion};
 pub use nodes::Node;
 pub use options::{CameraCoupling, GraphKernel, GraphOptions};

@@ -5,6 +5,7 @@ use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle, World};
 use crate::motion::Road;
 use crate::options::DetectorOptions;
 use crate::options::RenderOptions;
+use crate::plan::Staging;
 use crate::site::Site;
 use crate::vehicle::SimulatedVehicle;
 
@@ -25,6 +26,8 @@ pub struct Drive {
     pub site_from_camera: Vec<Pose<Site, Camera>>,
     /// All vehicles but the camera's own.
     pub vehicles: Vec<SimulatedVehicle>,
+    /// Houses that look alike, and darkness.
+    pub staging: Staging,
 }
 
 impl Drive {
@@ -39,6 +42,11 @@ impl Drive {
     /// The camera.
     pub fn camera(&self) -> PinholeCamera {
         self.render.camera
+    }
+    /// True where no light reaches the camera.
+    pub fn is_dark(&self, frame: usize) -> bool {
+        let time_s = frame as f64 / self.render.fps;
+        self.staging.dark_s.iter().any(|(from, to)| (*from..*to).contains(&time_s))
     }
     /// `world_from_camera` at each frame; the world is the first camera.
     pub fn world_from_camera(&self) -> Vec<Pose<World, Camera>> {

@@ -54,7 +54,7 @@ pub use measure::{
 pub use motion::{Bend, Grade, Road, RoadPlan, RoadPoint, SpeedPlan};
 pub use options::{DetectorOptions, Look, RenderOptions, SensorOptions};
 pub use output::{DRIVE_RECORD, WriteOptions, Written};
-pub use plan::{Driver, Plan, Rig, Route, Side};
+pub use plan::{Driver, Plan, Rig, Route, Side, Staging, Twins};
 pub use reenact::{ReenactOptions, labels_in_camera, reenact};
 pub use render::{Picture, Renderer, VehicleView};
 pub use scenario::{Scenario, scenarios};

@@ -37,6 +37,13 @@ pub enum Route {
         /// `s` at the start \[m\].
         start_m: f64,
     },
+    /// Along the road in its direction, round over both lanes at `turn_m`, and back in the other lane.
+    ThereAndBack {
+        /// `s` at the start \[m\].
+        start_m: f64,
+        /// `s` of the turn \[m\].
+        turn_m: f64,
+    },
     /// Over a crossing, coming from one side.
     Crossing {
         /// Index of the road's crossing.
@@ -126,4 +133,26 @@ pub struct Plan {
     pub drivers: Vec<Driver>,
     /// Probability of a parked car at each kerb position, every 7 m on both sides; 0 for none.
     pub parked_chance: f64,
+    /// Houses that look alike, and darkness.
+    pub staging: Staging,
+}
+
+/// Houses that look alike, and darkness.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Staging {
+    /// A stretch of the road whose scenery stands a second time.
+    pub twins: Option<Twins>,
+    /// Times from and to which no light reaches the camera, as in a tunnel without lamps \[s\].
+    pub dark_s: Vec<(f64, f64)>,
+}
+
+/// A stretch of the road whose houses, gardens and trees stand a second time farther on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Twins {
+    /// `s` of its beginning \[m\].
+    pub from_m: f64,
+    /// Its length \[m\], less than `away_m`.
+    pub length_m: f64,
+    /// Distance of the second one along the road \[m\].
+    pub away_m: f64,
 }

@@ -16,6 +16,7 @@ use crate::form::body_type;
 use crate::motion::Road;
 use crate::options::DetectorOptions;
 use crate::options::RenderOptions;
+use crate::plan::Staging;
 use crate::route::LANE_M;
 use crate::scenery::kerb_height_m;
 use crate::simulate::{MARGIN_M, standing};
@@ -85,6 +86,7 @@ pub fn reenact(
         road,
         site_from_camera,
         vehicles,
+        staging: Staging::default(),
     })
 }
 

@@ -17,7 +17,7 @@ const ARM_M: f64 = 90.0;
 
 /// The path of a route, and the distance of the start along it \[m\].
 pub(crate) fn path(road: &Road, route: &Route, width_m: f64) -> Result<(Path, f64)> {
-    let (from, to) = road.extent_m();
+    let (from, to) = road.driven_m();
     let (points, start_m): (Vec<Point2<f64>>, f64) = match route {
         Route::Along { start_m, offsets_m } => {
             let lead = start_m - 12.0;
@@ -26,6 +26,17 @@ pub(crate) fn path(road: &Road, route: &Route, width_m: f64) -> Result<(Path, f6
         Route::Oncoming { start_m } => {
             let lead = start_m + 12.0;
             (line(0.0, lead - from, |way| road.point(lead - way, LANE_M).xy()), 12.0)
+        }
+        Route::ThereAndBack { start_m, turn_m } => {
+            let lead = start_m - 12.0;
+            let mut points = line(lead, *turn_m, |s| road.point(s, -swung(*turn_m - s)).xy());
+            let arc = line(0.0, std::f64::consts::PI * TURN_M, |way| {
+                let (sin, cos) = (way / TURN_M).sin_cos();
+                road.point(turn_m + TURN_M * sin, -TURN_M * cos).xy()
+            });
+            points.extend(arc);
+            points.extend(line(0.0, turn_m - from, |way| road.point(turn_m - way, swung(way)).xy()));
+            (points, start_m - lead)
         }
         Route::Crossing { crossing, from, distance_m } => {
             let arm = Arm::of(road, *crossing, *from)?;
@@ -58,6 +69,17 @@ pub(crate) fn path(road: &Road, route: &Route, width_m: f64) -> Result<(Path, f6
     let path = Path::through(points)
         .ok_or_else(|| Error::Plan("a route starts beyond the end of the road".into()))?;
     Ok((path, start_m))
+}
+
+/// Radius of a turn over both lanes \[m\]: that of a car's path at four fifths of full lock.
+const TURN_M: f64 = 6.25;
+/// Way over which the car swings out before that turn, and back after it \[m\].
+const SWING_M: f64 = 24.0;
+
+/// Distance from the centre line, `ahead_m` before or after a turn over both lanes \[m\].
+fn swung(ahead_m: f64) -> f64 {
+    let t = (1.0 - ahead_m / SWING_M).clamp(0.0, 1.0);
+    LANE_M + (TURN_M - LANE_M) * t * t * (3.0 - 2.0 * t)
 }
 
 fn turn_radius(to: Side) -> f64 {

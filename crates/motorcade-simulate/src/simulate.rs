@@ -61,6 +61,7 @@ pub fn simulate(scenario: &Scenario, frames: usize, seed: u64, render: &RenderOp
         road,
         site_from_camera,
         vehicles,
+        staging: plan.staging.clone(),
     })
 }
 

@@ -120,3 +120,32 @@ fn the_crowd_is_one() {
     let count = in_sight.count();
     assert!(count >= 60, "{count} vehicles in the frame");
 }
+
+#[test]
+fn rounds_come_to_the_same_place_and_the_tunnel_is_dark() {
+    for (name, seconds, round_m, speed) in [("block", 110, 340.0, 7.0), ("figure-eight", 110, 296.0, 6.0)] {
+        let drive = driven(name, 10 * seconds, 1);
+        let at = |frame: usize| drive.site_from_camera[frame];
+        let later = (10.0 * round_m / speed) as usize;
+        for frame in (0..200).step_by(20) {
+            let near = (later.saturating_sub(60)..later + 60).map(|k| {
+                let apart = at(frame).inverse() * at(frame + k);
+                (apart.translation().norm(), apart.rotation().angle())
+            });
+            let (way, turn) = near.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+            assert!(way < 0.6 && turn < 0.05, "{name}: frame {frame}: {way} m, {turn} rad");
+        }
+    }
+    let drive = driven("tunnel", 700, 1);
+    assert!(!drive.is_dark(549) && drive.is_dark(550) && drive.is_dark(649) && !drive.is_dark(650));
+    assert!((0..700).all(|frame| !driven("block", 1, 1).is_dark(frame)));
+}
+
+#[test]
+fn the_way_back_is_the_other_lane_in_the_opposite_direction() {
+    let drive = driven("same-street-opposite", 400, 1);
+    let heading = |frame: usize| drive.site_from_camera[frame].transform_vector(&nalgebra::Vector3::z());
+    assert!(heading(10).x > 0.99 && heading(399).x < -0.99);
+    let back = drive.site_from_camera[399].translation();
+    assert!((back.y - 1.75).abs() < 0.5 && back.x < 60.0, "{back}");
+}

@@ -5,6 +5,7 @@ use motorcade_multibody::MultibodyGraph;
 use motorcade_odometry::{EgoFrame, EgoTrajectory, FrameStatus};
 use motorcade_vehicles::VehicleTrajectory;
 
+use crate::closed_loop::Loops;
 use crate::finite;
 use crate::plausibility;
 use crate::progress::Progress;
@@ -16,6 +17,7 @@ pub(crate) struct Estimated {
     pub(crate) camera: PinholeCamera,
     pub(crate) ego: EgoTrajectory,
     pub(crate) vehicles: Vec<VehicleTrajectory>,
+    pub(crate) loops: Loops,
     pub(crate) graph: Option<(MultibodyGraph, motorcade_graph::Report)>,
     /// Warnings of the estimator.
     pub(crate) warnings: Vec<String>,
@@ -26,7 +28,7 @@ pub(crate) struct Estimated {
 impl RunResult {
     /// Puts the output of the front end and of the estimator together; reports the warnings.
     pub(crate) fn new(record: FrontEndRecord, estimated: Estimated, progress: &dyn Progress) -> Self {
-        let Estimated { camera, ego, vehicles, graph, warnings, metric } = estimated;
+        let Estimated { camera, ego, vehicles, graph, loops, warnings, metric } = estimated;
         let (graph, graph_report) = graph.unzip();
         let mut result = Self {
             camera,
@@ -36,6 +38,7 @@ impl RunResult {
             vehicles,
             graph,
             graph_report,
+            loops,
             detections: record.detections,
             detects_vehicles: record.detects_vehicles,
             stopwatch: record.stopwatch,

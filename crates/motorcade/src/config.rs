@@ -1,9 +1,10 @@
 //! The configuration of a run: works with none, refuses what it does not know.
 
-use motorcade_multibody::{CameraCoupling, GraphOptions};
+use motorcade_multibody::{CameraCoupling, GraphOptions, LoopOptions};
 use motorcade_odometry::{
     AdvancedClosedFormOptions, MetricOptions, OdometryOptions, RoadOptions, ScaleAverage,
 };
+use motorcade_places::PlaceOptions;
 use motorcade_vehicles::{TrackerOptions, VehicleOptions};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
@@ -124,6 +125,10 @@ pub struct Config {
     pub vehicles: VehicleOptions,
     /// Multi-object graph.
     pub graph: GraphOptions,
+    /// Recognition of places.
+    pub places: PlaceOptions,
+    /// Loops, of drives that are estimated as a whole.
+    pub loops: LoopOptions,
     /// Online runs.
     pub online: OnlineOptions,
 }
@@ -136,6 +141,7 @@ impl Config {
             Preset::Default => base,
             Preset::Paper => Self {
                 scale: ScaleOptions { closed_form: true, smoothed: false, ..base.scale },
+                loops: LoopOptions { enabled: false, ..base.loops },
                 graph: GraphOptions { constant_weights: true, camera: CameraCoupling::Free, ..base.graph },
                 ..base
             },
@@ -215,6 +221,8 @@ impl Config {
         check(self.online.scale_s > 0.0, "online.scale_s must be more than 0")?;
         check(self.online.interval_s >= 0.0, "online.interval_s must not be negative")?;
         self.graph.validate()?;
+        self.places.validate()?;
+        self.loops.validate()?;
         self.vehicles.advanced.keypoints.fit.validate()?;
         check((0.0..=1.0).contains(&self.tracker.least_iou), "tracker.least_iou must lie between 0 and 1")
     }

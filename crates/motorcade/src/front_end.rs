@@ -7,6 +7,7 @@ use motorcade_perception::{BoundingBox, Observations};
 
 use crate::config::VehicleMask;
 use crate::motion_source::MotionSource;
+use crate::place_recorder::{Candidate, PlaceRecorder};
 use crate::record::{FrameInfo, FrontEndRecord, FrontEndView};
 use crate::scale_source::ScaleSource;
 use crate::settings::Settings;
@@ -18,6 +19,7 @@ const MASKING_SCORE: f64 = 0.3;
 pub(crate) struct FrontEnd {
     motion: MotionSource,
     scale: ScaleSource,
+    places: Option<PlaceRecorder>,
     record: FrontEndRecord,
 }
 
@@ -31,6 +33,7 @@ impl FrontEnd {
         Self {
             motion,
             scale: ScaleSource::new(settings.camera, &settings.config),
+            places: PlaceRecorder::new(&settings.config, settings.external.trajectory.is_none()),
             record: FrontEndRecord::new(settings),
         }
     }
@@ -43,7 +46,7 @@ impl FrontEnd {
         observations: Observations,
         settings: &Settings,
     ) {
-        let Self { motion, scale, record } = self;
+        let Self { motion, scale, places, record } = self;
         let run = &settings.config.run;
         let row = record.frames.len();
         let confident = observations.detections.iter().filter(|d| d.score >= MASKING_SCORE);
@@ -72,6 +75,12 @@ impl FrontEnd {
 
         let plane = scale.plane().filter(|_| boxes_may_stand);
         motion.apply_road(&RoadFeedback { measurement: measured.as_ref(), plane, vehicles: &boxes });
+        if let Some(places) = places {
+            let (trajectory, plane) = (motion.trajectory(), scale.plane());
+            let candidate =
+                Candidate { row, timestamp_ns: frame.timestamp_ns, image: &gray, trajectory, plane };
+            record.stopwatch.time("places", || places.observe(&candidate, |p| hidden.allows(p)));
+        }
         record.push(FrameInfo::of(frame), observations);
     }
 
@@ -120,6 +129,7 @@ impl FrontEnd {
         FrontEndRecord {
             motion: self.motion.finish(),
             road_measurements: self.scale.measurements().to_vec(),
+            places: self.places.map(PlaceRecorder::finish).unwrap_or_default(),
             ..self.record
         }
     }

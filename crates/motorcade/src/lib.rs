@@ -23,6 +23,7 @@
 //! ```
 
 mod assembly;
+mod closed_loop;
 mod config;
 mod config_text;
 mod distances;
@@ -39,6 +40,7 @@ mod motion_source;
 mod motorcade;
 pub mod output;
 mod path_ahead;
+mod place_recorder;
 mod plausibility;
 mod progress;
 mod record;
@@ -52,6 +54,7 @@ mod settings;
 mod speeds;
 mod timing;
 
+pub use closed_loop::{ClosedLoop, Loops};
 pub use config::{Config, Preset, RunOptions, ScaleOptions, VehicleMask};
 pub use distances::{DistanceSensor, Distances};
 pub use error::{Error, Result};
@@ -64,8 +67,9 @@ pub use motion_source::ExternalTrajectory;
 pub use motorcade::{Motorcade, MotorcadeBuilder};
 pub use motorcade_dataset::{ExternalVehiclePose, read_vehicle_poses};
 pub use motorcade_multibody as multibody;
-pub use motorcade_multibody::{CameraCoupling, GraphKernel, GraphOptions};
+pub use motorcade_multibody::{CameraCoupling, GraphKernel, GraphOptions, LoopEdge, LoopOptions};
 pub use motorcade_perception::KeypointTable;
+pub use motorcade_places::{PlaceMap, PlaceOptions};
 pub use motorcade_vehicles::{TrackerOptions, TrafficSide, VehicleOptions};
 pub use output::{RunContext, write_run, write_run_and};
 pub use progress::{NoProgress, Progress};

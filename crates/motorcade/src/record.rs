@@ -3,6 +3,7 @@
 use motorcade_dataset::Frame;
 use motorcade_odometry::{OdometryTrajectory, RoadMeasurement};
 use motorcade_perception::{Detection, Observations, VehicleKeypoints};
+use motorcade_places::PlaceKeyframe;
 
 use crate::settings::Settings;
 use crate::timing::Stopwatch;
@@ -39,6 +40,8 @@ pub struct FrontEndRecord {
     pub motion: OdometryTrajectory,
     /// Measurements of the road.
     pub road_measurements: Vec<RoadMeasurement>,
+    /// Keyframes of places; none of online runs and external trajectories.
+    pub places: Vec<PlaceKeyframe>,
     /// Times.
     pub stopwatch: Stopwatch,
     /// Messages for the user.
@@ -58,6 +61,7 @@ impl FrontEndRecord {
             detects_vehicles: settings.external.vehicles.is_some(),
             motion: OdometryTrajectory { frames: Vec::new(), keyframes: Vec::new() },
             road_measurements: Vec::new(),
+            places: Vec::new(),
             stopwatch: Stopwatch::default(),
             warnings: Vec::new(),
             interrupted: false,

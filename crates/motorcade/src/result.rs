@@ -6,6 +6,7 @@ use motorcade_odometry::{EgoFrame, EgoTrajectory, FrameStatus, RoadMeasurement};
 use motorcade_perception::Detection;
 use motorcade_vehicles::VehicleTrajectory;
 
+use crate::closed_loop::Loops;
 use crate::record::FrameInfo;
 use crate::timing::Stopwatch;
 
@@ -25,6 +26,8 @@ pub struct RunResult {
     pub graph: Option<MultibodyGraph>,
     /// Report of its solution.
     pub graph_report: Option<motorcade_graph::Report>,
+    /// Places seen again.
+    pub loops: Loops,
     /// Detections handed in by perception, frame by frame.
     pub detections: Vec<Vec<Detection>>,
     /// False when there was no source of vehicles.

@@ -64,7 +64,7 @@ pub(super) fn weighted(lambda: f64) -> Matrix6<f64> {
 }
 
 /// Inverse of a covariance; a singular one is regularised until it has one.
-pub(super) fn inverse(covariance: &Matrix6<f64>) -> Matrix6<f64> {
+pub(crate) fn inverse(covariance: &Matrix6<f64>) -> Matrix6<f64> {
     let mut regular = (covariance + covariance.transpose()) * 0.5;
     for _ in 0..8 {
         if let Some(factor) = regular.cholesky() {

@@ -20,7 +20,7 @@ pub struct Grade {
     pub rise: f64,
 }
 
-/// Plan of a road. Before and after it the road is straight and level.
+/// Plan of a road. Before and after it the road is straight and level, or it is closed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoadPlan {
     /// Distance from the centre line to the kerb \[m\].
@@ -31,6 +31,8 @@ pub struct RoadPlan {
     pub grades: Vec<Grade>,
     /// Positions `s` of crossings at right angles \[m\].
     pub crossings_m: Vec<f64>,
+    /// True where the end of the bends is their beginning: the road is driven round. It is level then.
+    pub closed: bool,
 }
 
 /// A point of the centre line.
@@ -55,6 +57,8 @@ pub struct Road {
     pub crossings_m: Vec<f64>,
     start_m: f64,
     samples: Vec<RoadPoint>,
+    /// `s` of the first and the last point that is driven \[m\], where the road is closed.
+    rounds_m: Option<(f64, f64)>,
 }
 
 /// Half width of a crossing road \[m\].
@@ -67,6 +71,9 @@ const TRANSITION_M: f64 = 14.0;
 impl Road {
     /// Builds a plan from `start_m` to `end_m`.
     pub fn build(plan: &RoadPlan, start_m: f64, end_m: f64) -> Self {
+        if plan.closed {
+            return Self::closed(plan, (start_m, end_m));
+        }
         let count = ((end_m - start_m) / STEP_M).ceil().max(2.0) as usize + 1;
         let sample = |f: &dyn Fn(f64) -> f64| -> Vec<f64> {
             (0..count).map(|i| averaged(f, start_m + i as f64 * STEP_M)).collect()
@@ -83,7 +90,54 @@ impl Road {
             position += Vector3::new(middle.cos(), middle.sin(), 0.5 * (rise + next(&rises))) * STEP_M;
             heading_rad += turn;
         }
-        Self { half_width_m: plan.half_width_m, crossings_m: plan.crossings_m.clone(), start_m, samples }
+        Self {
+            half_width_m: plan.half_width_m,
+            crossings_m: plan.crossings_m.clone(),
+            start_m,
+            samples,
+            rounds_m: None,
+        }
+    }
+
+    /// A closed road, driven from `rounds_m.0` to `rounds_m.1`. What the bends leave open is shared by all samples.
+    fn closed(plan: &RoadPlan, rounds_m: (f64, f64)) -> Self {
+        let length_m = plan.bends.iter().map(|b| b.length_m).sum::<f64>().max(2.0 * STEP_M);
+        let count = (length_m / STEP_M).round() as usize;
+        let curvature = |s: f64| {
+            stretch(plan.bends.iter().map(|b| (b.length_m, b.curvature_per_m)), s.rem_euclid(length_m))
+        };
+        let curvatures: Vec<f64> = (0..=count).map(|i| averaged(&curvature, i as f64 * STEP_M)).collect();
+        let turns = |i: usize| 0.5 * (curvatures[i] + curvatures[i + 1]) * STEP_M;
+        let turned: f64 = (0..count).map(turns).sum();
+        let whole = (turned / std::f64::consts::TAU).round() * std::f64::consts::TAU;
+        let missing = (whole - turned) / count as f64;
+        let (mut position, mut heading_rad) = (Point3::origin(), 0.0_f64);
+        let mut samples = Vec::with_capacity(count + 1);
+        for (i, &curvature_per_m) in curvatures.iter().enumerate() {
+            samples.push(RoadPoint { position, heading_rad, curvature_per_m, rise: 0.0 });
+            if i < count {
+                let turn = turns(i) + missing;
+                let middle = heading_rad + 0.5 * turn;
+                position += Vector3::new(middle.cos(), middle.sin(), 0.0) * STEP_M;
+                heading_rad += turn;
+            }
+        }
+        let gap = position - Point3::origin();
+        for (i, sample) in samples.iter_mut().enumerate() {
+            sample.position -= gap * (i as f64 / count as f64);
+        }
+        let crossings_m = plan.crossings_m.clone();
+        Self { half_width_m: plan.half_width_m, crossings_m, start_m: 0.0, samples, rounds_m: Some(rounds_m) }
+    }
+
+    /// Length of one round \[m\]; `None` of a road that is not closed.
+    pub fn round_m(&self) -> Option<f64> {
+        self.rounds_m.map(|_| (self.samples.len() - 1) as f64 * STEP_M)
+    }
+
+    /// First and last `s` that is driven \[m\]: of a closed road several rounds.
+    pub(crate) fn driven_m(&self) -> (f64, f64) {
+        self.rounds_m.unwrap_or_else(|| self.extent_m())
     }
 
     /// A road through points a metre apart, its `s` counted from the first; for roads taken from real drives.
@@ -102,16 +156,17 @@ impl Road {
             let rise = v.z / v.xy().norm().max(1e-6);
             samples.push(RoadPoint { position: points[i], heading_rad, curvature_per_m, rise });
         }
-        Self { half_width_m, crossings_m: Vec::new(), start_m: 0.0, samples }
+        Self { half_width_m, crossings_m: Vec::new(), start_m: 0.0, samples, rounds_m: None }
     }
 
-    /// First and last `s` \[m\].
+    /// First and last `s` \[m\]; of a closed road those of one round.
     pub fn extent_m(&self) -> (f64, f64) {
         (self.start_m, self.start_m + (self.samples.len() - 1) as f64 * STEP_M)
     }
 
-    /// The centre line at `s`, extended straight beyond the ends.
+    /// The centre line at `s`, extended straight beyond the ends; of a closed road round and round.
     pub fn at(&self, s: f64) -> RoadPoint {
+        let s = self.round_m().map_or(s, |round| s.rem_euclid(round));
         let t = (s - self.start_m) / STEP_M;
         let i = (t.floor().max(0.0) as usize).min(self.samples.len() - 2);
         let (a, b, f) = (&self.samples[i], &self.samples[i + 1], t - i as f64);
@@ -155,7 +210,14 @@ impl Road {
 
     /// Distance along the road to the nearest crossing \[m\].
     pub fn to_crossing_m(&self, s: f64) -> f64 {
-        self.crossings_m.iter().map(|c| (c - s).abs()).fold(f64::INFINITY, f64::min)
+        let away = |c: &f64| match self.round_m() {
+            Some(round) => {
+                let ahead = (c - s).rem_euclid(round);
+                ahead.min(round - ahead)
+            }
+            None => (c - s).abs(),
+        };
+        self.crossings_m.iter().map(away).fold(f64::INFINITY, f64::min)
     }
 }
 
@@ -203,6 +265,7 @@ mod tests {
             bends: vec![Bend { length_m: 60.0, curvature_per_m: 0.02 }],
             grades: vec![Grade { length_m: 80.0, rise: 0.05 }],
             crossings_m: vec![30.0],
+            closed: false,
         };
         Road::build(&plan, -40.0, 160.0)
     }
@@ -223,6 +286,34 @@ mod tests {
         assert!((end.heading_rad - 1.2).abs() < 0.02, "60 m at 1/50 m are 1.2 rad");
         assert!((end.position.z - 4.0).abs() < 0.1, "80 m at 5 % are 4 m");
         assert_eq!(road.to_crossing_m(22.0), 8.0);
+    }
+
+    #[test]
+    fn a_closed_road_goes_round_and_round() {
+        let bend = |length_m: f64, turn: f64| Bend { length_m, curvature_per_m: turn / length_m };
+        let quarter = -std::f64::consts::FRAC_PI_2;
+        let bends = [70.0, 50.0, 70.0, 50.0].into_iter().flat_map(|l| [bend(l, 0.0), bend(25.0, quarter)]);
+        let plan = RoadPlan {
+            half_width_m: 5.6,
+            bends: bends.collect(),
+            grades: vec![],
+            crossings_m: vec![20.0],
+            closed: true,
+        };
+        let road = Road::build(&plan, -50.0, 800.0);
+        assert_eq!(
+            (road.round_m(), road.extent_m(), road.driven_m()),
+            (Some(340.0), (0.0, 340.0), (-50.0, 800.0))
+        );
+        assert!((road.point(12.5, -1.75) - road.point(352.5, -1.75)).norm() < 1e-9);
+        for i in 0..340 {
+            let (a, b) = (road.at(f64::from(i)), road.at(f64::from(i + 1)));
+            assert!(((b.position - a.position).norm() - 1.0).abs() < 0.02, "{i}");
+        }
+        assert!(
+            (road.to_crossing_m(345.0) - 15.0).abs() < 1e-9
+                && (road.to_crossing_m(330.0) - 30.0).abs() < 1e-9
+        );
     }
 
     #[test]

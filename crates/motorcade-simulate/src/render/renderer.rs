@@ -113,6 +113,9 @@ impl<'a> Renderer<'a> {
             let share = 1.0 / samples as f32;
             light.par_iter_mut().for_each(|c| *c = [c[0] * share, c[1] * share, c[2] * share]);
         }
+        if self.drive.is_dark(frame) {
+            light.par_iter_mut().for_each(|c| *c = [0.0; 3]);
+        }
         picture.rgb = sensor::expose(&light, options, self.drive.seed, frame);
         Some(picture)
     }

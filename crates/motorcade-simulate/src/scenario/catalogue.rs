@@ -1,10 +1,12 @@
 //! The built-in scenarios.
 
-use motorcade_perception::VehicleClass::{self, Bus, Car, Truck, Van};
+use motorcade_perception::VehicleClass::{Bus, Car, Truck, Van};
 
-use crate::motion::{Bend, Grade, RoadPlan, SpeedPlan};
+use super::parts::{bend, coming, driver, leading, standing, street};
+use super::seen_again::{block, figure_eight, same_street_opposite, tunnel, twin_houses};
+use crate::motion::{Grade, SpeedPlan};
 use crate::options::DetectorOptions;
-use crate::plan::{Driver, Plan, Rig, Route, Side};
+use crate::plan::{Plan, Route, Side};
 
 /// One scenario.
 pub(super) struct Entry {
@@ -46,6 +48,11 @@ entries! {
     "glimpses", glimpses, "vehicles detected in one frame of twelve, a false detection in most frames";
     "lorries", lorries, "trucks and buses ahead, oncoming and crossing";
     "jumping-boxes", jumping_boxes, "one box in six jumps by up to a quarter of its size";
+    "block", block, "round a block of houses, 340 m a round, 49 s; parked cars, one oncoming";
+    "figure-eight", figure_eight, "a figure of eight, 296 m a round, 50 s, over its own crossing";
+    "tunnel", tunnel, "round the block, in the second round 10 s without light";
+    "twin-houses", twin_houses, "a straight street in which 40 m of houses stand twice";
+    "same-street-opposite", same_street_opposite, "along an avenue, round over both lanes and back";
 }
 
 /// Errors of the detector in a scenario.
@@ -57,43 +64,6 @@ pub(super) fn detector(name: &str) -> DetectorOptions {
         "glimpses" => DetectorOptions { miss_chance: 0.92, false_boxes: 0.8, ..usual },
         "jumping-boxes" => DetectorOptions { jump_chance: 0.16, ..usual },
         _ => usual,
-    }
-}
-
-/// The camera keeps to the right lane.
-fn along(start_m: f64) -> Route {
-    Route::Along { start_m, offsets_m: vec![(0.0, -1.75)] }
-}
-
-fn driver(class: VehicleClass, route: Route, speed: SpeedPlan) -> Driver {
-    Driver { class, route, speed }
-}
-
-fn leading(class: VehicleClass, ahead_m: f64, speed: SpeedPlan) -> Driver {
-    driver(class, along(ahead_m), speed)
-}
-
-fn coming(class: VehicleClass, start_m: f64, speed_m_s: f64) -> Driver {
-    driver(class, Route::Oncoming { start_m }, SpeedPlan::constant(speed_m_s))
-}
-
-fn standing(s_m: f64, side: Side) -> Driver {
-    driver(Car, Route::Parked { s_m, side }, SpeedPlan::constant(0.0))
-}
-
-fn bend(length_m: f64, curvature_per_m: f64) -> Bend {
-    Bend { length_m, curvature_per_m }
-}
-
-/// A straight level street without traffic.
-fn street(speed: SpeedPlan) -> Plan {
-    Plan {
-        road: RoadPlan { half_width_m: 5.6, bends: vec![], grades: vec![], crossings_m: vec![] },
-        ego_route: along(0.0),
-        ego_speed: speed,
-        rig: Rig::default(),
-        drivers: vec![],
-        parked_chance: 0.0,
     }
 }
 

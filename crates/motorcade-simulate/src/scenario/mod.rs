@@ -1,6 +1,8 @@
 //! Named drives.
 
 mod catalogue;
+mod parts;
+mod seen_again;
 
 use crate::options::DetectorOptions;
 use crate::plan::Plan;

@@ -17,6 +17,8 @@ pub(super) struct Plot {
     pub front_m: f64,
     pub width_m: f64,
     pub depth_m: f64,
+    /// Begin of the façade's pattern \[m\].
+    pub windows_m: f64,
 }
 
 impl Plot {
@@ -76,7 +78,7 @@ pub(super) fn house(road: &Road, plot: &Plot, seed: u64, looks: &mut Vec<Buildin
     let top = f64::from(height_m);
     let at = |p: &Point2<f64>, up: f64| Point3::new(p.x, p.y, base + up);
     let vertex = |position: Point3<f64>, u: f64, v: f64| Vertex { position, attributes: [u, v, 0.0] };
-    let mut along = f64::from(index) * 3.7;
+    let mut along = plot.windows_m;
     for i in 0..4 {
         let (a, b) = (corners[i], corners[(i + 1) % 4]);
         let end = along + (b - a).norm();

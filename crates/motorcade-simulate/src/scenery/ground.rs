@@ -18,7 +18,24 @@ pub(crate) fn kerb_height_m(road: &Road, s: f64) -> f64 {
 /// Extent of the ground to a side at `s` \[m\]: not beyond the centre of a bend.
 fn reach(road: &Road, s: f64, side: f64) -> f64 {
     let towards_centre = road.at(s).curvature_per_m * side;
-    if towards_centre > 1e-6 { (0.9 / towards_centre).min(REACH_M) } else { REACH_M }
+    let most = if towards_centre > 1e-6 { (0.9 / towards_centre).min(REACH_M) } else { REACH_M };
+    if road.round_m().is_some() { most.min(to_other_stretch(road, s, side, most)) } else { most }
+}
+
+/// Distance to the side at which another stretch of a closed road becomes the nearer one \[m\].
+fn to_other_stretch(road: &Road, s: f64, side: f64, most: f64) -> f64 {
+    const STEP_M: f64 = 1.0;
+    let own = |d: f64| road.locate(&road.point(s, side * d).xy()).1.abs() > d - 0.02;
+    let steps = (most / STEP_M).ceil() as usize;
+    let Some(beyond) = (1..=steps).map(|i| (i as f64 * STEP_M).min(most)).find(|d| !own(*d)) else {
+        return most;
+    };
+    let (mut inside, mut outside) = ((beyond - STEP_M).max(0.0), beyond);
+    for _ in 0..10 {
+        let middle = 0.5 * (inside + outside);
+        if own(middle) { inside = middle } else { outside = middle }
+    }
+    inside
 }
 
 /// The ground over the whole road.
@@ -43,7 +60,15 @@ pub(super) fn chunks(road: &Road) -> Vec<Chunk> {
 
 fn cross_sections(road: &Road, a: f64, b: f64, mesh: &mut Mesh) {
     let half = road.half_width_m;
+    // On each side, at each end: on a closed road the ground ends where that of another stretch begins.
+    let outers = [-1.0, 1.0].map(|side| {
+        let ends = [a, b].map(|s| reach(road, s, side));
+        let both = ends[0].min(ends[1]).max(half + 0.2);
+        if road.round_m().is_some() { ends } else { [both; 2] }
+    });
     let vertex = |s: f64, d: f64, h: f64| {
+        let most = outers[usize::from(d > 0.0)][usize::from(s == b)];
+        let d = d.clamp(-most, most);
         let mut position = road.point(s, d);
         position.z += h;
         Vertex { position, attributes: [s, d, h] }
@@ -60,8 +85,8 @@ fn cross_sections(road: &Road, a: f64, b: f64, mesh: &mut Mesh) {
     let lift = [kerb_height_m(road, a), kerb_height_m(road, b)];
     strip(-half, 0.0, 0.0, 0.0, lift);
     strip(0.0, 0.0, half, 0.0, lift);
-    for side in [-1.0, 1.0] {
-        let outer = reach(road, a, side).min(reach(road, b, side)).max(half + 0.2);
+    for (side, ends) in [-1.0, 1.0].into_iter().zip(outers) {
+        let outer = ends[0].max(ends[1]);
         let pavement = (half + PAVEMENT_M).min(outer);
         strip(side * half, 0.0, side * half, 1.0, lift);
         strip(side * half, 1.0, side * pavement, 1.0, lift);

@@ -1,7 +1,7 @@
 //! Placement of houses, hedges, trees and lamps along both sides of the road.
 
 use nalgebra::Point2;
-use rand::Rng;
+use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::{buildings, plants};
@@ -45,8 +45,26 @@ pub(super) fn place(drive: &Drive, rng: &mut ChaCha8Rng, chunks: &mut Vec<Chunk>
     let obstacles = Obstacles { road, points };
     let (from, to) = road.extent_m();
     for side in [-1.0, 1.0] {
-        row(drive, &obstacles, side, (from, to), rng, chunks, looks);
-        kerbside(&obstacles, side, (from, to), rng, chunks);
+        let Some(twins) = drive.staging.twins else {
+            row(drive, &obstacles, side, (from, to), rng, chunks, looks);
+            kerbside(&obstacles, side, (from, to), rng, chunks);
+            continue;
+        };
+        // Both stretches are drawn from the same random numbers.
+        let alike = ChaCha8Rng::seed_from_u64(rng.random());
+        let ends = [twins.from_m, twins.from_m + twins.length_m];
+        let again = ends.map(|s| s + twins.away_m);
+        for (stretch, twin) in [
+            ((from, ends[0]), false),
+            ((ends[0], ends[1]), true),
+            ((ends[1], again[0]), false),
+            ((again[0], again[1]), true),
+            ((again[1], to), false),
+        ] {
+            let mut own = if twin { alike.clone() } else { ChaCha8Rng::seed_from_u64(rng.random()) };
+            row(drive, &obstacles, side, stretch, &mut own, chunks, looks);
+            kerbside(&obstacles, side, stretch, &mut own, chunks);
+        }
     }
 }
 
@@ -68,11 +86,24 @@ fn row(
         let depth = rng.random_range(7.0..12.0);
         let setback = if rng.random_bool(0.5) { 0.3 } else { rng.random_range(1.5..6.0) };
         let seed: u64 = rng.random();
+        if drive.staging.twins.is_some() && s + width > to {
+            break;
+        }
         let wants_house = rng.random_bool(0.72);
         let middle = s + 0.5 * width;
         let clear = road.to_crossing_m(middle) > 0.5 * width + 8.5;
-        let plot =
-            buildings::Plot { s: middle, side, front_m: back + setback, width_m: width, depth_m: depth };
+        let windows_m = match drive.staging.twins {
+            Some(_) => (seed % 1000) as f64 * 0.37,
+            None => looks.len() as f64 * 3.7,
+        };
+        let plot = buildings::Plot {
+            s: middle,
+            side,
+            front_m: back + setback,
+            width_m: width,
+            depth_m: depth,
+            windows_m,
+        };
         let corners = plot.outline(road);
         let room = clear && corners.iter().all(|p| obstacles.free(p, 1.2));
         if wants_house && room {

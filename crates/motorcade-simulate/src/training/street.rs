@@ -14,6 +14,7 @@ use crate::mesh::Chunk;
 use crate::motion::{Bend, Grade, Road, RoadPlan};
 use crate::options::DetectorOptions;
 use crate::options::{Look, RenderOptions, SensorOptions};
+use crate::plan::Staging;
 use crate::scenery;
 use crate::simulate::standing;
 use crate::site::Site;
@@ -94,7 +95,16 @@ impl Street {
         };
         let detector = DetectorOptions::default();
         let name = "training".to_owned();
-        let drive = Drive { name, seed, render, detector, road, site_from_camera: poses, vehicles };
+        let drive = Drive {
+            name,
+            seed,
+            render,
+            detector,
+            road,
+            site_from_camera: poses,
+            vehicles,
+            staging: Staging::default(),
+        };
         Self { drive, views, labels, posts }
     }
 }
@@ -107,6 +117,7 @@ fn road(rng: &mut ChaCha8Rng) -> Road {
         bends: vec![Bend { length_m: 120.0, curvature_per_m }],
         grades: vec![Grade { length_m: 120.0, rise }],
         crossings_m: if rng.random_bool(0.3) { vec![rng.random_range(0.0..80.0)] } else { Vec::new() },
+        closed: false,
     };
     Road::build(&plan, EXTENT_M.0 - 40.0, EXTENT_M.1 + 60.0)
 }

@@ -7,9 +7,11 @@ use motorcade_vehicles::{VehicleTrajectory, track_vehicles};
 
 use super::camera_height::HeightByVehicles;
 use super::distances::{self, DistanceFit};
+use super::loops;
 use super::unit::{self, Unit};
 use super::vehicles::{VehicleInput, estimate_vehicles, ground_frames, times_s};
 use crate::assembly::Estimated;
+use crate::closed_loop::Loops;
 use crate::progress::Progress;
 use crate::record::FrontEndRecord;
 use crate::result::RunResult;
@@ -28,14 +30,16 @@ pub fn estimate_drive(mut record: FrontEndRecord, settings: &Settings, progress:
     let (mut known, by_vehicles) = stopwatch.time("vehicles", || known_height(&record, settings));
     let (mut ego, fit) = stopwatch.time("scale", || metric_trajectory(&record, &known));
     known.height_m = ego.height_m;
+    let loops = stopwatch.time("loops", || loops::close(&record, &mut ego, &known));
     let settings = &known;
     progress.begin("vehicles", None);
     let mut vehicles = stopwatch.time("vehicles", || vehicles_of_drive(&record, &ego, settings));
     let unit = stopwatch.time("vehicles", || estimate_unit(&record, settings, &mut ego, &mut vehicles));
     progress.begin("graph", None);
-    let solved = stopwatch.time("graph", || solve_graph(&record, &mut ego, &mut vehicles, settings));
+    let solved = stopwatch.time("graph", || solve_graph(&record, &mut ego, &mut vehicles, &loops, settings));
     let mut warnings: Vec<String> = unit.iter().map(Unit::to_string).collect();
     warnings.extend(by_sensor(fit.as_ref(), settings).or(by_vehicles).or_else(|| doubt(&vehicles, settings)));
+    warnings.extend(loops.describe());
     let graph = solved.unwrap_or_else(|error| {
         warnings.push(format!("the multi-object graph was not solved ({error}); front-end estimates stand"));
         None
@@ -44,7 +48,7 @@ pub fn estimate_drive(mut record: FrontEndRecord, settings: &Settings, progress:
     let metric = settings.metric() || unit.is_some() || fit.is_some();
     RunResult::new(
         record,
-        Estimated { camera: settings.camera, ego, vehicles, graph, warnings, metric },
+        Estimated { camera: settings.camera, ego, vehicles, graph, loops, warnings, metric },
         progress,
     )
 }
@@ -164,6 +168,7 @@ fn solve_graph(
     record: &FrontEndRecord,
     ego: &mut EgoTrajectory,
     vehicles: &mut [VehicleTrajectory],
+    loops: &Loops,
     settings: &Settings,
 ) -> Result<Solved, GraphError> {
     let options = &settings.config.graph;
@@ -171,6 +176,8 @@ fn solve_graph(
         return Ok(None);
     }
     let mut graph = MultibodyGraph::drive(options, settings.threads)?;
+    let edges = loops.closed().map(|l| l.edge.clone()).collect();
+    graph = graph.with_loops(edges, &settings.config.loops);
     let times_s = times_s(&record.frames);
     let report = graph.update(&WindowFrames { first: 0, times_s: &times_s }, ego, vehicles)?;
     Ok(Some((graph, report)))

@@ -18,6 +18,7 @@ use super::prediction;
 use super::unit::{Unit, UnitEstimator};
 use super::vehicles::{VehicleInput, estimate_vehicles, ground_frames, times_s};
 use crate::assembly::Estimated;
+use crate::closed_loop::Loops;
 use crate::estimate::{Estimate, VehicleEstimate};
 use crate::progress::Progress;
 use crate::record::{FrameInfo, FrontEndRecord, FrontEndView};
@@ -205,6 +206,7 @@ impl SlidingEstimator {
             ego: EgoTrajectory { frames: self.ego, height_m: settings.height_m, noise: Vec::new() },
             vehicles: self.vehicles.into_values().collect(),
             graph: None,
+            loops: Loops::default(),
             warnings,
             metric: settings.metric() || self.unit.is_some(),
         };

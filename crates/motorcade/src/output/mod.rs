@@ -5,6 +5,7 @@ mod detections;
 mod directory;
 mod graph;
 mod listing;
+mod loops;
 mod record;
 mod speeds;
 mod tracks;
@@ -111,6 +112,7 @@ pub fn write_run_and(
         speeds::write(folder, result)?;
         detections::write(folder, result)?;
         graph::write(folder, result)?;
+        loops::write(folder, result)?;
         for extra in extras {
             file(&folder.join(&extra.name), |out| out.write_all(&extra.content))?;
         }

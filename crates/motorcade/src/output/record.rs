@@ -15,7 +15,7 @@ pub(super) fn record(result: &RunResult, context: &RunContext, files: &[ListedFi
     let problem =
         |f: &crate::record::FrameInfo| f.problem.as_ref().map(|p| json!({"frame": f.number, "problem": p}));
     let problems: Vec<_> = result.frames.iter().filter_map(problem).collect();
-    json!({
+    let mut record = json!({
         "motorcade": env!("CARGO_PKG_VERSION"),
         "command": context.command,
         "fingerprint": context.fingerprint,
@@ -40,5 +40,18 @@ pub(super) fn record(result: &RunResult, context: &RunContext, files: &[ListedFi
         "timings": result.stopwatch.summary(),
         "warnings": result.warnings,
         "files": files,
-    })
+    });
+    if !result.loops.all.is_empty() {
+        let loops = &result.loops;
+        record["loops"] = json!({
+            "closed": loops.closed().count(),
+            "switched_off": loops.all.len() - loops.closed().count(),
+            "place_keyframes": loops.keyframes,
+            "candidates": loops.candidates,
+            "verified": loops.verified,
+            "odometry_factor": loops.odometry_factor,
+            "most_moved_m": loops.most_moved_m,
+        });
+    }
+    record
 }

@@ -81,6 +81,7 @@ pub fn drive(frames: usize) -> FrontEndRecord {
         detects_vehicles: true,
         road_measurements: (2..frames).map(measured).collect(),
         motion: OdometryTrajectory::from_poses(&poses, &timestamps_ns),
+        places: Vec::new(),
         stopwatch: Stopwatch::default(),
         warnings: Vec::new(),
         interrupted: false,

@@ -1,0 +1,72 @@
+//! Correction of a trajectory by its loops.
+
+use motorcade_graph::factors::Between;
+use motorcade_graph::solver::{Control, GraduateOptions, graduate};
+use motorcade_graph::{
+    FactorId, Graph, GraphError, LossScale, Marginals, Options, Robust, RobustKernel, VariableId,
+};
+use motorcade_odometry::EgoTrajectory;
+
+use super::edge::LoopEdge;
+use super::options::LoopOptions;
+use super::report::LoopReport;
+use super::{loosen, segments, steps, write};
+use crate::options::GraphOptions;
+
+/// Corrects a trajectory by edges between visits of the same places. Edges are switched off by graduated non-convexity where the others
+/// and the odometry contradict them (Yang et al., RA-L 2020), after the odometry's covariance was enlarged to what most of them show. Poses and covariances are written back; the road, which is known relative to
+/// the camera, moves with it. Without edges nothing changes.
+///
+/// # Errors
+/// A graph that cannot be solved, edges to frames that there are not. The trajectory then stays as it was.
+pub fn close_loops(
+    ego: &mut EgoTrajectory,
+    edges: &[LoopEdge],
+    options: &LoopOptions,
+    graph_options: &GraphOptions,
+    threads: usize,
+) -> Result<LoopReport, GraphError> {
+    if edges.is_empty() {
+        return Ok(LoopReport::default());
+    }
+    options.validate().map_err(|reason| GraphError::Option { name: "loops", reason })?;
+    let mut graph = Graph::new();
+    let starts = segments::joined(ego, edges);
+    let cameras: Vec<VariableId> = starts.iter().map(|pose| graph.add_variable(*pose.isometry())).collect();
+    if let Some(first) = cameras.first() {
+        graph.fix(*first)?;
+    }
+    let odometry = graph.add_group();
+    for (nodes, frames) in cameras.windows(2).zip(ego.frames.windows(2)) {
+        let step = frames[0].world_from_camera.inverse() * frames[1].world_from_camera;
+        let information = steps::information(&frames[1], &step, options, graph_options);
+        let id = graph.add_factor(Between::new(nodes[0], nodes[1], *step.isometry(), information)?)?;
+        if frames[1].step_measured {
+            graph.assign(id, odometry)?;
+        }
+    }
+    let group = graph.add_group();
+    let kernel = RobustKernel::GemanMcClure(options.kernel_scale);
+    let node = |frame: usize| {
+        let size = GraphError::Size { what: "frames of a loop", expected: cameras.len(), found: frame };
+        cameras.get(frame).copied().ok_or(size)
+    };
+    let mut ids: Vec<FactorId> = Vec::with_capacity(edges.len());
+    for edge in edges {
+        let factor = edge.factor(node(edge.later)?, node(edge.earlier)?, options)?;
+        let id = graph.add_factor(Robust::new(factor, kernel))?;
+        graph.assign(id, group)?;
+        ids.push(id);
+    }
+    let solver = Options { max_iterations: graph_options.max_iterations, threads, ..Options::default() };
+    graph.set_scale(group, LossScale::convexity(f64::INFINITY))?;
+    let odometry_factor = loosen::odometry(&mut graph, odometry, &ids, options, &solver)?;
+    let schedule = GraduateOptions { c: options.kernel_scale, ..GraduateOptions::default() };
+    graduate(&mut graph, group, &solver, &schedule, &Control::default())?;
+    let weights: Vec<f64> =
+        ids.iter().map(|id| graph.loss(*id).map(|l| l.weight)).collect::<Result<_, _>>()?;
+    let closed = weights.iter().map(|weight| *weight >= options.least_weight).collect();
+    let marginals = Marginals::new(&graph)?;
+    let most_moved_m = write::back(&graph, &marginals, &cameras, ego)?;
+    Ok(LoopReport { weights, closed, odometry_factor, most_moved_m })
+}

@@ -1,0 +1,17 @@
+//! Loop closing: camera–camera edges between visits of a place, and the correction of the trajectory by them.
+
+mod close;
+mod edge;
+mod loosen;
+mod options;
+mod report;
+mod segments;
+mod steps;
+#[cfg(test)]
+mod tests;
+mod write;
+
+pub use close::close_loops;
+pub use edge::LoopEdge;
+pub use options::LoopOptions;
+pub use report::LoopReport;

@@ -1,0 +1,100 @@
+//! Settings of loop closing.
+
+use serde::{Deserialize, Serialize};
+
+/// Settings of loop closing.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct LoopOptions {
+    /// False looks for no places seen again. Drives are then as odometry and road tell them.
+    pub enabled: bool,
+    /// Way between keyframes of places \[camera heights\]: 2 are 3.3 m under a car's camera. Shorter finds places a little more often;
+    /// memory and time grow in proportion.
+    pub spacing_heights: f64,
+    /// Rotation after which a keyframe is taken all the same \[rad\].
+    pub spacing_rad: f64,
+    /// Time between keyframes where the camera's height in units of the odometry is not known yet \[s\].
+    pub spacing_s: f64,
+    /// Distance between where odometry and where the place says the camera is, beyond which they are two places \[m\]. Not across a
+    /// break, where odometry does not know.
+    pub gate_m: f64,
+    /// More of it for each metre driven between the visits: five times the drift of the odometry. Larger closes loops after more drift and
+    /// joins places that look alike from farther apart.
+    pub gate_share: f64,
+    /// Scale of the Geman–McClure kernel of the edges \[standard deviations\]: χ² of 6 degrees of freedom at 95 %.
+    pub kernel_scale: f64,
+    /// Weight below which an edge was switched off by the others and counts as no loop.
+    pub least_weight: f64,
+    /// Factor on the covariances of edges: neighbouring keyframes see the same landmarks.
+    pub correlation: f64,
+    /// Least standard deviation of an edge's orientation \[rad\]: pitch and rolling shutter of both visits.
+    pub least_sigma_rad: f64,
+    /// Least standard deviation of an edge's position \[m\]: the scale of the earlier visit at a landmark's distance.
+    pub least_sigma_m: f64,
+    /// Factor on the covariance of a step across a break, which no odometry measured: the car may have turned.
+    pub break_inflation: f64,
+    /// Largest factor on the covariance of the odometry, which grows until nine tenths of the edges agree with the corrected trajectory: a bias of
+    /// heading adds up to more than independent errors of steps. Larger closes loops after more drift.
+    pub most_odometry_factor: f64,
+    /// Longest correlation of errors of scale \[frames\].
+    pub most_correlated_frames: f64,
+}
+
+impl Default for LoopOptions {
+    fn default() -> Self {
+        Self {
+            enabled: true,
+            spacing_heights: 2.0,
+            spacing_rad: 0.15,
+            spacing_s: 0.4,
+            gate_m: 3.0,
+            gate_share: 0.05,
+            kernel_scale: 3.55,
+            least_weight: 0.25,
+            correlation: 4.0,
+            least_sigma_rad: 0.002,
+            least_sigma_m: 0.03,
+            break_inflation: 25.0,
+            most_odometry_factor: 1e4,
+            most_correlated_frames: 200.0,
+        }
+    }
+}
+
+impl LoopOptions {
+    /// The first setting out of its range, with what it must be.
+    ///
+    /// # Errors
+    /// Name and range of that setting.
+    pub fn validate(&self) -> Result<(), String> {
+        for (name, value) in [
+            ("spacing_heights", self.spacing_heights),
+            ("spacing_rad", self.spacing_rad),
+            ("spacing_s", self.spacing_s),
+            ("gate_m", self.gate_m),
+            ("kernel_scale", self.kernel_scale),
+            ("least_sigma_rad", self.least_sigma_rad),
+            ("least_sigma_m", self.least_sigma_m),
+        ] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(format!("loops.{name} must be positive"));
+            }
+        }
+        for (name, value) in [
+            ("correlation", self.correlation),
+            ("break_inflation", self.break_inflation),
+            ("most_odometry_factor", self.most_odometry_factor),
+            ("most_correlated_frames", self.most_correlated_frames),
+        ] {
+            if !(value.is_finite() && value >= 1.0) {
+                return Err(format!("loops.{name} must be at least 1"));
+            }
+        }
+        for (name, value) in [("gate_share", self.gate_share), ("least_weight", self.least_weight)] {
+            if !(0.0..=1.0).contains(&value) {
+                return Err(format!("loops.{name} must lie between 0 and 1"));
+            }
+        }
+        Ok(())
+    }
+}

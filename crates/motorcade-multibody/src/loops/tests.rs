@@ -1,0 +1,145 @@
+//! Loops of a square driven twice.
+
+use motorcade_geometry::{Camera, Pose, World};
+use motorcade_odometry::{EgoTrajectory, MetricOptions, OdometryTrajectory};
+use nalgebra::{Matrix6, Vector6};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::{LoopEdge, LoopOptions, close_loops};
+use crate::options::GraphOptions;
+
+const ROUND: usize = 160;
+
+/// Two rounds of four sides of 40 m, a metre a frame; the last four metres of each turn by a quarter.
+fn truth() -> Vec<Pose<World, Camera>> {
+    let mut poses = vec![Pose::identity()];
+    for k in 1..2 * ROUND {
+        let yaw = if k % 40 >= 36 { std::f64::consts::FRAC_PI_2 / 4.0 } else { 0.0 };
+        let last: Pose<World, Camera> = poses[k - 1];
+        poses.push(last.retract(&Vector6::new(0.0, yaw, 0.0, 0.0, 0.0, 1.0)));
+    }
+    poses
+}
+
+/// The trajectory with drifting heading and scale.
+fn drifted(truth: &[Pose<World, Camera>]) -> EgoTrajectory {
+    let mut poses = vec![truth[0]];
+    for k in 1..truth.len() {
+        let step = truth[k - 1].inverse() * truth[k];
+        let scale = 1.0 + 0.03 * (k as f64 / 90.0).sin();
+        let turned = step.scaled(scale).retract(&Vector6::new(0.0, 3e-4, 0.0, 0.0, 0.0, 0.0));
+        poses.push(poses[k - 1] * turned);
+    }
+    let times: Vec<i64> = (0..truth.len() as i64).map(|k| k * 100_000_000).collect();
+    EgoTrajectory::metric(
+        &OdometryTrajectory::from_poses(&poses, &times),
+        &[],
+        1.65,
+        0.006,
+        &MetricOptions::default(),
+    )
+}
+
+fn edge(truth: &[Pose<World, Camera>], earlier: usize, later: usize, rng: &mut ChaCha8Rng) -> LoopEdge {
+    let mut noise = |sigma: f64| rng.random_range(-1.7..1.7) * sigma;
+    let error = Vector6::new(noise(1e-3), noise(1e-3), noise(1e-3), noise(0.02), noise(0.02), noise(0.03));
+    let covariance = Matrix6::from_diagonal(&Vector6::new(1e-6, 1e-6, 1e-6, 4e-4, 4e-4, 9e-4));
+    let later_from_earlier = (truth[later].inverse() * truth[earlier]).retract(&error);
+    LoopEdge { earlier, later, later_from_earlier, covariance }
+}
+
+fn ate_m(ego: &EgoTrajectory, truth: &[Pose<World, Camera>]) -> f64 {
+    let squares = ego
+        .frames
+        .iter()
+        .zip(truth)
+        .map(|(f, t)| (f.world_from_camera.translation() - t.translation()).norm_squared());
+    (squares.sum::<f64>() / truth.len() as f64).sqrt()
+}
+
+#[test]
+fn loops_take_the_drift_and_shrink_the_covariance() {
+    let truth = truth();
+    let mut ego = drifted(&truth);
+    let (before, covariance) = (ate_m(&ego, &truth), ego.frames[2 * ROUND - 1].covariance);
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let edges: Vec<LoopEdge> = (0..ROUND).step_by(4).map(|k| edge(&truth, k, k + ROUND, &mut rng)).collect();
+    let report = close_loops(&mut ego, &edges, &LoopOptions::default(), &GraphOptions::default(), 1).unwrap();
+    let after = ate_m(&ego, &truth);
+    assert_eq!(report.closed_count(), edges.len());
+    // Both rounds drift alike: only the closing tells of it.
+    assert!(before > 1.2 && after < before / 2.0, "{before} m, {after} m");
+    let last = ego.frames[2 * ROUND - 1].covariance;
+    assert!(last.fixed_view::<3, 3>(3, 3).trace() < covariance.fixed_view::<3, 3>(3, 3).trace());
+}
+
+#[test]
+fn a_false_loop_among_true_ones_is_switched_off() {
+    let truth = truth();
+    let mut ego = drifted(&truth);
+    let mut rng = ChaCha8Rng::seed_from_u64(2);
+    let mut edges: Vec<LoopEdge> =
+        (0..ROUND).step_by(8).map(|k| edge(&truth, k, k + ROUND, &mut rng)).collect();
+    let mut false_edge = edge(&truth, 20, ROUND + 20, &mut rng);
+    false_edge.later = ROUND + 60;
+    edges.push(false_edge);
+    let report = close_loops(&mut ego, &edges, &LoopOptions::default(), &GraphOptions::default(), 1).unwrap();
+    assert!(!report.closed[edges.len() - 1] && report.closed_count() == edges.len() - 1, "{report:?}");
+    assert!(ate_m(&ego, &truth) < 1.2, "{}", ate_m(&ego, &truth));
+}
+
+#[test]
+fn no_loops_change_no_bit_and_threads_none_either() {
+    let truth = truth();
+    let (untouched, mut ego) = (drifted(&truth), drifted(&truth));
+    let close = |ego: &mut EgoTrajectory, edges: &[LoopEdge], threads: usize| {
+        close_loops(ego, edges, &LoopOptions::default(), &GraphOptions::default(), threads).unwrap()
+    };
+    close(&mut ego, &[], 1);
+    let same = |a: &EgoTrajectory, b: &EgoTrajectory| {
+        a.frames
+            .iter()
+            .zip(&b.frames)
+            .all(|(a, b)| a.world_from_camera == b.world_from_camera && a.covariance == b.covariance)
+    };
+    assert!(same(&ego, &untouched));
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let edges: Vec<LoopEdge> = (0..ROUND).step_by(8).map(|k| edge(&truth, k, k + ROUND, &mut rng)).collect();
+    let mut other = ego.clone();
+    close(&mut ego, &edges, 1);
+    close(&mut other, &edges, 4);
+    assert!(same(&ego, &other) && !same(&ego, &untouched));
+}
+
+#[test]
+fn a_map_after_a_break_is_put_where_its_loops_say() {
+    let truth = truth();
+    let mut ego = drifted(&truth);
+    // Twenty frames without odometry, after which the rest stands 30 m off and turned.
+    let (from, to) = (ROUND + 10, ROUND + 30);
+    let wrong: Pose<World, World> = Pose::exp(&Vector6::new(0.0, 0.5, 0.0, 20.0, 0.0, 22.0));
+    for k in from..2 * ROUND {
+        if k < to {
+            ego.frames[k].step_measured = false;
+            ego.frames[k].step_covariance =
+                Matrix6::from_diagonal(&Vector6::new(8e-5, 8e-5, 8e-5, 0.01, 0.01, 0.01));
+        } else {
+            ego.frames[k].world_from_camera = wrong * ego.frames[k].world_from_camera;
+        }
+    }
+    ego.frames[to - 1].world_from_camera = wrong * ego.frames[to - 1].world_from_camera;
+    let mut rng = ChaCha8Rng::seed_from_u64(4);
+    let edges: Vec<LoopEdge> =
+        (to - ROUND + 2..ROUND - 1).step_by(4).map(|k| edge(&truth, k, k + ROUND, &mut rng)).collect();
+    let before = ate_m(&ego, &truth);
+    let report = close_loops(&mut ego, &edges, &LoopOptions::default(), &GraphOptions::default(), 1).unwrap();
+    assert_eq!(report.closed_count(), edges.len(), "{report:?}");
+    // As good as the odometry of the first round, which nothing corrects.
+    let apart = |k: usize| {
+        let (found, right) = (&ego.frames[k], truth[k - ROUND].inverse() * truth[k]);
+        let found = ego.frames[k - ROUND].world_from_camera.inverse() * found.world_from_camera;
+        (found.inverse() * right).translation().norm()
+    };
+    assert!(before > 10.0 && (to + 4..2 * ROUND - 2).all(|k| apart(k) < 0.3), "{before}");
+}

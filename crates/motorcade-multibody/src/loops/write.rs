@@ -1,0 +1,33 @@
+//! Writing corrected poses and their covariances into the trajectory.
+
+use motorcade_geometry::{Camera, Pose, World};
+use motorcade_graph::{Graph, GraphError, Marginals, VariableId};
+use motorcade_odometry::EgoTrajectory;
+use nalgebra::{Isometry3, Matrix6, Vector6};
+
+/// Writes poses and covariances; returns how far the camera was moved at most \[m\].
+pub(super) fn back(
+    graph: &Graph,
+    marginals: &Marginals,
+    cameras: &[VariableId],
+    ego: &mut EgoTrajectory,
+) -> Result<f64, GraphError> {
+    let mut estimates: Vec<(Pose<World, Camera>, Matrix6<f64>)> = Vec::with_capacity(cameras.len());
+    for (id, frame) in cameras.iter().zip(&ego.frames) {
+        let pose: Pose<World, Camera> = Pose::new(*graph.values().get::<Isometry3<f64>>(*id)?);
+        let dense = marginals.covariance(*id)?;
+        let own = Matrix6::from_fn(|r, c| dense[(r, c)]);
+        // No loop tells an error of scale that the whole drive shares: positions are wrong by a share of themselves.
+        let from_start = pose.rotation().inverse() * pose.translation() * frame.scale_bias_sigma;
+        let shared = Vector6::new(0.0, 0.0, 0.0, from_start.x, from_start.y, from_start.z);
+        estimates.push((pose, own + shared * shared.transpose()));
+    }
+    let mut most_moved_m = 0.0_f64;
+    for (frame, (pose, covariance)) in ego.frames.iter_mut().zip(estimates) {
+        let moved = pose.translation() - frame.world_from_camera.translation();
+        most_moved_m = most_moved_m.max(moved.norm());
+        frame.world_from_camera = pose;
+        frame.covariance = covariance;
+    }
+    Ok(most_moved_m)
+}

@@ -1,0 +1,55 @@
+//! Drives that come to the same places again, or to places that look alike.
+
+use motorcade_perception::VehicleClass::Car;
+
+use super::parts::{bend, coming, street};
+use crate::motion::{Bend, SpeedPlan};
+use crate::plan::{Plan, Route, Staging, Twins};
+
+/// Round a block to the right, keeping to the right.
+pub(super) fn block() -> Plan {
+    let quarter = |length_m: f64| bend(length_m, -std::f64::consts::FRAC_PI_2 / length_m);
+    let mut plan = street(SpeedPlan::constant(7.0));
+    plan.road.bends =
+        [70.0, 50.0, 70.0, 50.0].into_iter().flat_map(|l| [bend(l, 0.0), quarter(25.0)]).collect();
+    plan.road.closed = true;
+    // Rounds begin in the middle of a street.
+    plan.ego_route = Route::Along { start_m: 30.0, offsets_m: vec![(0.0, -1.75)] };
+    plan.drivers = vec![coming(Car, 130.0, 6.5)];
+    plan.parked_chance = 0.12;
+    plan
+}
+
+/// Two loops of 270°, one to the left and one to the right, that cross at a right angle.
+pub(super) fn figure_eight() -> Plan {
+    let turn = 1.5 * std::f64::consts::PI;
+    let loops = |share: f64, sign: f64| bend(104.0 * share, sign * turn / 104.0);
+    let straight: Bend = bend(44.0, 0.0);
+    let mut plan = street(SpeedPlan::constant(6.0));
+    plan.road.bends = vec![loops(0.5, 1.0), straight, loops(1.0, -1.0), straight, loops(0.5, 1.0)];
+    plan.road.crossings_m = vec![74.0, 222.0];
+    plan.road.closed = true;
+    plan.ego_route = Route::Along { start_m: 20.0, offsets_m: vec![(0.0, -1.75)] };
+    plan
+}
+
+/// The block, dark from the beginning of the second round on for ten seconds.
+pub(super) fn tunnel() -> Plan {
+    Plan { staging: Staging { dark_s: vec![(55.0, 65.0)], ..Staging::default() }, ..block() }
+}
+
+/// The houses from 30 to 70 m stand again from 120 to 160 m.
+pub(super) fn twin_houses() -> Plan {
+    let mut plan = street(SpeedPlan::constant(8.0));
+    plan.staging.twins = Some(Twins { from_m: 30.0, length_m: 40.0, away_m: 90.0 });
+    plan
+}
+
+/// There in one lane and back in the other.
+pub(super) fn same_street_opposite() -> Plan {
+    let speeds = [(0.0, 8.0), (11.0, 8.0), (14.0, 3.0), (22.0, 3.0), (25.0, 8.0)];
+    let mut plan = street(SpeedPlan::through(&speeds));
+    plan.road.half_width_m = 8.5;
+    plan.ego_route = Route::ThereAndBack { start_m: 0.0, turn_m: 112.0 };
+    plan
+}

@@ -1,0 +1,97 @@
+//! Places of rendered drives: the same one is found again where it is, those that look alike are not joined.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly too")]
+
+use image::DynamicImage;
+use motorcade_places::{
+    FeatureExtractor, FramePlacement, PlaceKeyframe, PlaceMatch, PlaceOptions, PlacedKeyframe, find_places,
+    place_keyframes,
+};
+use motorcade_simulate::{Drive, RenderOptions, Renderer, Scenario, simulate};
+
+fn driven(name: &str, frames: usize) -> Drive {
+    simulate(&Scenario::by_name(name).unwrap(), frames, 3, &RenderOptions::default().with_width(828)).unwrap()
+}
+
+/// Keyframes of these frames with exact poses; with `maps` each visit is a map of its own.
+fn keyframes(drive: &Drive, visits: &[&[usize]], maps: bool, options: &PlaceOptions) -> Vec<PlacedKeyframe> {
+    let renderer = Renderer::new(drive);
+    let mut extractor = FeatureExtractor::new(options.features);
+    let mut all = Vec::new();
+    for (segment, frames) in visits.iter().enumerate() {
+        for &frame in *frames {
+            let gray = DynamicImage::ImageRgb8(renderer.render(frame).unwrap().rgb).into_luma8();
+            let segment = if maps { segment } else { 0 };
+            all.push(PlaceKeyframe { frame, segment, features: extractor.extract(&gray, |_, _| true) });
+        }
+    }
+    let poses = drive.world_from_camera();
+    let placement =
+        |frame: usize| FramePlacement { world_from_camera: poses[frame], way_m: 0.7 * frame as f64 };
+    place_keyframes(&drive.camera(), &all, placement, options)
+}
+
+/// Error of a match's position \[m\] and orientation \[rad\].
+fn error(m: &PlaceMatch, placed: &[PlacedKeyframe]) -> (f64, f64) {
+    let truth = placed[m.query].world_from_camera.inverse() * placed[m.candidate].world_from_camera;
+    let apart = truth.inverse() * m.query_from_candidate;
+    (apart.translation().norm(), apart.rotation().angle())
+}
+
+/// Frame of the second round nearest to one of the first.
+fn again(drive: &Drive, frame: usize) -> usize {
+    let apart = |k: usize| {
+        (drive.site_from_camera[k].translation() - drive.site_from_camera[frame].translation()).norm()
+    };
+    (frame + 300..drive.len()).min_by(|a, b| apart(*a).total_cmp(&apart(*b))).unwrap()
+}
+
+#[test]
+fn the_second_round_finds_the_first() {
+    let drive = driven("block", 700);
+    let options = PlaceOptions::default();
+    let first: Vec<usize> = (0..7).map(|k| 60 + 5 * k).collect();
+    let second: Vec<usize> = first.iter().map(|f| again(&drive, *f) + 2).collect();
+    let placed = keyframes(&drive, &[&first, &second], false, &options);
+    let (found, report) = find_places(&drive.camera(), &placed, |_| true, &options);
+    assert!(found.len() >= 6, "{report:?}");
+    for m in &found {
+        let (way_m, turn_rad) = error(m, &placed);
+        assert!(
+            way_m < 0.25 && turn_rad < 0.01,
+            "{} and {}: {way_m} m, {turn_rad} rad",
+            m.query,
+            m.candidate
+        );
+        let covariance = m.covariance.fixed_view::<3, 3>(3, 3).trace().sqrt();
+        assert!((0.003..0.3).contains(&covariance), "{covariance} m");
+    }
+}
+
+#[test]
+fn twin_houses_are_two_places() {
+    // The second stretch of houses stands 90 m farther on: 112.5 frames.
+    let drive = driven("twin-houses", 200);
+    let options = PlaceOptions::default();
+    let first: Vec<usize> = (0..8).map(|k| 20 + 5 * k).collect();
+    let second: Vec<usize> = first.iter().map(|f| f + 112).collect();
+    let placed = keyframes(&drive, &[&first, &second], true, &options);
+    // Odometry may not help: the two visits are maps of their own.
+    let (found, report) = find_places(&drive.camera(), &placed, |_| true, &options);
+    assert!(found.is_empty(), "{report:?}: {found:?}");
+    // The houses do look alike: it is the short way that tells.
+    assert!(report.verified >= 3, "{report:?}");
+}
+
+#[test]
+fn the_opposite_direction_is_another_place() {
+    let drive = driven("same-street-opposite", 330);
+    let options = PlaceOptions::default();
+    let first: Vec<usize> = (0..8).map(|k| 20 + 5 * k).collect();
+    let back: Vec<usize> = (0..8).map(|k| 285 + 5 * k).collect();
+    let placed = keyframes(&drive, &[&first, &back], true, &options);
+    let (found, report) = find_places(&drive.camera(), &placed, |_| true, &options);
+    assert!(found.is_empty(), "{report:?}");
+    // Each visit has landmarks: it is not for want of them.
+    assert!(placed.iter().all(|k| k.landmarks.len() > 40));
+}

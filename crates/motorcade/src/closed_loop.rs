@@ -1,0 +1,75 @@
+//! Loops of a drive.
+
+use std::fmt;
+
+use motorcade_multibody::LoopEdge;
+use motorcade_places::PlaceMap;
+
+/// Two frames that see the same place.
+#[derive(Clone, Debug)]
+pub struct ClosedLoop {
+    /// Frames (rows of the run), relative pose and covariance.
+    pub edge: LoopEdge,
+    /// Landmarks that agree with the relative pose.
+    pub inliers: usize,
+    /// Their share of the landmarks in view.
+    pub share: f64,
+    /// Root mean square reprojection error of the inliers \[px of their level\].
+    pub rms_px: f64,
+    /// Weight in the graph, 0 to 1.
+    pub weight: f64,
+    /// False where odometry and the other loops switched it off.
+    pub closed: bool,
+}
+
+/// Loops of a drive, and what was searched.
+#[derive(Clone, Debug, Default)]
+pub struct Loops {
+    /// Keyframes of places.
+    pub keyframes: usize,
+    /// Candidates that looked alike.
+    pub candidates: usize,
+    /// Keyframes whose candidate was verified by geometry.
+    pub verified: usize,
+    /// Loops in order of their later frames.
+    pub all: Vec<ClosedLoop>,
+    /// Factor on the covariance of the odometry that the loops showed.
+    pub odometry_factor: f64,
+    /// Farthest that a camera was moved by the correction \[m\].
+    pub most_moved_m: f64,
+    /// The places of the drive, in its corrected world; `None` of drives whose places are not kept.
+    pub map: Option<PlaceMap>,
+    /// Reason why the trajectory was not corrected, where it was not.
+    pub problem: Option<String>,
+}
+
+impl Loops {
+    /// Loops that hold.
+    pub fn closed(&self) -> impl Iterator<Item = &ClosedLoop> {
+        self.all.iter().filter(|l| l.closed)
+    }
+
+    /// A sentence for the user; `None` where there is nothing to say.
+    pub(crate) fn describe(&self) -> Option<String> {
+        let any = !self.all.is_empty() || self.problem.is_some();
+        any.then(|| self.to_string())
+    }
+}
+
+impl fmt::Display for Loops {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(problem) = &self.problem {
+            return write!(f, "the trajectory was not corrected by places seen again ({problem})");
+        }
+        let (closed, all) = (self.closed().count(), self.all.len());
+        write!(
+            f,
+            "{closed} of {} keyframes see a place again: the camera was moved by up to {:.2} m",
+            self.keyframes, self.most_moved_m
+        )?;
+        if closed < all {
+            write!(f, "; {} more were contradicted and switched off", all - closed)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,82 @@
+//! Keyframes of places, taken while the camera drives.
+
+use image::GrayImage;
+use motorcade_geometry::{Camera, Pose, World};
+use motorcade_multibody::LoopOptions;
+use motorcade_odometry::{FrameStatus, OdometryTrajectory};
+use motorcade_places::{FeatureExtractor, PlaceKeyframe};
+use nalgebra::{Point2, Vector3};
+
+use crate::config::Config;
+
+/// Takes a keyframe of places every few metres.
+pub(crate) struct PlaceRecorder {
+    options: LoopOptions,
+    extractor: FeatureExtractor,
+    last: Option<Taken>,
+    keyframes: Vec<PlaceKeyframe>,
+}
+
+/// The last keyframe.
+struct Taken {
+    frame: usize,
+    timestamp_ns: i64,
+    segment: usize,
+}
+
+/// A frame that may become a keyframe.
+pub(crate) struct Candidate<'a> {
+    pub(crate) row: usize,
+    pub(crate) timestamp_ns: i64,
+    pub(crate) image: &'a GrayImage,
+    pub(crate) trajectory: &'a OdometryTrajectory,
+    /// The road in the odometry's unit; m with `mᵀX = 1`.
+    pub(crate) plane: Option<Vector3<f64>>,
+}
+
+impl PlaceRecorder {
+    /// For drives that are estimated as a whole with their own odometry; `None` for others.
+    pub(crate) fn new(config: &Config, own_odometry: bool) -> Option<Self> {
+        let wanted = config.loops.enabled && own_odometry && !config.online.enabled;
+        wanted.then(|| Self {
+            options: config.loops,
+            extractor: FeatureExtractor::new(config.places.features),
+            last: None,
+            keyframes: Vec::new(),
+        })
+    }
+
+    /// Takes the frame when the camera has moved far enough. Points outside `usable` (vehicles, what is fixed to the camera) are left out.
+    pub(crate) fn observe(&mut self, candidate: &Candidate<'_>, usable: impl Fn(&Point2<f64>) -> bool) {
+        let Candidate { row, timestamp_ns, image, trajectory, .. } = *candidate;
+        let Some(record) = trajectory.frames.get(row).filter(|r| r.status == FrameStatus::Tracked) else {
+            return;
+        };
+        let segment = record.segment;
+        let Some(pose) = trajectory.camera_from_world(row) else { return };
+        if !self.moved(candidate, segment, &pose) {
+            return;
+        }
+        let features = self.extractor.extract(image, |x, y| usable(&Point2::new(x, y)));
+        self.keyframes.push(PlaceKeyframe { frame: row, segment, features });
+        self.last = Some(Taken { frame: row, timestamp_ns, segment });
+    }
+
+    fn moved(&self, candidate: &Candidate<'_>, segment: usize, pose: &Pose<Camera, World>) -> bool {
+        let Some(last) = self.last.as_ref().filter(|l| l.segment == segment) else { return true };
+        // By today's pose of the last keyframe: adjustments move it.
+        let Some(before) = candidate.trajectory.camera_from_world(last.frame) else { return true };
+        let step = *pose * before.inverse();
+        let far = match candidate.plane {
+            // |m| is 1 over the camera's height.
+            Some(plane) => step.translation().norm() * plane.norm() >= self.options.spacing_heights,
+            None => (candidate.timestamp_ns - last.timestamp_ns) as f64 * 1e-9 >= self.options.spacing_s,
+        };
+        far || step.rotation().angle() >= self.options.spacing_rad
+    }
+
+    /// Ends the drive.
+    pub(crate) fn finish(self) -> Vec<PlaceKeyframe> {
+        self.keyframes
+    }
+}
