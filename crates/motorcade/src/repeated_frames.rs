@@ -76,7 +76,7 @@ impl RepeatedFrames {
         false
     }
 
-    /// What was found, in words.
+    /// The findings in words.
     pub fn describe(&self) -> Vec<String> {
         let Self { count, frozen, frames, .. } = self;
         let repeated = (*count > 0).then(|| {

@@ -9,7 +9,7 @@ use super::options::LoopOptions;
 const AGREEING: f64 = 0.9;
 /// The quantile of χ² with 6 degrees of freedom at that share.
 const CHI_SQUARED: f64 = 10.64;
-/// How much better they must agree than by chance: an edge in the flank of its kernel loses weight, moves away, and loses all.
+/// Margin of agreement over chance: an edge in the flank of its kernel loses weight, moves away, and loses all.
 const MARGIN: f64 = 4.0;
 /// Least growth from solution to solution.
 const LEAST_GROWTH: f64 = 2.0;

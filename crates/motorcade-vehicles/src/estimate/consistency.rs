@@ -69,7 +69,7 @@ mod tests {
         };
         assert!((overlap(&projected, &observed(120.0, [true; 4])) - 0.2).abs() < 1e-12);
         assert!((overlap(&projected, &observed(120.0, [true, true, false, true])) - 1.0).abs() < 1e-12);
-        // What is seen beyond the projected vehicle counts, hidden or not.
+        // The part of a box beyond the projected vehicle counts, hidden or not.
         assert!((overlap(&projected, &observed(300.0, [true, true, false, true])) - 0.5).abs() < 1e-12);
     }
 }
