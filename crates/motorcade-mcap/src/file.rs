@@ -18,10 +18,10 @@ pub(crate) struct MessageFile<W: Write + Seek> {
 /// Schema of a channel.
 pub(crate) struct Schema<'a> {
     pub(crate) name: &'a str,
-    /// How `text` is written: `protobuf`, `jsonschema`, `ros2msg`.
+    /// Encoding of `text`: `protobuf`, `jsonschema`, `ros2msg`.
     pub(crate) encoding: &'a str,
     pub(crate) text: &'a [u8],
-    /// How messages are written: `protobuf`, `json`, `cdr`.
+    /// Encoding of messages: `protobuf`, `json`, `cdr`.
     pub(crate) messages: &'a str,
 }
 
