@@ -2,6 +2,7 @@
 
 mod ablate;
 mod batch;
+mod calibrate;
 mod draw;
 mod evaluate;
 mod export;
@@ -19,6 +20,7 @@ use motorcade_dataset::{ClockOffset, Format, FrameRange};
 
 pub use self::ablate::{AblateArguments, AblateCommand};
 pub use self::batch::BatchArguments;
+pub use self::calibrate::CalibrateArguments;
 pub use self::draw::DrawArguments;
 pub use self::evaluate::EvaluateArguments;
 pub use self::export::ExportArguments;
@@ -35,6 +37,7 @@ pub use self::tables::TablesArguments;
 #[command(after_help = "Examples:
   motorcade demo
   motorcade inspect drive.mp4
+  motorcade calibrate drive.mp4 --out camera.toml
   motorcade run drive.mp4 --calibration camera.toml --height 1.4 --out runs/drive
   motorcade run kitti/training --sequence 0005 --camera 3 --out runs/0005
   motorcade batch drives.csv --out fleet --jobs 8
@@ -61,6 +64,8 @@ pub enum Command {
     Batch(Box<BatchArguments>),
     /// Describes an input: frames, size, calibration, gaps, duplicates.
     Inspect(InspectArguments),
+    /// Finds focal length, distortion and mounting of a camera by a drive with turns, with standard deviations.
+    Calibrate(CalibrateArguments),
     /// Draws what a run estimated into the frames of its drive: a video, or pictures.
     Draw(DrawArguments),
     /// A run on the map (GeoJSON, GPX, KML, KITTI's oxts) and as a scenario for simulators (OpenSCENARIO).
@@ -153,8 +158,9 @@ pub struct InputArguments {
     /// Camera of a KITTI rig.
     #[arg(long)]
     pub camera: Option<u8>,
-    /// Calibration: our TOML, KITTI calib.txt, OpenCV, ORB-SLAM, ROS camera_info or Kalibr YAML.
-    #[arg(long)]
+    /// Calibration: our TOML, KITTI calib.txt, OpenCV, ORB-SLAM, ROS camera_info or Kalibr YAML; or `auto`, with `run`: by the drive
+    /// itself, as `motorcade calibrate` does.
+    #[arg(long, value_name = "FILE|auto")]
     pub calibration: Option<PathBuf>,
     /// Frames to take, by the input's own numbers: A..B (B not included), A.., ..B.
     #[arg(long, default_value = "..")]
@@ -171,13 +177,19 @@ pub struct InputArguments {
 }
 
 impl InputArguments {
+    /// True where the drive itself tells the calibration.
+    pub fn calibrates(&self) -> bool {
+        self.calibration.as_ref().is_some_and(|path| path.as_os_str() == "auto")
+    }
+
     /// As the dataset crate wants them.
     pub fn options(&self) -> motorcade_dataset::SequenceOptions {
         motorcade_dataset::SequenceOptions {
+            uncalibrated: self.calibrates(),
             format: self.format,
             sequence: self.sequence.clone(),
             camera: self.camera,
-            calibration: self.calibration.clone(),
+            calibration: self.calibration.clone().filter(|_| !self.calibrates()),
             fps: self.fps,
             frames: self.frames,
             stride: self.stride,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use motorcade::output::Extra;
 use motorcade::{
-    Config, External, FrameCallback, Motorcade, Progress, RunContext, push_sequence, survey_sequence,
+    Config, External, FrameCallback, Motorcade, Progress, RunContext, ViewPrior, push_sequence, survey_sequence,
 };
 use motorcade_dataset::{KITTI_HEIGHT_M, Sequence, Summary};
 use motorcade_geometry::PinholeCamera;
@@ -16,7 +16,10 @@ use motorcade_viewer::Pictures;
 use crate::arguments::{CameraHeight, RunArguments};
 use crate::frameless::{self, Files};
 use crate::progress::Reporter;
-use crate::{exit, external, models, probe, threads::threads};
+use crate::{calibrate, exit, external, models, probe, threads::threads};
+
+/// Name of the calibration in the directory of a run that found it itself.
+pub const CAMERA_FILE: &str = "camera.toml";
 
 /// Source of the drive.
 enum Source {
@@ -29,6 +32,8 @@ pub struct Drive {
     source: Source,
     /// Height of the camera \[m\]; `None` where it is to be estimated.
     pub height_m: Option<f64>,
+    /// The camera as the drive told it, as text, where nobody calibrated it.
+    camera_file: Option<String>,
 }
 
 /// Detectors of a run, or their recorded output for several runs.
@@ -60,7 +65,7 @@ impl Drive {
                     "--height auto needs frames: without them the road is not seen; give the height in metres".into()
                 )),
             };
-            return Ok(Self { source: Source::Files(Box::new(files)), height_m });
+            return Ok(Self { source: Source::Files(Box::new(files)), height_m, camera_file: None });
         }
         let sequence = Sequence::open(&arguments.input.input, &arguments.input.options())?;
         let height_m = match arguments.height {
@@ -72,7 +77,23 @@ impl Drive {
             Some(CameraHeight::Metres(height_m)) => Some(sequence.height_m(Some(height_m))?),
             None => Some(sequence.height_m(None)?),
         };
-        Ok(Self { source: Source::Frames(Box::new(sequence)), height_m })
+        Ok(Self { source: Source::Frames(Box::new(sequence)), height_m, camera_file: None })
+    }
+
+    /// With the camera as the drive tells it, where `--calibration auto` asks for it.
+    pub fn calibrated(
+        mut self,
+        arguments: &RunArguments,
+        config: &Config,
+        reporter: &Reporter,
+    ) -> anyhow::Result<Self> {
+        if let (Source::Frames(sequence), true) = (&mut self.source, arguments.input.calibrates()) {
+            let found =
+                calibrate::of(sequence, arguments.models.as_deref(), ViewPrior::default(), config, reporter)?;
+            **sequence = sequence.calibrated(CAMERA_FILE.as_ref(), found.calibration())?;
+            self.camera_file = Some(found.to_toml());
+        }
+        Ok(self)
     }
 
     /// The frames; `None` for a drive known from files only.
@@ -143,7 +164,8 @@ impl LoadedDrive {
             Some(height_m) => builder.height_m(height_m),
             None => builder.height_by_vehicles(),
         };
-        let builder = builder.config(*config);
+        let focal_sigma = self.sequence().and_then(|s| s.calibration()?.focal_sigma);
+        let builder = builder.focal_sigma(focal_sigma.unwrap_or(0.0)).config(*config);
         let builder = builder.external(self.external.clone()).perception(perception).threads(self.threads);
         Ok(builder.build()?)
     }
@@ -185,6 +207,12 @@ impl LoadedDrive {
     /// Takes pictures of the frames for the report; none of a drive of files.
     pub fn pictures(&self) -> Pictures {
         self.sequence().map(|sequence| Pictures::new(sequence.len())).unwrap_or_default()
+    }
+
+    /// File of the run beside its own: the camera as the drive told it.
+    pub fn camera_file(&self) -> Option<Extra> {
+        let text = self.drive.camera_file.as_ref()?;
+        Some(Extra { name: CAMERA_FILE.into(), content: text.clone().into_bytes() })
     }
 
     /// Files of the run beside its own: what was kept of perception.

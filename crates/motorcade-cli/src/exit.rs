@@ -12,13 +12,13 @@ pub const TRACKING_FAILED: u8 = 4;
 /// Interrupted, with what there was written.
 pub const INTERRUPTED: u8 = 130;
 
-/// A drawing that was stopped.
+/// Work that was stopped, and what became of it.
 #[derive(Debug)]
-pub struct Stopped;
+pub struct Stopped(pub &'static str);
 
 impl std::fmt::Display for Stopped {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("stopped before the last frame was drawn; the drawing was not written")
+        f.write_str(self.0)
     }
 }
 

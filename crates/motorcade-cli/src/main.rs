@@ -3,6 +3,7 @@
 mod ablate;
 mod arguments;
 mod batch;
+mod calibrate;
 mod demo;
 mod draw;
 mod drive;
@@ -47,6 +48,7 @@ fn main() -> ExitCode {
     let outcome = match cli.command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Batch(arguments) => batch::batch(&arguments),
+        Command::Calibrate(arguments) => calibrate::calibrate(&arguments),
         Command::Inspect(arguments) => inspect::inspect(&arguments),
         Command::Ablate(command) => ablate::ablate(&command),
         Command::Demo(arguments) => demo::demo(&arguments),

@@ -29,8 +29,8 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     let directory = OutputDirectory::open(&arguments.out, RUN_RECORD, arguments.force)?;
     let places = places(arguments, &drive)?;
     let map_file = OutFile::create_optional(arguments.save_map.as_deref())?;
-    let mut drive = drive.load(arguments)?;
     let reporter = Reporter::new(arguments.progress);
+    let mut drive = drive.calibrated(arguments, &config, &reporter)?.load(arguments)?;
     let mut slam = drive.slam(&config)?;
     let mut pictures = drive.pictures();
     let mut live = LiveView::open(arguments, &drive.camera()?)?;
@@ -51,6 +51,7 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     let report = Report { result: &result, context: &context, evaluation: None, pictures: pictures.taken() };
     let mut extras = vec![Extra { name: "report.html".into(), content: report.html().into_bytes() }];
     extras.extend(drive.kept());
+    extras.extend(drive.camera_file());
     // An error is reported once the results are safe.
     let tables = tables(arguments, &result).map(|tables| extras.extend(tables));
     let map = map_file.map_or(Ok(()), |file| crate::map::save(file, &result));

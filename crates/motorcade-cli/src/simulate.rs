@@ -38,6 +38,9 @@ pub fn simulate(arguments: &SimulateArguments) -> anyhow::Result<u8> {
     if arguments.trajectory.is_none() && (arguments.labels.is_some() || arguments.calibration.is_some()) {
         bail!("--labels and --calibration belong to a --trajectory");
     }
+    if let Some(view) = arguments.view_deg.filter(|view| !(20.0..=130.0).contains(view)) {
+        bail!("--view-deg must lie in [20, 130], got {view}");
+    }
     if !(2.0..=60.0).contains(&arguments.fps) {
         bail!("--fps must lie in [2, 60], got {}", arguments.fps);
     }
@@ -152,8 +155,9 @@ fn render(arguments: &SimulateArguments) -> RenderOptions {
         shutter_s: arguments.shutter,
         ..SensorOptions::default()
     };
-    RenderOptions { weather: arguments.weather, sensor, fps: arguments.fps, ..RenderOptions::default() }
-        .with_width(arguments.width)
+    let usual = RenderOptions { weather: arguments.weather, sensor, fps: arguments.fps, ..RenderOptions::default() }
+        .with_width(arguments.width);
+    arguments.view_deg.map_or(usual, |view| usual.with_view(view.to_radians()))
 }
 
 /// Refuses motion and vehicles that a road cannot be built for.

@@ -11,7 +11,7 @@ use crate::survey::Survey;
 use crate::undistort::Undistortion;
 
 /// An opened input.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Input {
     pub survey: Survey,
     pub slots: Vec<Slot>,

@@ -16,6 +16,8 @@ pub struct SequenceOptions {
     pub camera: Option<u8>,
     /// Calibration file; KITTI input has its own.
     pub calibration: Option<PathBuf>,
+    /// True leaves out every calibration: frames come as the camera made them.
+    pub uncalibrated: bool,
     /// Frames per second where the input has no times of its own (then 10), and instead of a video's own rate.
     pub fps: Option<f64>,
     /// Frames to take, by the input's own numbers.
@@ -37,6 +39,7 @@ impl Default for SequenceOptions {
             calibration: None,
             fps: None,
             frames: FrameRange::default(),
+            uncalibrated: false,
             stride: 1,
             ignore: None,
             // Overlaps decoding with computation at a bounded number of frames in memory.

@@ -55,10 +55,8 @@ impl Sequence {
         let size = first.size();
         let (camera, undistortion) = match &calibration {
             Some((file, calibration)) => {
-                let distorted = calibration.distorted(file, size.0, size.1)?;
-                let pinhole = calibration.pinhole(file, size.0, size.1)?;
-                let resampled = !distorted.distortion().is_none() || pinhole != *distorted.matrix();
-                (Some(pinhole), resampled.then(|| Undistortion::new(&distorted, &pinhole)))
+                let (pinhole, undistortion) = resampling(file, calibration, size)?;
+                (Some(pinhole), undistortion)
             }
             None => (None, None),
         };
@@ -80,6 +78,18 @@ impl Sequence {
             colour,
             prefetch,
         };
+        Ok(Self { input: Arc::new(input) })
+    }
+
+    /// The same frames with another calibration, as if read from `file`.
+    ///
+    /// # Errors
+    /// A calibration for another size, or a lens that cannot be.
+    pub fn calibrated(&self, file: &Path, calibration: Calibration) -> Result<Self> {
+        let (pinhole, undistortion) = resampling(file, &calibration, self.size())?;
+        let mut input = Input::clone(&self.input);
+        (input.camera, input.undistortion) = (Some(pinhole), undistortion);
+        input.calibration = Some((file.to_path_buf(), calibration));
         Ok(Self { input: Arc::new(input) })
     }
 
@@ -153,6 +163,18 @@ impl Sequence {
     pub fn frames(&self) -> Frames {
         Frames::start(Decoder::new(Arc::clone(&self.input)), self.input.prefetch)
     }
+}
+
+/// The pinhole of a calibration, and how frames are resampled to it where they are.
+fn resampling(
+    file: &Path,
+    calibration: &Calibration,
+    (width, height): (u32, u32),
+) -> Result<(PinholeCamera, Option<Undistortion>)> {
+    let distorted = calibration.distorted(file, width, height)?;
+    let pinhole = calibration.pinhole(file, width, height)?;
+    let resampled = !distorted.distortion().is_none() || pinhole != *distorted.matrix();
+    Ok((pinhole, resampled.then(|| Undistortion::new(&distorted, &pinhole))))
 }
 
 /// Slots selected by number and stride.

@@ -16,7 +16,7 @@ const DEFAULT_FPS: f64 = 10.0;
 /// File numbers from here on are times in nanoseconds (after 1973), not counts.
 const TIME_NAMES_FROM: u64 = 100_000_000_000_000_000;
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Survey {
     pub root: PathBuf,
     pub format: Format,
@@ -34,7 +34,7 @@ pub(crate) struct Survey {
 }
 
 pub(crate) fn survey(root: &Path, format: Format, options: &SequenceOptions) -> Result<Survey> {
-    let mut survey = Survey {
+    let survey = Survey {
         root: root.to_path_buf(),
         format,
         store: Store::Files,
@@ -48,6 +48,15 @@ pub(crate) fn survey(root: &Path, format: Format, options: &SequenceOptions) -> 
         video_fps: None,
         video_frames: 0,
     };
+    let mut survey = found(root, format, options, survey)?;
+    if options.uncalibrated {
+        survey.calibration = None;
+    }
+    Ok(survey)
+}
+
+/// Files and times of an input.
+fn found(root: &Path, format: Format, options: &SequenceOptions, mut survey: Survey) -> Result<Survey> {
     let folder = match format {
         Format::Video => {
             let info = video::probe(root)?;

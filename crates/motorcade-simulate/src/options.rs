@@ -82,6 +82,14 @@ impl RenderOptions {
         self
     }
 
+    /// The same picture size with another horizontal field of view \[rad\].
+    #[must_use]
+    pub fn with_view(mut self, view_rad: f64) -> Self {
+        let focal = 0.5 * f64::from(self.camera.width) / (0.5 * view_rad).tan();
+        (self.camera.fx, self.camera.fy) = (focal, focal);
+        self
+    }
+
     /// Checks the values.
     ///
     /// # Errors

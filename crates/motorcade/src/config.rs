@@ -1,5 +1,6 @@
 //! The configuration of a run: works with none, refuses what it does not know.
 
+use motorcade_calibrate::CalibrateOptions;
 use motorcade_multibody::{CameraCoupling, GraphOptions, LoopOptions};
 use motorcade_odometry::{
     AdvancedClosedFormOptions, MetricOptions, OdometryOptions, RoadOptions, ScaleAverage,
@@ -113,6 +114,8 @@ pub struct Config {
     pub preset: Preset,
     /// The run as a whole.
     pub run: RunOptions,
+    /// Lens of a camera that nobody calibrated (`calibrate`, `run --calibration auto`).
+    pub calibration: CalibrateOptions,
     /// Odometry.
     pub odometry: OdometryOptions,
     /// Road plane.
@@ -204,6 +207,7 @@ impl Config {
         let check = |ok: bool, text: &str| if ok { Ok(()) } else { Err(text.to_owned()) };
         check((0.0..=1.0).contains(&self.run.most_untracked), "run.most_untracked must lie between 0 and 1")?;
         self.odometry.validate()?;
+        self.calibration.validate().map_err(|problem| format!("calibration.{problem}"))?;
         check(self.road.far_heights > 4.0, "road.far_heights must be more than 4")?;
         check(self.road.half_width_heights > 0.3, "road.half_width_heights must be more than 0.3")?;
         check(

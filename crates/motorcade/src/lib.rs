@@ -23,6 +23,7 @@
 //! ```
 
 mod assembly;
+mod calibration;
 mod closed_loop;
 mod config;
 mod config_text;
@@ -54,6 +55,7 @@ mod settings;
 mod speeds;
 mod timing;
 
+pub use calibration::{CameraCalibration, Mounting, calibrate};
 pub use closed_loop::{ClosedLoop, Loops};
 pub use config::{Config, Preset, RunOptions, ScaleOptions, VehicleMask};
 pub use distances::{DistanceSensor, Distances};
@@ -65,6 +67,7 @@ pub use external::External;
 pub use external_files::ExternalFiles;
 pub use motion_source::ExternalTrajectory;
 pub use motorcade::{Motorcade, MotorcadeBuilder};
+pub use motorcade_calibrate::{CalibrateOptions, LensEstimate, ViewPrior};
 pub use motorcade_dataset::{ExternalVehiclePose, read_vehicle_poses};
 pub use motorcade_multibody as multibody;
 pub use motorcade_multibody::{CameraCoupling, GraphKernel, GraphOptions, LoopEdge, LoopOptions};

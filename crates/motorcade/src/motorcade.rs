@@ -62,6 +62,7 @@ impl Motorcade {
             camera,
             height_m: None,
             height_unknown: false,
+            focal_sigma: 0.0,
             config,
             external,
             perception,
@@ -272,6 +273,7 @@ pub struct MotorcadeBuilder {
     camera: PinholeCamera,
     height_m: Option<f64>,
     height_unknown: bool,
+    focal_sigma: f64,
     config: Config,
     external: External,
     perception: Perception,
@@ -292,6 +294,12 @@ impl MotorcadeBuilder {
     pub fn height_by_vehicles(mut self) -> Self {
         self.height_m = Some(camera_height::GUESS_M);
         self.height_unknown = true;
+        self
+    }
+    /// Standard deviation of the logarithm of the focal length: all lengths are proportional to it, so it enters their covariances.
+    #[must_use]
+    pub fn focal_sigma(mut self, focal_sigma: f64) -> Self {
+        self.focal_sigma = focal_sigma;
         self
     }
     /// Configuration in place of the default one.
@@ -343,12 +351,14 @@ impl MotorcadeBuilder {
     /// No height, or one that no camera has; intrinsics that are none; a configuration out of range; distances of another sensor
     /// where metres are given.
     pub fn build(self) -> Result<Motorcade> {
-        let Self { camera, height_m, height_unknown, config, external, perception, threads } = self;
+        let Self { camera, height_m, height_unknown, focal_sigma, mut config, external, perception, threads } = self;
         let height_m = height_m.filter(|h| HEIGHT_RANGE_M.contains(h)).ok_or_else(|| {
             Error::Config("the height of the camera above the road must lie in [0.01, 1000] m".to_owned())
         })?;
         camera.validate().map_err(|e| Error::Config(e.to_string()))?;
         config.validate().map_err(Error::Config)?;
+        let bias_sigma = &mut config.scale.advanced.bias_sigma;
+        *bias_sigma = bias_sigma.hypot(focal_sigma);
         let in_metres = external.trajectory.as_ref().is_some_and(|trajectory| trajectory.metric);
         if external.distances.is_some() && (in_metres || !config.scale.smoothed) {
             return Err(Error::Config(

@@ -23,7 +23,7 @@ class CropOptions:
     #: Heights and widths of crops [px]; batches take turns. The large ones hold near vehicles whole.
     sizes: tuple[tuple[int, int], ...] = ((192, 352), (192, 352), (256, 480))
     #: Share of crops aimed at a vehicle.
-    aimed: float = 0.65
+    aimed: float = 0.55
     #: Least height that an aimed vehicle gets [px], and the most as a share of the crop's height; drawn evenly in the logarithm.
     heights: tuple[float, float] = (12.0, 0.9)
     #: Limits of the zoom.

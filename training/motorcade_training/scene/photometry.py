@@ -12,13 +12,13 @@ def shadows(image: np.ndarray, bank: Bank, random: np.random.Generator) -> np.nd
     field = bank.field(random, height, width)
     edge = random.uniform(1, 12)
     share = 1 / (1 + np.exp(-edge * (field - random.uniform(-0.5, 1.0))))
-    factor = 1 - share * random.uniform(0.2, 0.6)
+    factor = 1 - share * random.uniform(0.2, 0.75)
     return np.clip(image * factor[..., None], 0, 255).astype(np.uint8)
 
 
 def distort(image: np.ndarray, bank: Bank, random: np.random.Generator) -> np.ndarray:
     """Light, colour, blur, noise and JPEG artefacts at random; u8 [H, W, 3], RGB."""
-    if random.random() < 0.2:
+    if random.random() < 0.3:
         image = shadows(image, bank, random)
     if random.random() < 0.8:
         gamma, gain, lift = np.exp(random.normal(0, 0.2)), random.uniform(0.8, 1.25), random.uniform(-12, 12)

@@ -8,8 +8,10 @@ from motorcade_training.scene.texture import SIDE, Bank
 
 #: Road from this probability, nothing of it up to that one.
 ROAD, NOT_ROAD = 128, 25
-#: Share of images that get some ground painted, and of those whose road is made narrower.
-PAINTED, NARROWED = 0.6, 0.6
+#: Share of images that get some ground painted, of those whose road is made narrower, and of those whose ground lies in the shade of trees.
+PAINTED, NARROWED, SHADED = 0.6, 0.6, 0.4
+#: Share of narrowed roads beyond whose edge the road's own surface goes on in another light: footpaths, parking bays.
+FOOTPATH = 0.3
 
 
 def vanishing_point(road: np.ndarray) -> tuple[float, float] | None:
@@ -49,9 +51,13 @@ def paint(image: np.ndarray, road: np.ndarray, boxes: Boxes, vanishing: tuple[fl
         free[int(max(y1, 0)) : low, int(max(x1, 0)) : int(max(x2, 0)) + 1] = False
     picture = image.astype(np.float32)
     light = float(np.clip(image[road >= ROAD].mean() / 110, 0.35, 1.5)) if (road >= ROAD).any() else 1.0
+    shade = shadow(bank, random, height, width) if random.random() < SHADED else None
     regions = [beside & (across < 0), beside & (across > 0), cut]
     for region in regions:
         if random.random() < 0.35 and region is not cut:
+            continue
+        if region is cut and random.random() < FOOTPATH:
+            picture[cut & free] *= np.exp(random.uniform(np.log(0.7), np.log(1.7))) * random.uniform(0.93, 1.07, 3).astype(np.float32)
             continue
         mask = (region & free).astype(np.float32)
         if mask.sum() < 50:
@@ -63,9 +69,19 @@ def paint(image: np.ndarray, road: np.ndarray, boxes: Boxes, vanishing: tuple[fl
         # Far away the texture is finer than a pixel.
         average = texture.mean((0, 1))
         texture = average + (texture - average) * np.clip(4 * y / height, 0.1, 1)[..., None]
-        texture = texture * (light * random.uniform(0.5, 1.3) * (1 + 0.15 * bank.field(random, height, width)))[..., None]
+        brightness = light * np.exp(random.uniform(np.log(0.3), np.log(1.3)))
+        texture = texture * (brightness * (1 + 0.15 * bank.field(random, height, width)))[..., None]
+        if shade is not None:
+            texture = texture * shade[..., None]
         alpha = cv2.blur(mask, (3, 3)) * np.where(region is cut, 1.0, random.uniform(0.6, 1.0))
         picture += (texture - picture) * alpha[..., None]
     kerb &= free
     picture[kerb] = picture[kerb] * 0.2 + 0.8 * light * random.uniform(90, 190)
     return np.clip(picture, 0, 255).astype(np.uint8), np.where((cut | kerb) & free, 0, road)
+
+
+def shadow(bank: Bank, random: np.random.Generator, height: int, width: int) -> np.ndarray:
+    """Light under trees, f32 [height, width]: 1 in the sun, patches of shade with sharp edges."""
+    field = bank.field(random, height, width) + 0.5 * bank.field(random, height, width)
+    share = 1 / (1 + np.exp(-random.uniform(3, 20) * (field - random.uniform(-1.0, 0.8))))
+    return (1 - share * random.uniform(0.4, 0.85)).astype(np.float32)

@@ -73,6 +73,9 @@ pub struct SimulateArguments {
     /// Width of the pictures in pixels.
     #[arg(long, default_value_t = 1242, value_parser = clap::value_parser!(u32).range(16..=8192))]
     pub width: u32,
+    /// Horizontal field of view in degrees, 20 to 130; that of KITTI's cameras, 81, by default.
+    #[arg(long, value_name = "DEG", value_parser = clap::value_parser!(f64), conflicts_with_all = ["trajectory", "training"])]
+    pub view_deg: Option<f64>,
     /// Also write depth maps.
     #[arg(long)]
     pub depth: bool,

@@ -15,6 +15,8 @@ use super::recording;
 use super::scenes::Scenes;
 use super::target::{Put, Target, encode, write_pictures, write_video};
 use crate::exit::Stopped;
+
+const UNDRAWN: Stopped = Stopped("stopped before the last frame was drawn; the drawing was not written");
 use crate::progress::Reporter;
 
 /// Frames in memory per thread.
@@ -85,7 +87,7 @@ impl<'a> Drawing<'a> {
         };
         reporter.finish();
         if reporter.cancelled() {
-            return Err(Stopped.into());
+            return Err(UNDRAWN.into());
         }
         written?;
         Ok(Drawn { frames: drawn, path })
@@ -121,7 +123,7 @@ impl<'a> Drawing<'a> {
                 seen += batch;
                 reporter.advance(seen);
             }
-            if reporter.cancelled() { Err(Stopped.into()) } else { Ok(count) }
+            if reporter.cancelled() { Err(UNDRAWN.into()) } else { Ok(count) }
         })
     }
 

@@ -7,6 +7,7 @@ use motorcade::{RecordedRun, RunRecord};
 use motorcade_dataset::{FrameRange, Sequence, SequenceOptions};
 
 use crate::arguments::{Cli, Command, DrawArguments};
+use crate::drive::CAMERA_FILE;
 use crate::files::demo_drive;
 
 /// Opens the frames of a run: those of its own selection that lie in the range asked for.
@@ -30,6 +31,10 @@ pub fn open(record: &RunRecord, run: &RecordedRun, arguments: &DrawArguments) ->
     options.format = input.format.or(options.format);
     options.sequence = input.sequence.clone().or(options.sequence);
     options.camera = input.camera.or(options.camera);
+    if options.uncalibrated {
+        options.calibration = Some(arguments.run.join(CAMERA_FILE));
+        options.uncalibrated = false;
+    }
     options.calibration = arguments.calibration.clone().or(options.calibration);
     options.ignore = None;
     options.frames = selected(run, &arguments.frames).ok_or_else(|| {

@@ -8,8 +8,20 @@ impl Calibration {
     /// Every digit of every number. Radial-tangential calibrations without a stated view have the text they had before there
     /// were other lenses, so that runs recorded then are recognised.
     pub fn identity(&self) -> String {
-        let Self { dialect, fx, fy, cx, cy, size, distortion, view_deg, fps, height_m, camera_from_cam0 } =
-            self;
+        let Self {
+            dialect,
+            fx,
+            fy,
+            cx,
+            cy,
+            size,
+            distortion,
+            view_deg,
+            fps,
+            height_m,
+            focal_sigma,
+            camera_from_cam0,
+        } = self;
         let lens = match distortion {
             Distortion::RadialTangential(d) => format!(
                 "Distortion {{ k1: {:?}, k2: {:?}, p1: {:?}, p2: {:?}, k3: {:?} }}",
@@ -17,10 +29,11 @@ impl Calibration {
             ),
             other => format!("{other:?}"),
         };
+        let sigma = focal_sigma.map_or(String::new(), |sigma| format!(", focal_sigma: {sigma:?}"));
         let view = view_deg.map_or(String::new(), |view| format!(", view_deg: {view:?}"));
         format!(
             "Calibration {{ dialect: {dialect:?}, fx: {fx:?}, fy: {fy:?}, cx: {cx:?}, cy: {cy:?}, size: {size:?}, distortion: \
-             {lens}{view}, fps: {fps:?}, height_m: {height_m:?}, camera_from_cam0: {camera_from_cam0:?} }}"
+             {lens}{view}, fps: {fps:?}, height_m: {height_m:?}{sigma}, camera_from_cam0: {camera_from_cam0:?} }}"
         )
     }
 }

@@ -52,6 +52,8 @@ pub struct Calibration {
     pub fps: Option<f64>,
     /// Height of the camera above the road \[m\], when the file has it.
     pub height_m: Option<f64>,
+    /// Standard deviation of the logarithm of the focal length, when the file has it.
+    pub focal_sigma: Option<f64>,
     /// `camera_from_cam0` of a KITTI rig; the identity elsewhere.
     pub camera_from_cam0: Pose<Camera, Cam0>,
 }
@@ -128,6 +130,9 @@ impl Calibration {
         }
         if let Some(fps) = self.fps.filter(|fps| !FPS_RANGE.contains(fps)) {
             return Err(Error::input(path, format!("fps = {fps:e} must lie in [0.01, 10000]")));
+        }
+        if let Some(sigma) = self.focal_sigma.filter(|sigma| !(0.0..=1.0).contains(sigma)) {
+            return Err(Error::input(path, format!("focal_px = {:e} of [sigma] must lie in [0, fx]", sigma * self.fx)));
         }
         if let Some(height) = self.height_m.filter(|height| !HEIGHT_RANGE_M.contains(height)) {
             return Err(Error::input(path, format!("height_m = {height:e} must lie in [0.01, 1000] m")));

@@ -18,6 +18,12 @@
 //! p1 = 0.0
 //! p2 = 0.0
 //! k3 = 0.0
+//!
+//! [sigma]            # optional: standard deviations, as `motorcade calibrate` writes them
+//! focal_px = 8.0     # of fx and fy, which share it; enters the uncertainty of the scale
+//! cx = 5.0           # px, for information
+//! cy = 5.0           # px, for information
+//! k1 = 0.01          # for information
 //! ```
 
 use std::path::Path;
@@ -41,6 +47,20 @@ struct File {
     view_deg: Option<f64>,
     #[serde(default)]
     distortion: Lens,
+    sigma: Option<Sigma>,
+}
+
+/// Standard deviations.
+#[derive(serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Sigma {
+    focal_px: f64,
+    #[expect(dead_code, reason = "for information")]
+    cx: Option<f64>,
+    #[expect(dead_code, reason = "for information")]
+    cy: Option<f64>,
+    #[expect(dead_code, reason = "for information")]
+    k1: Option<f64>,
 }
 
 #[derive(Default, serde::Deserialize)]
@@ -118,6 +138,27 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Calibration> {
         view_deg: file.view_deg,
         fps: file.fps,
         height_m: file.height_m,
+        focal_sigma: file.sigma.map(|sigma| sigma.focal_px / file.fx),
         camera_from_cam0: Pose::identity(),
     })
+}
+
+impl Calibration {
+    /// As the project's own TOML; standard deviations of f, k1 \[1\], cx and cy \[px\] stand in it. Lenses other than radial-tangential ones
+    /// lose their coefficients beyond k3.
+    pub fn to_toml(&self, [focal_px, k1, cx, cy]: [f64; 4]) -> String {
+        let mut text = format!(
+            "fx = {:.2}\nfy = {:.2}\ncx = {:.2}\ncy = {:.2}\n",
+            self.fx, self.fy, self.cx, self.cy
+        );
+        if let Some((width, height)) = self.size {
+            text += &format!("width = {width}\nheight = {height}\n");
+        }
+        if let Distortion::RadialTangential(RadialTangential { k1, k2, p1, p2, k3 }) = self.distortion
+            && !self.distortion.is_none()
+        {
+            text += &format!("\n[distortion]\nk1 = {k1:.5}\nk2 = {k2:.5}\np1 = {p1:.5}\np2 = {p2:.5}\nk3 = {k3:.5}\n");
+        }
+        text + &format!("\n[sigma]\nfocal_px = {focal_px:.2}\ncx = {cx:.2}\ncy = {cy:.2}\nk1 = {k1:.5}\n")
+    }
 }

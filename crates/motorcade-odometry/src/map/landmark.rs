@@ -5,6 +5,8 @@ use nalgebra::{Point2, Point3};
 /// A scene point with its observations.
 #[derive(Clone, Debug)]
 pub struct Landmark {
+    /// Number of the corner, counted over the whole drive.
+    pub id: u64,
     /// Position in the segment's world; `None` until it is triangulated.
     pub point_in_world: Option<Point3<f64>>,
     /// Image in the last tracked frame \[px\]; `None` once tracking lost it.
@@ -36,9 +38,10 @@ pub enum Carrier {
 }
 
 impl Landmark {
-    /// A corner just detected in keyframe `keyframe`, on the scene.
-    pub fn new(pixel: Point2<f64>, keyframe: usize) -> Self {
+    /// Corner `id`, just detected in keyframe `keyframe`, on the scene.
+    pub fn new(id: u64, pixel: Point2<f64>, keyframe: usize) -> Self {
         Self {
+            id,
             point_in_world: None,
             pixel: Some(pixel),
             template_pixel: Some(pixel),

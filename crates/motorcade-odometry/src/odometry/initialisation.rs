@@ -160,6 +160,7 @@ impl Odometry {
         self.velocity = Velocity::new(&last_pose.log(), elapsed_ns, frames);
         self.trajectory.keyframes.push(vec![CameraFromWorld::identity()]);
         self.fill_initial_poses(initialisation, &landmarks, frame, &last_pose);
+        self.corners += first.len() as u64;
         self.start_map(frame, landmarks.into_iter().map(|(_, l)| l).collect(), last_pose);
         self.add_two_view_covariance(initialisation.first_frame, frame.number, &last_pose);
         true
@@ -177,7 +178,7 @@ impl Odometry {
             let triangulated =
                 inlier.then(|| triangulate_midpoint(&ray.0, &ray.1, &found.b_from_a)).flatten();
             let point_in_world = triangulated.filter(|(_, c)| *c < cosine_limit).map(|(p, _)| p);
-            (*i, Landmark { pixel: Some(*b), point_in_world, ..Landmark::new(*a, 0) })
+            (*i, Landmark { pixel: Some(*b), point_in_world, ..Landmark::new(self.corners + *i as u64, *a, 0) })
         };
         pairs.iter().zip(rays).zip(&found.inliers).map(landmark).collect()
     }

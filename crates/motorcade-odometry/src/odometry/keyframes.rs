@@ -54,14 +54,16 @@ impl Odometry {
             matches!(class(&Point2::new(x as f64, y as f64)), PixelClass::Scene | PixelClass::Vehicle)
         };
         let corners = detect(frame.pyramid.level(0), &occupied, allowed, &self.options.corners);
-        let landmark = |pixel: Point2<f64>| {
+        let first = self.corners;
+        self.corners += corners.len() as u64;
+        let landmark = |(id, pixel): (u64, Point2<f64>)| {
             let carrier = match class(&pixel) {
                 PixelClass::Vehicle => Carrier::MovingVehicle { static_ns: 0 },
                 _ => Carrier::Scene,
             };
-            Landmark { carrier, ..Landmark::new(pixel, keyframe) }
+            Landmark { carrier, ..Landmark::new(id, pixel, keyframe) }
         };
-        self.window.landmarks.extend(corners.into_iter().map(landmark));
+        self.window.landmarks.extend((first..).zip(corners).map(landmark));
     }
 
     pub(super) fn newest_pose(&self, fallback: CameraFromWorld) -> CameraFromWorld {

@@ -36,6 +36,8 @@ pub struct Odometry {
     options: OdometryOptions,
     trajectory: OdometryTrajectory,
     window: Window,
+    /// Corners that became landmarks so far.
+    corners: u64,
     initialisation: Option<Initialisation>,
     last: Option<LastFrame>,
     velocity: Velocity,
@@ -89,6 +91,7 @@ impl Odometry {
             options,
             trajectory: OdometryTrajectory { frames: Vec::new(), keyframes: Vec::new() },
             window: Window::new(options.window),
+            corners: 0,
             initialisation: None,
             last: None,
             velocity: Velocity::zero(),

@@ -1,0 +1,71 @@
+//! What a drive says of its lens.
+
+use motorcade_geometry::robust::median;
+use nalgebra::Matrix4;
+
+use crate::adjustment::Adjustment;
+use crate::lens::Lens;
+use crate::options::CalibrateOptions;
+use crate::prior::LensPrior;
+use crate::window::Window;
+
+/// A lens with its uncertainty.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LensEstimate {
+    /// The lens.
+    pub lens: Lens,
+    /// Covariance of ln f, k1, cx \[px\], cy \[px\].
+    pub covariance: Matrix4<f64>,
+    /// Angle that the camera turned through in the keyframes used \[rad\].
+    pub turned_rad: f64,
+    /// Keyframes used.
+    pub keyframes: usize,
+    /// Corners used.
+    pub corners: usize,
+    /// Median reprojection error \[px\].
+    pub median_error_px: f64,
+}
+
+/// Median of a Rayleigh distribution over its σ: errors in two coordinates.
+const RAYLEIGH_MEDIAN: f64 = 1.1774;
+
+impl LensEstimate {
+    /// From an adjustment at its solution.
+    pub(crate) fn new(adjustment: &Adjustment, prior: &LensPrior, options: &CalibrateOptions) -> Self {
+        let Adjustment { lens, windows } = adjustment;
+        let mut errors: Vec<f64> =
+            windows.iter().flat_map(|w| w.squared_errors(lens)).map(f64::sqrt).collect();
+        let median_error_px = median(&mut errors).unwrap_or(0.0);
+        let noise = (median_error_px / RAYLEIGH_MEDIAN).powi(2).max(1e-6);
+        let votes = adjustment.votes(options);
+        let total = votes.iter().fold(prior.information(lens), |sum, (h, _)| sum + h);
+        // Windows that disagree by more than their pixels say: errors of tracks last from frame to frame.
+        let disagreement: f64 = votes.iter().map(|(h, g)| g[0] * g[0] / (h[(0, 0)] * noise)).sum();
+        let inflation = (disagreement / (votes.len().max(2) - 1) as f64).max(1.0);
+        let mut covariance = total.try_inverse().unwrap_or_else(Matrix4::identity) * (noise * inflation);
+        // An error of the turns is an error of the focal length: f times angle is what pixels tell.
+        let turned_rad: f64 = windows.iter().map(Window::turn_rad).sum();
+        let by_turns = options.turn_sigma_rad / turned_rad.max(1e-6);
+        covariance[(0, 0)] += options.common_focal_sigma.powi(2) + by_turns.powi(2);
+        covariance[(1, 1)] += options.common_k1_sigma.powi(2);
+        Self {
+            lens: *lens,
+            covariance,
+            turned_rad,
+            keyframes: windows.iter().map(|w| w.poses.len()).sum(),
+            corners: windows.iter().map(|w| w.corners.len()).sum(),
+            median_error_px,
+        }
+    }
+
+    /// Standard deviation of ln f: relative error of the focal length.
+    pub fn focal_sigma(&self) -> f64 {
+        self.covariance[(0, 0)].sqrt()
+    }
+
+    /// Standard deviations of f \[px\], k1, cx \[px\], cy \[px\].
+    pub fn sigmas(&self) -> [f64; 4] {
+        let s = self.covariance.diagonal().map(f64::sqrt);
+        [s[0] * self.lens.focal_px, s[1], s[2], s[3]]
+    }
+}

@@ -1,0 +1,135 @@
+//! Settings.
+
+use motorcade_geometry::PinholeCamera;
+
+use crate::lens::Lens;
+
+/// What is known of the field of view before the drive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ViewPrior {
+    /// Horizontal field of view \[rad\].
+    pub view_rad: f64,
+    /// Standard deviation of the logarithm of the focal length.
+    pub log_sigma: f64,
+}
+
+impl Default for ViewPrior {
+    /// 70° and a factor of 1.6: of two cameras out of three that are sold for cars, 48° to 97°.
+    fn default() -> Self {
+        Self { view_rad: 70_f64.to_radians(), log_sigma: 0.5 }
+    }
+}
+
+impl ViewPrior {
+    /// Focal length of that view \[px\].
+    pub fn focal_px(&self, width: u32) -> f64 {
+        0.5 * f64::from(width) / (0.5 * self.view_rad).tan()
+    }
+
+    /// A camera of that view.
+    pub fn camera(&self, width: u32, height: u32) -> PinholeCamera {
+        Lens::centred(self.focal_px(width), width, height).pinhole(width, height)
+    }
+}
+
+/// Settings of the calibration.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct CalibrateOptions {
+    /// Frames at most, from the first on; more take longer.
+    pub most_frames: usize,
+    /// Keyframes adjusted together: some seconds of a turn.
+    pub window_keyframes: usize,
+    /// Fewer keyframes are no window.
+    pub least_keyframes: usize,
+    /// Windows at most; those in which the camera turns most are taken.
+    pub most_windows: usize,
+    /// Passes over the drive at most without distortion, and again with it.
+    pub passes: usize,
+    /// Change of ln f below which another pass is not needed.
+    pub converged: f64,
+    /// Iterations of the adjustment at most.
+    pub max_iterations: usize,
+    /// Relative decrease of the cost that ends it.
+    pub relative_decrease: f64,
+    /// Cauchy scale of a reprojection error \[px\].
+    pub kernel_px: f64,
+    /// Reprojection error above which the odometry drops an observation \[px\]: above what a wrong lens does.
+    pub outlier_px: f64,
+    /// Noise of a tracked corner \[px\], for the weight of what was known before.
+    pub noise_px: f64,
+    /// Standard deviation of k1 before the drive, of a lens without distortion. Errors of tracking are alike in neighbouring frames and pass for
+    /// a few thousandths.
+    pub k1_sigma: f64,
+    /// Cauchy scale of k1 \[`k1_sigma`\]: a lens with distortion is free to have it.
+    pub k1_kernel: f64,
+    /// Standard deviation of the principal point from the middle of the picture \[widths\].
+    pub centre_sigma: f64,
+    /// Standard deviation of ln f that all windows share: no lens is an ideal one.
+    pub common_focal_sigma: f64,
+    /// Standard deviation of the turns, as errors of tracking feign them \[rad\]: over the angle turned it is one of ln f. Ten rendered drives that
+    /// turn by 65° to 95° err by 0.7 % (rms), a straight one (5° of swaying) by 8 %, real ones that turn by 14° and 19° by 3 to 6 %.
+    pub turn_sigma_rad: f64,
+    /// The same of k1.
+    pub common_k1_sigma: f64,
+    /// Standard deviation of ln f above which the drive does not tell it.
+    pub most_focal_sigma: f64,
+}
+
+impl CalibrateOptions {
+    /// The first setting out of its range; all are usable otherwise.
+    ///
+    /// # Errors
+    /// The name of the setting and its range.
+    pub fn validate(&self) -> Result<(), String> {
+        for (name, value, least) in [
+            ("most_frames", self.most_frames, 1),
+            ("least_keyframes", self.least_keyframes, 3),
+            ("window_keyframes", self.window_keyframes, self.least_keyframes),
+            ("most_windows", self.most_windows, 1),
+            ("passes", self.passes, 1),
+        ] {
+            if value < least {
+                return Err(format!("{name} must be at least {least}, got {value}"));
+            }
+        }
+        for (name, value) in [
+            ("kernel_px", self.kernel_px),
+            ("outlier_px", self.outlier_px),
+            ("noise_px", self.noise_px),
+            ("k1_sigma", self.k1_sigma),
+            ("k1_kernel", self.k1_kernel),
+            ("centre_sigma", self.centre_sigma),
+        ] {
+            if value <= 0.0 {
+                return Err(format!("{name} must be positive, got {value}"));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Default for CalibrateOptions {
+    fn default() -> Self {
+        Self {
+            most_frames: 1500,
+            window_keyframes: 40,
+            least_keyframes: 6,
+            most_windows: 40,
+            passes: 6,
+            converged: 0.01,
+            max_iterations: 40,
+            relative_decrease: 1e-6,
+            kernel_px: 1.0,
+            outlier_px: 8.0,
+            noise_px: 0.5,
+            k1_sigma: 0.01,
+            k1_kernel: 4.0,
+            centre_sigma: 0.01,
+            common_focal_sigma: 0.01,
+            turn_sigma_rad: 0.6_f64.to_radians(),
+            common_k1_sigma: 0.01,
+            most_focal_sigma: 0.08,
+        }
+    }
+}

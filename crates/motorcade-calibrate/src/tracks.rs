@@ -1,0 +1,57 @@
+//! Corners followed through the keyframes of the odometry.
+
+use std::collections::BTreeMap;
+
+use motorcade_geometry::{Camera, Pose, World};
+use motorcade_odometry::{FrameStatus, Odometry};
+use nalgebra::Point2;
+
+/// Observations of the keyframes of a drive, map by map.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct TrackRecorder {
+    /// The last keyframe recorded: map and number.
+    last: Option<(usize, usize)>,
+    maps: BTreeMap<usize, BTreeMap<u64, Vec<(usize, Point2<f64>)>>>,
+}
+
+/// A map of the odometry: where its keyframes are and what they see.
+#[derive(Clone, Debug)]
+pub(crate) struct MapTracks {
+    /// `camera_from_world` of the keyframes.
+    pub poses: Vec<Pose<Camera, World>>,
+    /// Keyframe and pixel of each observation of each corner.
+    pub tracks: Vec<Vec<(usize, Point2<f64>)>>,
+}
+
+impl TrackRecorder {
+    /// Takes what a new keyframe sees, after [`Odometry::process`]. Corners on vehicles are left out.
+    pub fn observe(&mut self, odometry: &Odometry) {
+        let trajectory = odometry.trajectory();
+        let Some(record) = trajectory.frames.last().filter(|r| r.status == FrameStatus::Tracked) else { return };
+        let newest = (record.segment, record.keyframe);
+        if self.last == Some(newest) || !trajectory.keyframes.get(record.segment).is_some_and(|k| k.len() == record.keyframe + 1) {
+            return;
+        }
+        self.last = Some(newest);
+        let map = self.maps.entry(record.segment).or_default();
+        for landmark in odometry.landmarks().iter().filter(|l| !l.is_on_vehicle()) {
+            // The first keyframes of a map are recorded with the one that begins it.
+            for (number, pixel) in &landmark.observations {
+                let track = map.entry(landmark.id).or_default();
+                if track.last().is_none_or(|(last, _)| last < number) {
+                    track.push((*number, *pixel));
+                }
+            }
+        }
+    }
+
+    /// Ends the drive.
+    pub fn finish(self, odometry: Odometry) -> Vec<MapTracks> {
+        let trajectory = odometry.finish();
+        let map = |(segment, tracks): (usize, BTreeMap<u64, Vec<(usize, Point2<f64>)>>)| MapTracks {
+            poses: trajectory.keyframes[segment].clone(),
+            tracks: tracks.into_values().filter(|t| t.len() >= 3).collect(),
+        };
+        self.maps.into_iter().map(map).collect()
+    }
+}

@@ -1,0 +1,35 @@
+//! Vehicles of the frames, found once and used in every pass.
+
+use motorcade_dataset::Frame;
+use motorcade_geometry::BoundingBox;
+use motorcade_perception::Perception;
+
+use crate::error::Result;
+
+/// A box less certain than this masks nothing.
+const MASKING_SCORE: f64 = 0.3;
+
+/// Boxes of the frames.
+pub(super) struct VehicleBoxes {
+    perception: Perception,
+    rows: Vec<Option<Vec<BoundingBox>>>,
+}
+
+impl VehicleBoxes {
+    pub(super) fn new(perception: Perception) -> Self {
+        Self { perception, rows: Vec::new() }
+    }
+
+    /// Boxes of a frame.
+    pub(super) fn of(&mut self, row: usize, frame: &Frame) -> Result<&[BoundingBox]> {
+        if self.rows.len() <= row {
+            self.rows.resize(row + 1, None);
+        }
+        if self.rows[row].is_none() {
+            let detections = self.perception.observe(frame)?.detections;
+            let boxes = detections.iter().filter(|d| d.score >= MASKING_SCORE).map(|d| d.bbox);
+            self.rows[row] = Some(boxes.collect());
+        }
+        Ok(self.rows[row].as_deref().unwrap_or_default())
+    }
+}

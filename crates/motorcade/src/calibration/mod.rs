@@ -1,0 +1,209 @@
+//! The camera of a drive that nobody calibrated.
+
+mod boxes;
+mod mounting;
+
+use std::path::Path;
+
+use image::GrayImage;
+use motorcade_calibrate::{CalibrateOptions, Calibrator, LensEstimate, Pass, ViewPrior};
+use motorcade_dataset::{Calibration, Sequence};
+use motorcade_geometry::{Distortion, Pose, RadialTangential};
+use motorcade_odometry::StaticMask;
+use motorcade_perception::{FixedRegions, MOST_FRAMES, Perception};
+
+use crate::error::{Error, Result};
+use crate::progress::Progress;
+use boxes::VehicleBoxes;
+pub use mounting::Mounting;
+
+/// Frames looked through for what is fixed to the camera.
+const SURVEYED: usize = 150;
+
+/// A camera as its drive tells it.
+#[derive(Clone, Debug)]
+pub struct CameraCalibration {
+    /// Lens and standard deviations.
+    pub lens: LensEstimate,
+    /// Width and height of the pictures \[px\].
+    pub size: (u32, u32),
+    /// How it is mounted; `None` where the road was not seen.
+    pub mounting: Option<Mounting>,
+    /// Pixels (255) that are fixed to the camera; `None` where nothing was found.
+    pub fixed: Option<GrayImage>,
+    /// Frames used.
+    pub frames: usize,
+}
+
+/// Finds the lens of the camera by its drive, opened with [`uncalibrated`](motorcade_dataset::SequenceOptions::uncalibrated); vehicles that
+/// `perception` finds are left out. `None` when the progress was cancelled.
+///
+/// # Errors
+/// A drive that does not tell the focal length: too short, or straight. A detector that fails.
+pub fn calibrate(
+    sequence: &Sequence,
+    perception: Perception,
+    prior: ViewPrior,
+    options: &CalibrateOptions,
+    progress: &dyn Progress,
+) -> Result<Option<CameraCalibration>> {
+    let (width, height) = sequence.size();
+    let mut calibrator = Calibrator::new(width, height, prior, *options);
+    let frames = sequence.len().min(options.most_frames);
+    let fixed = fixed_regions(sequence, prior, progress);
+    let mut boxes = VehicleBoxes::new(perception);
+    loop {
+        progress.begin("calibration", Some(frames));
+        let mut pass = calibrator.pass();
+        if !push(sequence, frames, &mut pass, fixed.as_ref(), &mut boxes, progress)? {
+            return Ok(None);
+        }
+        if calibrator.take(pass) {
+            break;
+        }
+    }
+    let told = calibrator.finish();
+    let Some(lens) = told.clone().filter(|lens| lens.focal_sigma() <= options.most_focal_sigma) else {
+        return Err(Error::Input(untold(told.as_ref())));
+    };
+    let mut found = CameraCalibration { lens, size: (width, height), mounting: None, fixed, frames };
+    found.mounting = mounting::of(&sequence.calibrated(Path::new("camera.toml"), found.calibration())?, frames, progress)?;
+    Ok((!progress.cancelled()).then_some(found))
+}
+
+impl CameraCalibration {
+    /// As a calibration of the frames.
+    pub fn calibration(&self) -> Calibration {
+        let lens = &self.lens.lens;
+        Calibration {
+            dialect: "estimated from the drive",
+            fx: lens.focal_px,
+            fy: lens.focal_px,
+            cx: lens.cx,
+            cy: lens.cy,
+            size: Some(self.size),
+            distortion: Distortion::RadialTangential(RadialTangential { k1: lens.k1, ..Default::default() }),
+            view_deg: None,
+            fps: None,
+            height_m: None,
+            focal_sigma: Some(self.lens.focal_sigma()),
+            camera_from_cam0: Pose::identity(),
+        }
+    }
+
+    /// The calibration as TOML, with what else was found as comments.
+    pub fn to_toml(&self) -> String {
+        let lens = &self.lens;
+        let mut text = format!(
+            "# Estimated by motorcade from {} frames: the camera turned by {:.0} degrees in {} keyframes; {} corners, {:.2} px off in the \
+             median.\n# Square pixels. The height above the road is not told by the pictures: add height_m, or run with --height.\n",
+            self.frames,
+            lens.turned_rad.to_degrees(),
+            lens.keyframes,
+            lens.corners,
+            lens.median_error_px
+        );
+        for line in self.mounting.iter().flat_map(Mounting::lines) {
+            text += &format!("# {line}\n");
+        }
+        text + &self.calibration().to_toml(lens.sigmas())
+    }
+
+    /// The result in words, a line each.
+    pub fn describe(&self) -> Vec<String> {
+        let ([focal, k1, cx, cy], lens) = (self.lens.sigmas(), &self.lens.lens);
+        let view = 2.0 * (0.5 * f64::from(self.size.0) / lens.focal_px).atan();
+        let mut lines = vec![
+            format!(
+                "focal length     {:.1} ± {focal:.1} px ({:.1} %), {:.1} degrees across",
+                lens.focal_px,
+                100.0 * self.lens.focal_sigma(),
+                view.to_degrees()
+            ),
+            format!("principal point  {:.1} ± {cx:.1}, {:.1} ± {cy:.1} px", lens.cx, lens.cy),
+            format!("distortion k1    {:.3} ± {k1:.3}", lens.k1),
+        ];
+        lines.extend(self.mounting.iter().flat_map(Mounting::lines));
+        if let Some(fixed) = &self.fixed {
+            let share = fixed.pixels().filter(|p| p.0[0] != 0).count() as f64 / fixed.len().max(1) as f64;
+            lines.push(format!("fixed to camera  {:.1} % of the picture", 100.0 * share));
+        }
+        lines
+    }
+}
+
+/// Why the drive does not tell the focal length, and which one would.
+fn untold(lens: Option<&LensEstimate>) -> String {
+    let seen = lens.map_or_else(
+        || "the camera hardly moves, or too little is seen to follow it".to_owned(),
+        |lens| {
+            format!(
+                "it came out as {:.0} px ± {:.0} %, with {:.0} degrees of turning",
+                lens.lens.focal_px,
+                100.0 * lens.focal_sigma(),
+                lens.turned_rad.to_degrees()
+            )
+        },
+    );
+    format!(
+        "this drive does not tell the focal length: {seen}. Every focal length explains straight motion; take a drive with a few turns at \
+         crossings (--frames chooses a part), or state the field of view with --view-deg"
+    )
+}
+
+/// One pass over the frames; false when cancelled.
+fn push(
+    sequence: &Sequence,
+    count: usize,
+    pass: &mut Pass,
+    fixed: Option<&GrayImage>,
+    boxes: &mut VehicleBoxes,
+    progress: &dyn Progress,
+) -> Result<bool> {
+    let stop = || progress.cancelled();
+    let mut frames = sequence.frames();
+    for row in 0..count {
+        let Some(frame) = frames.next_unless(&stop) else { break };
+        match frame {
+            Ok(frame) => {
+                let vehicles = boxes.of(row, &frame)?;
+                let ignore = both(frame.ignore.as_ref(), fixed);
+                let mask = StaticMask { boxes: vehicles, ignore: ignore.as_deref(), ..StaticMask::default() };
+                pass.push(frame.timestamp_ns, &frame.gray(), &mask);
+            }
+            Err(bad) => pass.skip(bad.timestamp_ns),
+        }
+        progress.advance(row + 1);
+        if stop() {
+            return Ok(false);
+        }
+    }
+    Ok(!stop())
+}
+
+/// What is fixed to the camera.
+fn fixed_regions(sequence: &Sequence, prior: ViewPrior, progress: &dyn Progress) -> Option<GrayImage> {
+    let ((width, height), stop) = (sequence.size(), || progress.cancelled());
+    let every = sequence.len().min(SURVEYED).div_ceil(MOST_FRAMES).max(1);
+    let mut regions = FixedRegions::default();
+    let mut frames = sequence.frames();
+    for number in 0..SURVEYED {
+        let Some(frame) = frames.next_unless(&stop) else { break };
+        if let (Ok(frame), true) = (frame, number % every == 0) {
+            regions.observe(&frame.gray());
+        }
+    }
+    regions.mask(&prior.camera(width, height))
+}
+
+fn both<'a>(given: Option<&'a GrayImage>, found: Option<&'a GrayImage>) -> Option<std::borrow::Cow<'a, GrayImage>> {
+    use std::borrow::Cow;
+    match (given, found) {
+        (Some(given), Some(found)) => {
+            let mut both = given.clone();
+            both.iter_mut().zip(found.iter()).for_each(|(a, b)| *a |= *b);
+            Some(Cow::Owned(both))
+        }
+        (given, found) => given.or(found).map(Cow::Borrowed),
+    }
+}
