@@ -7,6 +7,8 @@ shift
 folder=$(mktemp -d)
 port() { python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'; }
 dashboard=$(port)
+# Workers would give way to everything else on the machine.
+export RAY_worker_niceness=0
 # All that it starts ends with it (`ray stop` would end other people's clusters too). Job agents take ports of their own.
 PATH=$bin:$PATH "$bin/ray" start --head --block --node-ip-address 127.0.0.1 --port "$(port)" --ray-client-server-port "$(port)" \
   --dashboard-host 127.0.0.1 --dashboard-port "$dashboard" --dashboard-agent-listen-port "$(port)" --num-cpus 2 \
