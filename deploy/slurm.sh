@@ -18,7 +18,7 @@ shift 2
 shards=${SHARDS:-$SLURM_ARRAY_TASK_COUNT}
 
 "${MOTORCADE:-motorcade}" batch "$manifest" --out "$out" --shard "$SLURM_ARRAY_TASK_ID/$shards" \
-    --jobs "${SLURM_CPUS_PER_TASK:-1}" --progress plain "$@" &
+    --jobs "${SLURM_CPUS_PER_TASK:-1}" --threads 1 --progress plain "$@" &
 child=$!
 trap 'kill -TERM "$child"' TERM INT
 code=0
@@ -29,7 +29,7 @@ while kill -0 "$child" 2>/dev/null; do
     wait "$child" || code=$?
 done
 # Stopped by the time limit: the task goes on with the same command when Slurm starts it again.
-if [ "$code" = 130 ] && command -v scontrol >/dev/null; then
+if [ "$code" = 130 ] && [ -n "${SLURM_ARRAY_JOB_ID:-}" ]; then
     scontrol requeue "${SLURM_ARRAY_JOB_ID}_${SLURM_ARRAY_TASK_ID}"
 fi
 exit "$code"

@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
 """Checks the book in docs/ against the program: runs every command of its `sh` blocks and every `python` block in one temporary directory, in the order of
-SUMMARY.md, and stops with file:line at the first that fails. Before that: links, Rust blocks (copies of README.md or crates/motorcade/examples), TOML
+SUMMARY.md, and stops with file:line at the first that fails. Commands of `console` blocks, and those of other programs in the text, are run in the
+repository itself: each one is, word for word, a line of .ci/run or of a script that it calls. Before that: links, Rust blocks (copies of README.md or crates/motorcade/examples), TOML
 and Python blocks, option names, settings and their defaults; after that: every file and column of a real run is described in the chapter on outputs. Runs
 `mdbook build` where it is installed; a warning is a failure.
-  scripts/check_book.py target/release/motorcade [--mdbook PATH] [--python PATH]
+  scripts/slurm_node.sh scripts/check_book.py target/release/motorcade [--mdbook PATH] [--python PATH] [--path FOLDER]
+Needs a Slurm cluster (scripts/slurm_node.sh) and, at RAY_API_SERVER_ADDRESS, the head of a Ray cluster with the package `motorcade[fleet]` (scripts/ray_head.sh).
 """
 
 import argparse
@@ -93,6 +95,35 @@ def commands(start, lines):
 
 # ---- without running anything of the book ----
 
+# Programs whose commands in the text, outside of blocks, are taken for commands; those of motorcade are looked at by `check_options`.
+PROGRAMS = "apt-get bash buildah cargo conda docker export kubectl maturin npm pip podman python python3 ray rerun ros2 sbatch sh uv".split()
+
+
+def lines_of_ci():
+    """Lines of .ci/run and of the scripts it calls, without what stands before a command: variables, an opening parenthesis."""
+    found, waiting = {}, [ROOT / ".ci" / "run"]
+    while waiting:
+        path = waiting.pop()
+        if path in found:
+            continue
+        text = path.read_text()
+        found[path] = {re.sub(r"^(?:[A-Z_]+=(?:\"[^\"]*\"|\S*) )+", "", line.strip()) for line in text.splitlines()}
+        waiting += [ROOT / name for name in re.findall(r"^[^#\n]*?\b(?:bash )?((?:scripts|deploy)/\w+\.sh)\b", text, re.MULTILINE)]
+    return set().union(*found.values())
+
+
+def check_commands(path, ci):
+    """Every command is run: in an `sh` block by this script, elsewhere as a line of CI."""
+    elsewhere = [(n, c) for language, start, lines in blocks(path) if language in ("console", "bash", "shell") for n, c in commands(start, lines)]
+    for number, line in prose(path):
+        for code in re.findall(r"`([^`]+)`", line):
+            if code.split()[0] in PROGRAMS and len(code.split()) > 1:
+                elsewhere.append((number, code))
+    for number, command in elsewhere:
+        if command not in ci:
+            raise Failure(f"{place(path, number)}: neither run here (a block `sh`) nor a line of .ci/run or a script that it calls: {command}")
+    return len(elsewhere)
+
 
 def check_links(path):
     for number, line in prose(path):
@@ -162,8 +193,8 @@ def options_of(program, command=()):
     return found
 
 
-# Of programs that were built with further features.
-FEATURE_OPTIONS = {"--rerun"}
+# Of programs that were built with further features; of sbatch and ray.
+OTHER_OPTIONS = {"--rerun", "--wait", "--address"}
 
 
 def check_options(path, known):
@@ -173,7 +204,7 @@ def check_options(path, known):
             mentioned += [(n, c) for n, c in commands(start, lines) if c.startswith("motorcade")]
     for number, code in mentioned:
         for option in re.findall(r"(?<![\w-])--[a-z][a-z0-9-]*", code):
-            if option not in known | FEATURE_OPTIONS and not code.startswith(("cargo ", "python ")):
+            if option not in known | OTHER_OPTIONS and not code.startswith(("cargo ", "python ")):
                 raise Failure(f"{place(path, number)}: the program has no option {option}")
 
 
@@ -254,6 +285,7 @@ def prepare(folder, program):
     )
     png(folder / "mask.png", width, height, (bytes([255 * (y > height - 8)]) * width for y in range(height)))
     shutil.copy(training / "detections" / "0000.txt", folder / "boxes.txt")
+    (folder / "deploy").symlink_to(ROOT / "deploy")
     listed = re.search(r"^```text\n(id,.*?)^```", (BOOK / "fleet.md").read_text(), re.MULTILINE | re.DOTALL)
     (folder / "drives.csv").write_text(listed[1])
     (folder / "speed.csv").write_text(speeds((training / "gt_poses" / "0000.txt").read_text()))
@@ -298,9 +330,9 @@ def run(command, where, folder, environment):
     print(f"{seconds:6.1f} s  {where}  {command[-1].splitlines()[0][:110]}", flush=True)
 
 
-def run_blocks(paths, folder, python):
+def run_blocks(paths, folder, python, programs):
     environment = {key: value for key, value in os.environ.items() if not key.startswith("MOTORCADE_")}
-    environment["PATH"] = f"{folder / 'bin'}:{environment['PATH']}"
+    environment["PATH"] = ":".join([str(folder / "bin"), *programs, environment["PATH"]])
     imports = subprocess.run([python, "-c", "import motorcade"], capture_output=True, timeout=60).returncode == 0
     ran, left_out = 0, 0
     for path in paths:
@@ -366,12 +398,15 @@ def main():
     parser.add_argument("program", type=Path)
     parser.add_argument("--mdbook", default=shutil.which("mdbook"))
     parser.add_argument("--python", default=sys.executable, help="interpreter for the python blocks")
+    parser.add_argument("--path", action="append", default=[], help="folder of further programs: `ray`")
     arguments = parser.parse_args()
     program = arguments.program.resolve()
     start = time.monotonic()
     paths = chapters()
     known, config = options_of(program), tomllib.loads(output(program, "config"))
+    ci, elsewhere = lines_of_ci(), 0
     for path in paths:
+        elsewhere += check_commands(path, ci)
         check_links(path)
         check_rust(path)
         check_toml(path)
@@ -386,11 +421,11 @@ def main():
             print("mdbook is not installed: the book was not built")
         prepare(folder, program)
         print(f"{time.monotonic() - start:6.1f} s  prepared", flush=True)
-        ran, left_out = run_blocks(paths, folder, arguments.python)
+        ran, left_out = run_blocks(paths, folder, arguments.python, arguments.path)
         check_outputs(folder / "runs" / "drive")
     if left_out:
         print(f"{left_out} python blocks were not run: the package motorcade cannot be imported by {arguments.python}")
-    print(f"{ran} commands of the book ran in {time.monotonic() - start:.0f} s")
+    print(f"{elsewhere} commands of the book are lines of CI, {ran} ran in {time.monotonic() - start:.0f} s")
 
 
 if __name__ == "__main__":

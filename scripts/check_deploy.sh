@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # Checks deploy/: two tasks of the Slurm script, the command line of the Kubernetes job, the container.
 #   scripts/check_deploy.sh target/release/motorcade
-# The container is built and run where docker or podman works, else by Debian's buildah (scripts/check_container.sh). Where that cannot be
-# installed the program runs as user 10001 on a root file system that is mounted read-only. STATIC=1 also runs the Containerfile's build
-# step here (minutes).
+# The static program is built (deploy/static.sh), and the container from it: where docker or podman works, else by Debian's buildah
+# (scripts/check_container.sh). Where that cannot be installed the static program runs as user 10001 on a root file system that is mounted
+# read-only.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 program=$(realpath "$1")
@@ -63,7 +63,9 @@ mapfile -t args <"$folder/args"
 expect "index 0 of 8" "$(rows "$folder"/data/fleet/manifest.done.0-of-8.csv)" " 1 done "
 
 say "deploy/Containerfile"
-grep -q '^USER 10001' deploy/Containerfile && grep -q '^ENTRYPOINT \["motorcade"\]' deploy/Containerfile
+bash deploy/static.sh
+program=$PWD/target/container/motorcade
+if ldd "$program" 2>/dev/null | grep -q '=>'; then echo "$program is not static"; exit 1; fi
 builder=
 for tool in podman docker; do
     if command -v "$tool" >/dev/null && timeout 20 "$tool" info >/dev/null 2>&1; then builder=$tool; break; fi
@@ -74,28 +76,17 @@ chmod 755 "$folder"
 chmod -R a+rwX "$folder/data"
 if [ -n "$builder" ]; then
     say "built and run by $builder"
-    "$builder" build -q -f deploy/Containerfile -t motorcade-check .
+    "$builder" build -q -f deploy/Containerfile -t motorcade-check target/container
     "$builder" run --rm --read-only --tmpfs /tmp -e MOTORCADE_MODELS=none -v "$folder/data:/data" motorcade-check \
         batch drives.csv --out fleet --jobs 2
     "$builder" rmi -f motorcade-check >/dev/null
     expect "container" "$(rows "$folder/data/fleet/manifest.done.csv")" " 3 done "
     exit 0
 fi
-if [ -n "${STATIC:-}" ]; then
-    say "its build step as a script"
-    target=$(rustc -vV | sed -n 's/^host: //p')
-    RUSTFLAGS="-C target-feature=+crt-static" cargo build --release --locked -p motorcade-cli --target "$target"
-    program=$PWD/target/$target/release/motorcade
-    if ldd "$program" 2>/dev/null | grep -q '=>'; then echo "$program is not static"; exit 1; fi
-fi
 say "by buildah"
 code=0
-bash scripts/check_container.sh "$program" "$folder/data" || code=$?
-if [ "$code" = 0 ]; then
-    expect "container" "$(rows "$folder/data/fleet/manifest.done.csv")" " 3 done "
-    expect "owner" "$(stat -c %u "$folder/data/fleet/manifest.done.csv")" 10001
-    exit 0
-fi
+bash scripts/check_container.sh "$folder/data" || code=$?
+[ "$code" = 0 ] && exit 0
 [ "$code" = 77 ] || exit "$code"
 say "no builder: as user 10001 on a read-only root file system"
 cat >"$folder/inside.sh" <<'INSIDE'

@@ -65,7 +65,7 @@ def read(file):
             again = STORE.serialize_cdr(STORE.deserialize_cdr(message.data, schema.name), schema.name)
             assert bytes(again).rstrip(b"\0") == message.data.rstrip(b"\0"), channel.topic
             for name, fields in get_types_from_msg(schema.data.decode(), schema.name).items():
-                assert fields[1] == STORE.fielddefs[name][1], name
+                assert fields == STORE.fielddefs[name], name
     return topics, types
 
 

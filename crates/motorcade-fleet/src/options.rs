@@ -14,8 +14,10 @@ pub struct Options {
     pub out: PathBuf,
     /// Drives at a time.
     pub jobs: usize,
-    /// Threads of each drive.
+    /// Threads of each drive; 0 for as many as a job has cores.
     pub threads: usize,
+    /// Bind each job to cores of its own (Linux): `jobs` that share the cores in another way take them from each other.
+    pub pin: bool,
     /// The part of the manifest to work on.
     pub shard: Shard,
     /// Bounds of a drive.

@@ -3,6 +3,7 @@
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
+use crate::cores::Cores;
 use crate::error::{Error, Result};
 use crate::monitor::{Event, Monitor, Stop};
 use crate::options::Options;
@@ -28,14 +29,19 @@ pub(crate) fn run(
         tasks.iter().map(|task| Mutex::new(task.kept.clone())).collect();
     let stop = || if broken.load(Ordering::SeqCst) { monitor.stop().max(Stop::Soon) } else { monitor.stop() };
     let shared = Shared { options, monitor, state: &state, stop: &stop };
-    let work = || {
+    let waiting = tasks.iter().filter(|task| task.kept.is_none()).count();
+    let jobs = options.jobs.clamp(1, waiting.max(1));
+    let cores = Cores::deal(jobs, options.pin);
+    let work = |job: usize| {
+        cores.bind(job);
+        let threads = if options.threads > 0 { options.threads } else { cores.threads(job) };
         while stop() == Stop::Not {
             let number = next.fetch_add(1, Ordering::SeqCst);
             let Some((task, place)) = tasks.get(number).zip(outcomes.get(number)) else { return };
             if task.kept.is_some() {
                 continue;
             }
-            match retry::run(task, &shared) {
+            match retry::run(task, threads, &shared) {
                 Ok(outcome) => {
                     monitor.tell(&Event::Finished { id: &task.drive.id, outcome: &outcome });
                     put(place, outcome);
@@ -47,10 +53,10 @@ pub(crate) fn run(
             }
         }
     };
-    let waiting = tasks.iter().filter(|task| task.kept.is_none()).count();
     std::thread::scope(|scope| {
-        for _ in 0..options.jobs.clamp(1, waiting.max(1)) {
-            scope.spawn(work);
+        let work = &work;
+        for job in 0..jobs {
+            scope.spawn(move || work(job));
         }
     });
     if let Some(error) = first_error.into_inner().unwrap_or_else(|e| e.into_inner()) {

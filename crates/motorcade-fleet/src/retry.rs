@@ -22,11 +22,11 @@ pub(crate) struct Shared<'a> {
     pub stop: &'a (dyn Fn() -> Stop + Sync),
 }
 
-/// Tries a drive until it has results, fails for good, or the batch stops.
+/// Tries a drive, with `threads`, until it has results, fails for good, or the batch stops.
 ///
 /// # Errors
 /// A state or a log that cannot be written.
-pub(crate) fn run(task: &Task<'_>, shared: &Shared<'_>) -> Result<Outcome> {
+pub(crate) fn run(task: &Task<'_>, threads: usize, shared: &Shared<'_>) -> Result<Outcome> {
     let path = shared.options.log_file(&task.drive.id);
     let mut log = Log::open(&path).map_err(|e| Error::write(&path, e))?;
     let mut last = Outcome::pending(task.attempts);
@@ -40,7 +40,7 @@ pub(crate) fn run(task: &Task<'_>, shared: &Shared<'_>) -> Result<Outcome> {
         let attempts = task.attempts + number + 1;
         shared.write(task, None)?;
         shared.monitor.tell(&Event::Started { id: &task.drive.id, attempt: attempts });
-        let ended = job::run(task, shared.options, &mut log, shared.stop);
+        let ended = job::run(task, threads, shared.options, &mut log, shared.stop);
         let stopped = (shared.stop)() != Stop::Not;
         last = outcome(task, shared.options, ended, &mut log, (attempts, stopped));
         shared.write(task, Some(last.clone()))?;

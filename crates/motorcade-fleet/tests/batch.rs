@@ -57,7 +57,8 @@ impl Fleet {
             program: Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fake_motorcade.sh"),
             out: self.at("out"),
             jobs: 2,
-            threads: 1,
+            threads: 0,
+            pin: true,
             shard: Shard::WHOLE,
             limits: Limits::default(),
             retries: 2,
@@ -274,4 +275,41 @@ fn shards_in_one_directory_give_what_one_batch_gives() {
     let report = fleet.run_with(&fleet.options(), &listener);
     assert!(listener.started.lock().unwrap().is_empty() && report.count(Status::Done) == 5);
     assert_eq!(table("").lines().count(), 6);
+}
+
+/// Cores that a process may use, as a list of numbers.
+#[cfg(target_os = "linux")]
+fn cores(list: &str) -> Vec<usize> {
+    let parts = list.trim().split(',').map(|part| part.split_once('-').unwrap_or((part, part)));
+    parts.flat_map(|(a, b)| a.parse::<usize>().unwrap()..=b.parse::<usize>().unwrap()).collect()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn each_job_has_cores_of_its_own_within_those_of_the_batch() {
+    // The two drives wait for each other, so that each has a job of its own.
+    let tell = "sed -n 's/^Cpus_allowed_list://p' /proc/self/status >\"$input.cores\"; echo $threads >\"$input.threads\"\n\
+                tries=0; until [ -s \"${input%/*}/a.threads\" ] && [ -s \"${input%/*}/b.threads\" ]; do\n\
+                tries=$((tries + 1)); [ $tries -lt 1000 ] || exit 1; sleep 0.01; done; results f1";
+    let own = fs::read_to_string("/proc/thread-self/status").unwrap();
+    let own = cores(own.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:")).unwrap());
+    let usable = std::thread::available_parallelism().unwrap().get();
+    for pin in [true, false] {
+        let fleet = Fleet::new(&[("a", tell), ("b", tell)]);
+        let report = fleet.run_with(&Options { pin, ..fleet.options() }, &Listener::default());
+        assert_eq!(report.count(Status::Done), 2, "{report:?}");
+        let read = |name: &str| fs::read_to_string(fleet.at(name)).unwrap();
+        let [a, b] = ["a.cores", "b.cores"].map(|name| cores(&read(name)));
+        let threads: usize =
+            ["a.threads", "b.threads"].iter().map(|n| read(n).trim().parse::<usize>().unwrap()).sum();
+        assert_eq!(threads, usable.max(2));
+        if pin && own.len() == usable && usable >= 2 {
+            assert!(a.iter().all(|core| !b.contains(core)), "{a:?} {b:?}");
+            let mut both = [a, b].concat();
+            both.sort_unstable();
+            assert_eq!(both, own);
+        } else {
+            assert_eq!((a, b), (own.clone(), own.clone()));
+        }
+    }
 }

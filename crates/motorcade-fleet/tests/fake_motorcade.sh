@@ -6,6 +6,7 @@ while [ "$1" != -- ]; do
   case $1 in
     --out) out=$2; shift ;;
     --force) replace=yes ;;
+    --threads) threads=$2; shift ;;
   esac
   shift
 done

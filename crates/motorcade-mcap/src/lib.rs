@@ -33,6 +33,7 @@ mod drive;
 mod error;
 mod file;
 mod foxglove;
+mod frames;
 mod label;
 mod picture;
 mod recording;

@@ -38,9 +38,13 @@ pub struct BatchArguments {
     /// Drives at a time. 0 takes as many as there are cores.
     #[arg(long, default_value_t = 0, value_parser = super::parse_threads)]
     pub jobs: usize,
-    /// Threads of each drive. One gives the most drives an hour.
-    #[arg(long, default_value_t = 1, value_parser = super::parse_threads)]
+    /// Threads of each drive. 0 takes as many as a job has cores: all of them, divided by --jobs.
+    #[arg(long, default_value_t = 0, value_parser = super::parse_threads)]
     pub threads: usize,
+    /// Let the system place the jobs. By default each one is bound to cores of its own (on Linux, if there are no more jobs than cores and
+    /// no quota of processor time), so that none works ahead on another's; results do not depend on it.
+    #[arg(long)]
+    pub no_pin: bool,
     /// Part of the manifest: drives whose number, from 0, is INDEX modulo COUNT.
     #[arg(long, value_name = "INDEX/COUNT", default_value = "0/1")]
     pub shard: Shard,

@@ -5,11 +5,7 @@ use motorcade::{RecordedFrame, RecordedRun};
 use motorcade_geometry::PinholeCamera;
 
 use super::convert::{pose, quaternion, timestamp, vector};
-
-/// Names of the frames of reference.
-pub(crate) const WORLD: &str = "world";
-pub(crate) const CAMERA: &str = "camera";
-const MAP: &str = "map";
+use crate::frames::{CAMERA, MAP, WORLD};
 
 pub(crate) fn calibration(camera: &PinholeCamera, frame: &RecordedFrame) -> CameraCalibration {
     let k = vec![camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0];
@@ -26,7 +22,6 @@ pub(crate) fn calibration(camera: &PinholeCamera, frame: &RecordedFrame) -> Came
     }
 }
 
-/// `map` is the world with z up: x_map = z, y_map = −x, z_map = −y.
 pub(crate) fn transforms(frame: &RecordedFrame) -> FrameTransforms {
     let at = Some(timestamp(frame.timestamp_ns));
     let zero = foxglove::messages::Vector3::default();

@@ -13,6 +13,7 @@ use super::{annotations, camera, vehicles};
 use crate::drive::Drive;
 use crate::error::Error;
 use crate::file::{MessageFile, Schema};
+use crate::frames::CAMERA;
 
 /// Numbers of the channels in the file.
 pub(crate) struct Topics {
@@ -96,7 +97,7 @@ fn channel<M: Encode>(file: &mut MessageFile<impl Write + Seek>, topic: &str) ->
 fn compressed(jpeg: Vec<u8>, time_ns: i64) -> CompressedImage {
     CompressedImage {
         timestamp: Some(timestamp(time_ns)),
-        frame_id: camera::CAMERA.into(),
+        frame_id: CAMERA.into(),
         data: jpeg.into(),
         format: "jpeg".into(),
     }

@@ -6,12 +6,13 @@ use foxglove::messages::{
     SceneUpdate, TextPrimitive, scene_entity_deletion,
 };
 use motorcade::{RecordedRun, RecordedState, RecordedVehicle};
+use motorcade_geometry::{Pose, World};
 use motorcade_viewer::MOVING;
 use nalgebra::Vector3;
 
-use super::camera::WORLD;
 use super::colour;
 use super::convert::{pose, timestamp};
+use crate::frames::WORLD;
 use crate::label::label;
 
 /// The vehicles of a frame in place of those of the frame before. `states`: index of the vehicle and of its state.
@@ -89,6 +90,7 @@ fn way(vehicle: &RecordedVehicle, index: usize, last: usize) -> Vec<LinePrimitiv
     };
     let line = LinePrimitive {
         r#type: Type::LineStrip.into(),
+        pose: Some(pose(&Pose::<World, World>::identity())),
         thickness: 2.0,
         scale_invariant: true,
         points: vehicle.states.iter().take(last + 1).map(point).collect(),

@@ -6,11 +6,7 @@ use nalgebra::{Matrix6, Quaternion, Vector3};
 
 use super::cdr::Cdr;
 use super::parts::{header, pose, quaternion, vector};
-
-/// Names of the frames of reference.
-pub(crate) const WORLD: &str = "world";
-pub(crate) const CAMERA: &str = "camera";
-const MAP: &str = "map";
+use crate::frames::{CAMERA, MAP, WORLD};
 
 /// `sensor_msgs/CompressedImage`.
 pub(crate) fn image(jpeg: &[u8], time_ns: i64) -> Cdr {
@@ -40,7 +36,7 @@ pub(crate) fn info(camera: &PinholeCamera, time_ns: i64) -> Cdr {
     out
 }
 
-/// `tf2_msgs/TFMessage`. `map` is the world with z up: x_map = z, y_map = −x, z_map = −y.
+/// `tf2_msgs/TFMessage`.
 pub(crate) fn transforms(frame: &RecordedFrame) -> Cdr {
     let mut out = Cdr::new();
     out.length(2);

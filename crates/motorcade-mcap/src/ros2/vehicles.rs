@@ -5,9 +5,9 @@ use motorcade_geometry::{Pose, Vehicle, World};
 use motorcade_viewer::{MOVING, hue, rgb};
 use nalgebra::Vector3;
 
-use super::camera::WORLD;
 use super::cdr::Cdr;
 use super::parts::{header, pose, vector};
+use crate::frames::WORLD;
 use crate::label::label;
 
 /// Kinds of markers, and what is done with them.
