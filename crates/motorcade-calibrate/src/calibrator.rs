@@ -7,6 +7,11 @@ use crate::options::{CalibrateOptions, ViewPrior};
 use crate::pass::Pass;
 use crate::prior::LensPrior;
 
+/// Cauchy scale over the noise of a corner: 95 % efficient for normal errors.
+const KERNEL_SIGMAS: f64 = 2.385;
+/// Least Cauchy scale \[px\].
+const LEAST_KERNEL_PX: f64 = 0.15;
+
 /// Finds the lens of a camera in passes over a drive: at first without distortion, then with it.
 ///
 /// The odometry needs a focal length to choose its points and to start the adjustment from; that of one pass serves the next. What
@@ -20,6 +25,8 @@ pub struct Calibrator {
     prior: ViewPrior,
     lens: Lens,
     passes: usize,
+    /// Cauchy scale \[px\], by the errors of the pass before.
+    kernel_px: f64,
     /// True from the passes on that look for distortion.
     bent: bool,
     estimate: Option<LensEstimate>,
@@ -36,6 +43,7 @@ impl Calibrator {
             prior,
             lens: guess,
             passes: 0,
+            kernel_px: options.kernel_px,
             bent: false,
             estimate: None,
         }
@@ -48,7 +56,7 @@ impl Calibrator {
 
     /// Takes a pass that is through; true when no other is needed.
     pub fn take(&mut self, pass: Pass) -> bool {
-        let options = &self.options;
+        let options = &CalibrateOptions { kernel_px: self.kernel_px, ..self.options };
         self.passes += 1;
         let windows = pass.windows(options);
         if windows.is_empty() {
@@ -61,6 +69,7 @@ impl Calibrator {
         let estimate = LensEstimate::new(&adjustment, &prior, options);
         let change = (estimate.lens.focal_px / self.lens.focal_px).ln().abs();
         self.lens = estimate.lens;
+        self.kernel_px = (KERNEL_SIGMAS * estimate.noise_px()).max(LEAST_KERNEL_PX);
         self.estimate = Some(estimate);
         let settled = change < options.converged || self.passes >= options.passes;
         if settled && !self.bent {

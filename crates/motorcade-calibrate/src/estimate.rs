@@ -26,6 +26,11 @@ pub struct LensEstimate {
     pub median_error_px: f64,
 }
 
+/// Noise of a coordinate.
+fn noise_px(median_error_px: f64) -> f64 {
+    median_error_px / RAYLEIGH_MEDIAN
+}
+
 /// Median of a Rayleigh distribution over its σ: errors in two coordinates.
 const RAYLEIGH_MEDIAN: f64 = 1.1774;
 
@@ -36,7 +41,7 @@ impl LensEstimate {
         let mut errors: Vec<f64> =
             windows.iter().flat_map(|w| w.squared_errors(lens)).map(f64::sqrt).collect();
         let median_error_px = median(&mut errors).unwrap_or(0.0);
-        let noise = (median_error_px / RAYLEIGH_MEDIAN).powi(2).max(1e-6);
+        let noise = noise_px(median_error_px).powi(2).max(1e-6);
         let votes = adjustment.votes(options);
         let total = votes.iter().fold(prior.information(lens), |sum, (h, _)| sum + h);
         // Windows that disagree by more than their pixels say: errors of tracks last from frame to frame.
@@ -56,6 +61,11 @@ impl LensEstimate {
             corners: windows.iter().map(|w| w.corners.len()).sum(),
             median_error_px,
         }
+    }
+
+    /// Noise of a coordinate of a corner \[px\].
+    pub fn noise_px(&self) -> f64 {
+        noise_px(self.median_error_px)
     }
 
     /// Standard deviation of ln f: relative error of the focal length.
