@@ -9,14 +9,15 @@ use motorcade::{
 use motorcade_dataset::{KITTI_HEIGHT_M, Sequence, Summary};
 use motorcade_geometry::PinholeCamera;
 use motorcade_perception::{
-    KeptObservations, ModelOptions, ModelSource, Observations, Perception, PerceptionOptions, Recording,
+    Checkpoint, Identity, KeptObservations, ModelOptions, ModelSource, Observations, Perception,
+    PerceptionOptions, Recording,
 };
 use motorcade_viewer::Pictures;
 
 use crate::arguments::{CameraHeight, RunArguments};
 use crate::frameless::{self, Files};
 use crate::progress::Reporter;
-use crate::{exit, external, models, probe, threads::threads};
+use crate::{checkpoint, exit, external, models, probe, threads::threads};
 
 /// Source of the drive.
 enum Source {
@@ -130,6 +131,27 @@ impl LoadedDrive {
             self.detectors = Detectors::Recorded(Arc::new(recording));
         }
         Ok(self)
+    }
+
+    /// Takes what the networks found before from the run's checkpoint, and writes there what they find now. None where no detector runs.
+    ///
+    /// # Errors
+    /// As [`checkpoint::open`].
+    pub fn save(&mut self, arguments: &RunArguments, run: Identity) -> anyhow::Result<Option<Checkpoint>> {
+        let Detectors::Live(perception) = &mut self.detectors else { return Ok(None) };
+        if perception.is_none() || arguments.perception.is_some() {
+            if arguments.resume {
+                exit::eprint(
+                    "motorcade: --resume: no network runs, so that there is nothing to take from a checkpoint",
+                );
+            }
+            return Ok(None);
+        }
+        let checkpoint = checkpoint::open(&arguments.out, arguments.resume, run)?;
+        if let Some(checkpoint) = &checkpoint {
+            perception.save_in(checkpoint.clone());
+        }
+        Ok(checkpoint)
     }
 
     /// The estimator for this drive; live detectors go to the first one asked for.

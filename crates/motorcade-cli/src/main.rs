@@ -3,6 +3,7 @@
 mod ablate;
 mod arguments;
 mod batch;
+mod checkpoint;
 mod demo;
 mod draw;
 mod drive;

@@ -6,14 +6,16 @@ use anyhow::Context;
 use motorcade::output::{Extra, OutputDirectory, RUN_RECORD};
 use motorcade::{Config, Motorcade, Preset, RunRecord, RunResult};
 use motorcade_dataset::{Sequence, regular_file};
+use motorcade_perception::Checkpoint;
 use motorcade_viewer::Report;
 
 use crate::arguments::{ConfigArguments, PresetName, RunArguments};
+use crate::checkpoint;
 use crate::draw::{self, Frames, Place, Results, Target};
 use crate::drive::Drive;
 use crate::exit;
 use crate::files::OutFile;
-use crate::fingerprint::{already_done, fingerprint};
+use crate::fingerprint::{already_done, fingerprint, identity, stopped};
 use crate::live::LiveView;
 use crate::progress::Reporter;
 use crate::threads::threads;
@@ -22,14 +24,18 @@ use crate::threads::threads;
 pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     let config = configuration(arguments)?;
     let drive = Drive::open(arguments)?;
-    let fingerprint = fingerprint(arguments, &drive.summary().input_hash, drive.height_m, &config);
+    let input_hash = drive.summary().input_hash;
+    let fingerprint = fingerprint(arguments, &input_hash, drive.height_m, &config);
     if finished_before(arguments, &fingerprint) {
         return draw_finished(arguments, &drive);
     }
-    let directory = OutputDirectory::open(&arguments.out, RUN_RECORD, arguments.force)?;
+    let replace = arguments.force || arguments.resume && stopped(&arguments.out, &fingerprint);
+    let directory = OutputDirectory::open(&arguments.out, RUN_RECORD, replace)?;
     let places = places(arguments, &drive)?;
     let map_file = OutFile::create_optional(arguments.save_map.as_deref())?;
     let mut drive = drive.load(arguments)?;
+    let run = identity(arguments, &input_hash, &config, &fingerprint);
+    let checkpoint = drive.save(arguments, run)?;
     let reporter = Reporter::new(arguments.progress);
     let mut slam = drive.slam(&config)?;
     let mut pictures = drive.pictures();
@@ -47,6 +53,7 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     let result =
         if config.online.enabled { slam.finish_online(&reporter) } else { slam.finish_with(&reporter) };
     reporter.finish();
+    checkpoint.iter().for_each(|checkpoint| checkpoint::tell(checkpoint, &reporter));
     let context = drive.context(config, fingerprint);
     let report = Report { result: &result, context: &context, evaluation: None, pictures: pictures.taken() };
     let mut extras = vec![Extra { name: "report.html".into(), content: report.html().into_bytes() }];
@@ -57,6 +64,8 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     let (directory, out) = (&directory, arguments.out.as_path());
     let results = Results { directory, out, result: &result, context: &context, extras: &extras };
     let drawn = draw::write(&results, places, frames(arguments, drive.sequence(), &reporter))?;
+    // A run that was stopped can go on.
+    checkpoint.iter().filter(|_| !result.interrupted).for_each(Checkpoint::remove);
     tell(&summary(&result, arguments), &config);
     for path in drawn? {
         tell(&path.display().to_string(), &config);

@@ -13,6 +13,8 @@ use crate::error::{Error, Result};
 
 /// Name of the record of a run, which lists its files.
 pub const RUN_RECORD: &str = "run.json";
+/// Name of the checkpoint of a run in the directory of its results; it is no result.
+pub const CHECKPOINT: &str = ".motorcade-checkpoint";
 
 /// A directory that results go to. An earlier result there is replaced only if its record lists every file in it.
 #[derive(Debug)]
@@ -226,7 +228,9 @@ fn content(path: &Path, record: &str) -> Result<Content> {
                 .and_then(|entries| entries.map(|e| e.map(|e| e.file_name())).collect::<io::Result<Vec<_>>>())
                 .map_err(|e| io_error(path, &e))?;
             // Temporary directories are locked, this process's own among them.
-            let foreign = |name: &std::ffi::OsString| name != "lost+found" && !staging::is_staging_name(name);
+            let foreign = |name: &std::ffi::OsString| {
+                name != "lost+found" && name != CHECKPOINT && !staging::is_staging_name(name)
+            };
             if !names.iter().any(foreign) {
                 return Ok(Content::Empty);
             }

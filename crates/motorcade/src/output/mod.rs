@@ -11,7 +11,7 @@ mod speeds;
 mod tracks;
 
 pub use camera::status_name;
-pub use directory::{OutputDirectory, RUN_RECORD};
+pub use directory::{CHECKPOINT, OutputDirectory, RUN_RECORD};
 pub use listing::ListedFile;
 pub use tracks::track_labels;
 
