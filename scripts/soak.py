@@ -62,7 +62,7 @@ def processor_s(pid):
 
 def soak(mode, folder, movie):
     """Prints the table of a run; what was wrong."""
-    command = [options.motorcade, "run", movie, "--calibration", folder / "camera.toml", "--height", "1.65", "--out", folder / mode, "--progress", "json"]
+    command = [options.motorcade, "run", movie, "--calibration", folder / "camera.toml", "--height", "1.65", "--out", folder / f"run-{mode}", "--progress", "json"]
     command += [] if options.networks else ["--models", "none"]
     command += ["--online"] if mode == "online" else []
     child = subprocess.Popen([str(c) for c in command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)

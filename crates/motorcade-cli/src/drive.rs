@@ -63,7 +63,12 @@ impl Drive {
             };
             return Ok(Self { source: Source::Files(Box::new(files)), height_m });
         }
-        let sequence = Sequence::open(&arguments.input.input, &arguments.input.options())?;
+        let live = arguments.online;
+        let options = motorcade_dataset::SequenceOptions { live, ..arguments.input.options() };
+        let sequence = Sequence::open(&arguments.input.input, &options)?;
+        if sequence.is_live() {
+            check_live(arguments)?;
+        }
         let height_m = match arguments.height {
             Some(CameraHeight::Auto) if arguments.online => anyhow::bail!(motorcade_dataset::Error::Usage(
                 "--height auto is known at the end of a drive only; with --online give the height in metres"
@@ -138,6 +143,9 @@ impl LoadedDrive {
     /// # Errors
     /// As [`checkpoint::open`].
     pub fn save(&mut self, arguments: &RunArguments, run: Identity) -> anyhow::Result<Option<Checkpoint>> {
+        if self.sequence().is_some_and(Sequence::is_live) {
+            return Ok(None);
+        }
         let Detectors::Live(perception) = &mut self.detectors else { return Ok(None) };
         if perception.is_none() || arguments.perception.is_some() {
             if arguments.resume {
@@ -237,14 +245,28 @@ impl LoadedDrive {
             }
         };
         let input = self.drive.summary();
-        RunContext {
-            config,
-            camera_from_cam0,
-            input,
-            perception,
-            command: command_line(),
-            fingerprint: Some(fingerprint),
-        }
+        // Another run on a live source sees other frames.
+        let fingerprint = (!self.sequence().is_some_and(Sequence::is_live)).then_some(fingerprint);
+        RunContext { config, camera_from_cam0, input, perception, command: command_line(), fingerprint }
+    }
+}
+
+/// Refuses what needs all frames, or their numbers and times, beforehand or a second time.
+fn check_live(arguments: &RunArguments) -> anyhow::Result<()> {
+    let given = [
+        ("--resume", arguments.resume),
+        ("--overlay", arguments.overlay.is_some()),
+        ("--mcap", arguments.mcap.is_some()),
+        ("--perception", arguments.perception.is_some()),
+        ("--trajectory", arguments.trajectory.is_some()),
+        ("--vehicle-poses", !arguments.vehicle_poses.is_empty()),
+        ("--keypoints", arguments.keypoints.is_some()),
+    ];
+    match given.iter().find(|(_, given)| *given) {
+        Some((name, _)) => anyhow::bail!(motorcade_dataset::Error::Usage(format!(
+            "{name} does not go with a live source, whose frames are known once, as they come; record it to a file for that"
+        ))),
+        None => Ok(()),
     }
 }
 

@@ -26,7 +26,8 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     let drive = Drive::open(arguments)?;
     let input_hash = drive.summary().input_hash;
     let fingerprint = fingerprint(arguments, &input_hash, drive.height_m, &config);
-    if finished_before(arguments, &fingerprint) {
+    let live = drive.sequence().is_some_and(Sequence::is_live);
+    if !live && finished_before(arguments, &fingerprint) {
         return draw_finished(arguments, &drive);
     }
     let replace = arguments.force || arguments.resume && stopped(&arguments.out, &fingerprint);

@@ -228,11 +228,11 @@ impl Motorcade {
     pub(crate) fn take_perception(&mut self) -> Perception {
         std::mem::take(&mut self.perception)
     }
-    /// Marks the drive as stopped before the last of its frames, of which there are `planned`.
-    pub fn interrupt(&mut self, planned: usize) {
+    /// Marks the drive as stopped before the last of its frames, of which there are `planned` where that is known.
+    pub fn interrupt(&mut self, planned: impl Into<Option<usize>>) {
         let record = self.front_end.record_mut();
         record.interrupted = true;
-        record.planned_frames = Some(planned);
+        record.planned_frames = planned.into();
     }
     /// Rows so far.
     pub(crate) fn frames(&self) -> usize {

@@ -43,7 +43,7 @@ pub fn push_sequence(
     for warning in slam.warnings() {
         progress.warn(warning);
     }
-    progress.begin("odometry", Some(sequence.len()));
+    progress.begin("odometry", sequence.known_len());
     let mut perception = slam.take_perception();
     let stop = || progress.cancelled();
     let mut push = |observed: Result<Observed>| -> Result<()> {
@@ -86,7 +86,12 @@ pub fn push_sequence(
         }
     }
     if stop() {
-        slam.interrupt(sequence.len());
+        slam.interrupt(sequence.known_len());
+        return Ok(());
+    }
+    for problem in sequence.live_problems() {
+        progress.warn(&problem);
+        slam.warn(problem);
     }
     Ok(())
 }
