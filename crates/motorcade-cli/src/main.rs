@@ -45,7 +45,13 @@ fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => return exit::usage(&error),
     };
-    let outcome = match cli.command {
+    // Its message is on stderr by then.
+    std::panic::catch_unwind(|| answer(cli.command)).unwrap_or(ExitCode::from(exit::BUG))
+}
+
+/// Runs a command.
+fn answer(command: Command) -> ExitCode {
+    let outcome = match command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Batch(arguments) => batch::batch(&arguments),
         Command::Inspect(arguments) => inspect::inspect(&arguments),

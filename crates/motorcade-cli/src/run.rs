@@ -143,9 +143,11 @@ fn tell(line: &str, config: &Config) {
     if config.online.enabled { exit::eprint(line) } else { exit::say(line) }
 }
 
-/// 130 when interrupted, 4 when too many frames were not tracked, else 0; results are written in every case.
+/// 2 when a fault of the program ended it, 130 when interrupted, 4 when too many frames were not tracked, else 0; results are written in every case.
 pub fn code(result: &RunResult, config: &Config) -> u8 {
-    if result.interrupted {
+    if result.failed {
+        exit::BUG
+    } else if result.interrupted {
         exit::INTERRUPTED
     } else if 1.0 - result.tracked_share() > config.run.most_untracked {
         exit::TRACKING_FAILED

@@ -1,5 +1,6 @@
 //! Iteration over frames, decoded ahead on a thread.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::Duration;
@@ -131,6 +132,15 @@ impl Decoder {
         })
     }
 
+    /// A frame; a panic of a decoder is an error of its frame.
+    fn frame_or_fault(&mut self, index: usize, slot: &Slot) -> Result<Frame> {
+        let decoded = catch_unwind(AssertUnwindSafe(|| self.frame(index, slot)));
+        decoded.unwrap_or_else(|_| {
+            let path = slot.path.as_deref().unwrap_or(&self.input.survey.root);
+            Err(Error::input(path, "its decoding failed by a fault of the program"))
+        })
+    }
+
     fn frame(&mut self, index: usize, slot: &Slot) -> Result<Frame> {
         let raw = self.raw(slot)?;
         self.finished(index, slot, raw)
@@ -163,7 +173,7 @@ impl Iterator for Decoder {
         self.next += 1;
         let frame = match live {
             Some(pixels) => pixels.and_then(|pixels| self.finished(index, &slot, pixels)),
-            None => self.frame(index, &slot),
+            None => self.frame_or_fault(index, &slot),
         };
         Some(frame.map_err(|reason| BadFrame {
             index,

@@ -234,6 +234,12 @@ impl Motorcade {
         record.interrupted = true;
         record.planned_frames = planned.into();
     }
+    /// As [`interrupt`](Self::interrupt), by a fault of the program.
+    pub(crate) fn fail(&mut self, planned: Option<usize>, problem: String) {
+        self.interrupt(planned);
+        self.front_end.record_mut().failed = true;
+        self.warn(problem);
+    }
     /// Rows so far.
     pub(crate) fn frames(&self) -> usize {
         self.front_end.len()
