@@ -7,14 +7,12 @@ use std::path::{Path, PathBuf};
 use motorcade_dataset::staging;
 use tempfile::TempDir;
 
-use super::listing::{self, ListedFile};
+use super::listing::{self, CHECKPOINT, ListedFile};
 use super::{io_error, output_error};
 use crate::error::{Error, Result};
 
 /// Name of the record of a run, which lists its files.
 pub const RUN_RECORD: &str = "run.json";
-/// Name of the checkpoint of a run in the directory of its results; it is no result.
-pub const CHECKPOINT: &str = ".motorcade-checkpoint";
 
 /// A directory that results go to. An earlier result there is replaced only if its record lists every file in it.
 #[derive(Debug)]

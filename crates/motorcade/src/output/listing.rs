@@ -8,7 +8,8 @@ use std::path::Path;
 use motorcade_dataset::staging;
 use serde::{Deserialize, Serialize};
 
-use super::directory::CHECKPOINT;
+/// Name of the checkpoint of a run in the directory of its results; it is no result.
+pub const CHECKPOINT: &str = ".motorcade-checkpoint";
 
 /// A file of a directory.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -11,8 +11,8 @@ mod speeds;
 mod tracks;
 
 pub use camera::status_name;
-pub use directory::{CHECKPOINT, OutputDirectory, RUN_RECORD};
-pub use listing::ListedFile;
+pub use directory::{OutputDirectory, RUN_RECORD};
+pub use listing::{CHECKPOINT, ListedFile};
 pub use tracks::track_labels;
 
 use std::fs;
