@@ -116,6 +116,26 @@ fn a_run_that_is_killed_anywhere_goes_on_to_the_same_bytes() {
     no_leftovers(folder);
 }
 
+/// Vehicles whose keypoints are looked for every few frames: what the detector remembers comes back too.
+#[test]
+fn vehicles_and_keypoints_of_a_resumed_run_are_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    answer(folder, "simulate --scenario demo --frames 16 --width 400 --out drive --progress none")
+        .expect(0, &[]);
+    let run = "run drive/training --sequence 0000 --keep-perception --progress none --out";
+    answer(folder, &format!("{run} whole")).expect(0, &[]);
+    let kept = fs::read_to_string(folder.join("whole/perception.jsonl")).unwrap();
+    let with = kept.lines().filter(|line| line.contains("\"points\"")).count();
+    assert!((2..15).contains(&with), "{with} of 16 frames have keypoints");
+    for frames in [1, 6, 9] {
+        killed(folder, &format!("{run} out"), BESIDE, frames);
+        answer(folder, &format!("{run} out --resume")).expect(0, &["frames came from the checkpoint"]);
+        same(folder, "whole", "out");
+        fs::remove_dir_all(folder.join("out")).unwrap();
+    }
+}
+
 #[test]
 fn online_and_stopped_runs_go_on_too() {
     let folder = drive(10);

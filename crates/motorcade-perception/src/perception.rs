@@ -142,7 +142,12 @@ impl Perception {
     pub fn observe(&mut self, frame: &Frame) -> Result<Observations> {
         let earlier = self.checkpoint.as_ref().map_or(Ok(None), |checkpoint| checkpoint.earlier(frame))?;
         let observations = match earlier {
-            Some(observations) => observations,
+            Some(observations) => {
+                if let Some(detector) = &mut self.keypoints {
+                    detector.skipped(frame, &observations.detections);
+                }
+                observations
+            }
             None => self.detect(frame)?,
         };
         if let Some(kept) = &self.kept {
