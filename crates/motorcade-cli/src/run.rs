@@ -64,7 +64,13 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     let map = map_file.map_or(Ok(()), |file| crate::map::save(file, &result));
     let (directory, out) = (&directory, arguments.out.as_path());
     let results = Results { directory, out, result: &result, context: &context, extras: &extras };
-    let drawn = draw::write(&results, places, frames(arguments, drive.sequence(), &reporter))?;
+    let drawn = draw::write(&results, places, frames(arguments, drive.sequence(), &reporter));
+    if drawn.is_err() && checkpoint.is_some() {
+        exit::eprint(
+            "motorcade: what the networks found is kept in the checkpoint; once the results can be written, --resume goes on from there",
+        );
+    }
+    let drawn = drawn?;
     // A run that was stopped can go on.
     checkpoint.iter().filter(|_| !result.interrupted).for_each(Checkpoint::remove);
     tell(&summary(&result, arguments), &config);
