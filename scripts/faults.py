@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What a run answers to faults of pictures, calibration, boxes and clock: a table, and a failure where an answer is worse than its bound or says nothing.
 
-    scripts/faults.py DRIVE [--sequence 0000] [--camera 2] [--frames 120] [--boxes FILE] [--motorcade target/release/motorcade] [--only NAME]
+    scripts/faults.py DRIVE [--sequence 0000] [--camera 2] [--frames 120] [--boxes FILE] [--motorcade target/release/motorcade] [--only NAME …]
 
 DRIVE is a split of KITTI's tracking layout with calib, gt_poses and image_0x: a rendered one (`motorcade simulate`) or a real one. Boxes come from a file
 (by default from one run with the program's own networks), so that a fault of the pictures is one of the odometry and the road alone. ATE after SE(3)
@@ -26,7 +26,7 @@ parser.add_argument("--camera", type=int, default=2)
 parser.add_argument("--frames", type=int, default=120)
 parser.add_argument("--boxes", type=pathlib.Path)
 parser.add_argument("--motorcade", default="target/release/motorcade")
-parser.add_argument("--only")
+parser.add_argument("--only", nargs="+", metavar="NAME", help="these faults, after the drive without one")
 options = parser.parse_args()
 work = pathlib.Path(tempfile.mkdtemp(prefix="motorcade-faults-"))
 image_folder = f"image_{options.camera:02d}"
@@ -165,6 +165,9 @@ FAULTS = [
     ("identities permuted", boxes_fault(permuted), 0.3, None),
 ]
 
+unknown = set(options.only or []) - {name for name, *_ in FAULTS}
+if unknown:
+    sys.exit(f"--only: no fault is called {', '.join(sorted(unknown))}; there are: {', '.join(name for name, *_ in FAULTS)}")
 boxes = options.boxes
 if boxes is None:
     done, _ = run("boxes", options.drive, "--frames", f"..{len(pictures)}")
@@ -174,7 +177,7 @@ if boxes is None:
 failures, base = [], 0.0
 print(f"| fault | exit | ATE SE(3) [m] | scale | tracked | vehicles found, id switches | said |\n|---|---|---|---|---|---|---|")
 for number, (name, prepare, most, words) in enumerate(FAULTS):
-    if options.only and options.only != name and number:
+    if options.only and name not in options.only and number:
         continue
     key = f"fault{number}"
     folder = copy(key)

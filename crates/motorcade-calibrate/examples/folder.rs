@@ -11,7 +11,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut paths: Vec<_> = std::fs::read_dir(folder)?.flatten().map(|entry| entry.path()).collect();
     paths.sort();
     let paths = paths.iter().skip(first).take(count);
-    let images = paths.map(|p| Ok(image::open(p)?.to_luma8())).collect::<Result<Vec<_>, image::ImageError>>()?;
+    let images =
+        paths.map(|p| Ok(image::open(p)?.to_luma8())).collect::<Result<Vec<_>, image::ImageError>>()?;
     let (width, height) = images.first().ok_or("no pictures")?.dimensions();
     let mut calibrator = Calibrator::new(width, height, ViewPrior::default(), CalibrateOptions::default());
     loop {

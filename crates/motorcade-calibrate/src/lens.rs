@@ -73,8 +73,7 @@ impl Lens {
             d + 2.0 * self.k1 * y * y,
         ) * f;
         let ray_by_point = Matrix2x3::new(inverse, 0.0, -x * inverse, 0.0, inverse, -y * inverse);
-        let by_lens =
-            Matrix2x4::new(f * d * x, f * r2 * x, 1.0, 0.0, f * d * y, f * r2 * y, 0.0, 1.0);
+        let by_lens = Matrix2x4::new(f * d * x, f * r2 * x, 1.0, 0.0, f * d * y, f * r2 * y, 0.0, 1.0);
         Some(Projection {
             pixel: Point2::new(f * d * x + self.cx, f * d * y + self.cy),
             by_point: by_ray * ray_by_point,

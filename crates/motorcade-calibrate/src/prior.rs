@@ -18,7 +18,12 @@ pub(crate) struct LensPrior {
 
 impl LensPrior {
     /// `log_focal_sigma` and `k1_sigma` are those before the drive.
-    pub fn new(mean: Lens, [log_focal_sigma, k1_sigma]: [f64; 2], width: u32, options: &CalibrateOptions) -> Self {
+    pub fn new(
+        mean: Lens,
+        [log_focal_sigma, k1_sigma]: [f64; 2],
+        width: u32,
+        options: &CalibrateOptions,
+    ) -> Self {
         let centre = options.centre_sigma * f64::from(width);
         Self {
             mean,

@@ -38,11 +38,14 @@ fn tracks(poses: &[Pose<Camera, World>], lens: &Lens) -> MapTracks {
         let point = from.transform_point(&Point3::from(Vector3::new(x, y, 1.0) * depth));
         let seen = poses.iter().enumerate().filter_map(|(k, pose)| {
             let pixel = lens.project(&pose.transform_point(&point).coords)?.pixel;
-            let inside = (0.0..f64::from(SIZE.0)).contains(&pixel.x) && (0.0..f64::from(SIZE.1)).contains(&pixel.y);
+            let inside =
+                (0.0..f64::from(SIZE.0)).contains(&pixel.x) && (0.0..f64::from(SIZE.1)).contains(&pixel.y);
             inside.then_some((k, pixel))
         });
         let track: Vec<(usize, Point2<f64>)> = seen
-            .map(|(k, p)| (k, Point2::new(p.x + rng.random_range(-0.26..0.26), p.y + rng.random_range(-0.26..0.26))))
+            .map(|(k, p)| {
+                (k, Point2::new(p.x + rng.random_range(-0.26..0.26), p.y + rng.random_range(-0.26..0.26)))
+            })
             .collect();
         if track.len() >= 3 {
             tracks.push(track);

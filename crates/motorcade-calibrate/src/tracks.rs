@@ -27,9 +27,13 @@ impl TrackRecorder {
     /// Takes what a new keyframe sees, after [`Odometry::process`]. Corners on vehicles are left out.
     pub fn observe(&mut self, odometry: &Odometry) {
         let trajectory = odometry.trajectory();
-        let Some(record) = trajectory.frames.last().filter(|r| r.status == FrameStatus::Tracked) else { return };
+        let Some(record) = trajectory.frames.last().filter(|r| r.status == FrameStatus::Tracked) else {
+            return;
+        };
         let newest = (record.segment, record.keyframe);
-        if self.last == Some(newest) || !trajectory.keyframes.get(record.segment).is_some_and(|k| k.len() == record.keyframe + 1) {
+        if self.last == Some(newest)
+            || !trajectory.keyframes.get(record.segment).is_some_and(|k| k.len() == record.keyframe + 1)
+        {
             return;
         }
         self.last = Some(newest);

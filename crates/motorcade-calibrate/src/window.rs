@@ -51,7 +51,8 @@ impl Window {
         let within = |track: &Vec<(usize, Point2<f64>)>| {
             let inside = track.iter().filter(|(n, _)| range.contains(n));
             let observations: Vec<_> = inside.map(|(n, p)| (n - range.start, *p)).collect();
-            (observations.len() >= 3).then(|| Corner { place: place(&poses, &observations, lens), observations })
+            (observations.len() >= 3)
+                .then(|| Corner { place: place(&poses, &observations, lens), observations })
         };
         let corners: Vec<Corner> = map.tracks.iter().filter_map(within).collect();
         (length > 0.0 && corners.len() >= 50).then_some(Self { poses, corners, length })

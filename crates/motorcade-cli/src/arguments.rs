@@ -147,7 +147,8 @@ pub struct ConfigArguments {
 /// Input and selection of its frames.
 #[derive(Debug, Args)]
 pub struct InputArguments {
-    /// KITTI tracking split, KITTI odometry or raw folder, folder of images, or video file.
+    /// KITTI tracking split, KITTI odometry or raw folder, folder of images, or video file. For `run --online` also a live source:
+    /// `-` (a video on standard input), an address such as rtsp://HOST/PATH, or a camera such as /dev/video0.
     pub input: PathBuf,
     /// Kind of input, when looking at it is not enough.
     #[arg(long, value_parser = parse_format)]
@@ -214,6 +215,9 @@ Without any frame, from files alone (a KITTI split with calib/ but no images):
 With the estimates drawn into the frames:
   motorcade run drive.mp4 --calibration camera.toml --height 1.4 --out runs/drive --overlay runs/drive/overlay.mp4
 
+As it comes, from a camera of the network:
+  motorcade run rtsp://192.168.1.20/stream --online --calibration camera.toml --height 1.4 --out runs/live
+
 Vehicles, their keypoints and the road are found by the networks inside the program. With --models none, and without --detections, no
 vehicles are looked for; the camera's trajectory is still metric.")]
 pub struct RunArguments {
@@ -274,6 +278,10 @@ pub struct RunArguments {
     /// Write the output of all detectors too (perception.jsonl), for runs with --perception.
     #[arg(long)]
     pub keep_perception: bool,
+    /// Go on with a run of the same command that was killed or stopped: what its networks found is taken from its checkpoint, and the
+    /// results are the same bytes as those of an unbroken run. Without a checkpoint the run starts at the first frame.
+    #[arg(long)]
+    pub resume: bool,
     /// Camera trajectory (TUM or KITTI, of the processed camera) instead of odometry.
     #[arg(long)]
     pub trajectory: Option<PathBuf>,

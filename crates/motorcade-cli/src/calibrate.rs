@@ -53,7 +53,8 @@ pub fn of(
     config: &Config,
     reporter: &Reporter,
 ) -> anyhow::Result<CameraCalibration> {
-    let options = PerceptionOptions { models: models::source(networks), without_keypoints: true, ..Default::default() };
+    let options =
+        PerceptionOptions { models: models::source(networks), without_keypoints: true, ..Default::default() };
     let perception = Perception::open(&options, sequence.size())?;
     let most = config.calibration.most_frames;
     if sequence.len() > most {
@@ -66,7 +67,10 @@ pub fn of(
 /// A file that does not replace another one unasked.
 fn place(path: &Path, force: bool) -> Result<OutFile, motorcade::Error> {
     if path.exists() && !force {
-        return Err(motorcade::Error::Config(format!("{} is there already; --force replaces it", path.display())));
+        return Err(motorcade::Error::Config(format!(
+            "{} is there already; --force replaces it",
+            path.display()
+        )));
     }
     OutFile::create(path)
 }

@@ -4,19 +4,21 @@ use std::sync::Arc;
 
 use motorcade::output::Extra;
 use motorcade::{
-    Config, External, FrameCallback, Motorcade, Progress, RunContext, ViewPrior, push_sequence, survey_sequence,
+    Config, External, FrameCallback, Motorcade, Progress, RunContext, ViewPrior, push_sequence,
+    survey_sequence,
 };
 use motorcade_dataset::{KITTI_HEIGHT_M, Sequence, Summary};
 use motorcade_geometry::PinholeCamera;
 use motorcade_perception::{
-    KeptObservations, ModelOptions, ModelSource, Observations, Perception, PerceptionOptions, Recording,
+    Checkpoint, Identity, KeptObservations, ModelOptions, ModelSource, Observations, Perception,
+    PerceptionOptions, Recording,
 };
 use motorcade_viewer::Pictures;
 
 use crate::arguments::{CameraHeight, RunArguments};
 use crate::frameless::{self, Files};
 use crate::progress::Reporter;
-use crate::{calibrate, exit, external, models, probe, threads::threads};
+use crate::{calibrate, checkpoint, exit, external, models, probe, threads::threads};
 
 /// Name of the calibration in the directory of a run that found it itself.
 pub const CAMERA_FILE: &str = "camera.toml";
@@ -67,7 +69,12 @@ impl Drive {
             };
             return Ok(Self { source: Source::Files(Box::new(files)), height_m, camera_file: None });
         }
-        let sequence = Sequence::open(&arguments.input.input, &arguments.input.options())?;
+        let live = arguments.online;
+        let options = motorcade_dataset::SequenceOptions { live, ..arguments.input.options() };
+        let sequence = Sequence::open(&arguments.input.input, &options)?;
+        if sequence.is_live() {
+            check_live(arguments)?;
+        }
         let height_m = match arguments.height {
             Some(CameraHeight::Auto) if arguments.online => anyhow::bail!(motorcade_dataset::Error::Usage(
                 "--height auto is known at the end of a drive only; with --online give the height in metres"
@@ -88,6 +95,10 @@ impl Drive {
         reporter: &Reporter,
     ) -> anyhow::Result<Self> {
         if let (Source::Frames(sequence), true) = (&mut self.source, arguments.input.calibrates()) {
+            if sequence.is_live() {
+                let problem = "--calibration auto needs the whole drive, which a live source has not; calibrate with an earlier drive";
+                anyhow::bail!(motorcade_dataset::Error::Usage(problem.into()));
+            }
             let found =
                 calibrate::of(sequence, arguments.models.as_deref(), ViewPrior::default(), config, reporter)?;
             **sequence = sequence.calibrated(CAMERA_FILE.as_ref(), found.calibration())?;
@@ -151,6 +162,30 @@ impl LoadedDrive {
             self.detectors = Detectors::Recorded(Arc::new(recording));
         }
         Ok(self)
+    }
+
+    /// Takes what the networks found before from the run's checkpoint, and writes there what they find now. None where no detector runs.
+    ///
+    /// # Errors
+    /// As [`checkpoint::open`].
+    pub fn save(&mut self, arguments: &RunArguments, run: Identity) -> anyhow::Result<Option<Checkpoint>> {
+        if self.sequence().is_some_and(Sequence::is_live) {
+            return Ok(None);
+        }
+        let Detectors::Live(perception) = &mut self.detectors else { return Ok(None) };
+        if perception.is_none() || arguments.perception.is_some() {
+            if arguments.resume {
+                exit::eprint(
+                    "motorcade: --resume: no network runs, so that there is nothing to take from a checkpoint",
+                );
+            }
+            return Ok(None);
+        }
+        let checkpoint = checkpoint::open(&arguments.out, arguments.resume, run)?;
+        if let Some(checkpoint) = &checkpoint {
+            perception.save_in(checkpoint.clone());
+        }
+        Ok(checkpoint)
     }
 
     /// The estimator for this drive; live detectors go to the first one asked for.
@@ -243,14 +278,28 @@ impl LoadedDrive {
             }
         };
         let input = self.drive.summary();
-        RunContext {
-            config,
-            camera_from_cam0,
-            input,
-            perception,
-            command: command_line(),
-            fingerprint: Some(fingerprint),
-        }
+        // Another run on a live source sees other frames.
+        let fingerprint = (!self.sequence().is_some_and(Sequence::is_live)).then_some(fingerprint);
+        RunContext { config, camera_from_cam0, input, perception, command: command_line(), fingerprint }
+    }
+}
+
+/// Refuses what needs all frames, or their numbers and times, beforehand or a second time.
+fn check_live(arguments: &RunArguments) -> anyhow::Result<()> {
+    let given = [
+        ("--resume", arguments.resume),
+        ("--overlay", arguments.overlay.is_some()),
+        ("--mcap", arguments.mcap.is_some()),
+        ("--perception", arguments.perception.is_some()),
+        ("--trajectory", arguments.trajectory.is_some()),
+        ("--vehicle-poses", !arguments.vehicle_poses.is_empty()),
+        ("--keypoints", arguments.keypoints.is_some()),
+    ];
+    match given.iter().find(|(_, given)| *given) {
+        Some((name, _)) => anyhow::bail!(motorcade_dataset::Error::Usage(format!(
+            "{name} does not go with a live source, whose frames are known once, as they come; record it to a file for that"
+        ))),
+        None => Ok(()),
     }
 }
 

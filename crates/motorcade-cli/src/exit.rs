@@ -7,6 +7,8 @@ use std::process::ExitCode;
 
 /// All went well.
 pub const FINE: u8 = 0;
+/// A fault of the program.
+pub const BUG: u8 = 2;
 /// Tracking failed on too many frames.
 pub const TRACKING_FAILED: u8 = 4;
 /// Interrupted, with what there was written.

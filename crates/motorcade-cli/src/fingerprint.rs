@@ -5,7 +5,7 @@ use std::path::Path;
 
 use motorcade::{Config, RunRecord};
 use motorcade_dataset::{Fnv, regular_file};
-use motorcade_perception::ModelOptions;
+use motorcade_perception::{Identity, ModelOptions};
 
 use crate::arguments::RunArguments;
 
@@ -31,6 +31,15 @@ impl Fields {
             }
         } else if let Ok(content) = regular_file::read(path) {
             self.add(&content);
+        }
+    }
+    /// The files of a folder by their contents.
+    fn add_contents(&mut self, folder: &Path) {
+        let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+        let mut files: Vec<_> = entries.map(|entry| entry.path()).collect();
+        files.sort();
+        for file in files {
+            self.add_path(&file);
         }
     }
 }
@@ -84,6 +93,31 @@ pub fn fingerprint(
         }
     }
     hash.0.to_string()
+}
+
+/// The parts of a fingerprint that a checkpoint names when one differs; the last one is the whole.
+pub fn identity(arguments: &RunArguments, input_hash: &str, config: &Config, fingerprint: &str) -> Identity {
+    let settings = Fnv::of(serde_json::to_string(config).unwrap_or_default().as_bytes());
+    let mut networks = Fields::default();
+    networks.add(format!("{:?}", ModelOptions::default().engine).as_bytes());
+    match &arguments.models {
+        Some(folder) => networks.add_contents(folder),
+        None => networks.add(b"inside"),
+    }
+    let parts = [
+        ("version of the program", env!("CARGO_PKG_VERSION").to_owned()),
+        ("input", input_hash.to_owned()),
+        ("set of settings", settings.to_string()),
+        ("set of networks", networks.0.to_string()),
+        ("height, or another option or file that was given,", fingerprint.to_owned()),
+    ];
+    parts.map(|(name, value)| (name.to_owned(), value)).into()
+}
+
+/// True when `directory` holds a stopped run with this fingerprint, whose results are those of a part of the drive.
+pub fn stopped(directory: &Path, fingerprint: &str) -> bool {
+    let Ok(record) = RunRecord::read(directory) else { return false };
+    record.fingerprint.as_deref() == Some(fingerprint) && record.interrupted == Some(true)
 }
 
 /// True when `directory` holds a finished run with this fingerprint.

@@ -4,6 +4,7 @@ mod ablate;
 mod arguments;
 mod batch;
 mod calibrate;
+mod checkpoint;
 mod demo;
 mod draw;
 mod drive;
@@ -45,7 +46,13 @@ fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => return exit::usage(&error),
     };
-    let outcome = match cli.command {
+    // Its message is on stderr by then.
+    std::panic::catch_unwind(|| answer(cli.command)).unwrap_or(ExitCode::from(exit::BUG))
+}
+
+/// Runs a command.
+fn answer(command: Command) -> ExitCode {
+    let outcome = match command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Batch(arguments) => batch::batch(&arguments),
         Command::Calibrate(arguments) => calibrate::calibrate(&arguments),

@@ -6,14 +6,16 @@ use anyhow::Context;
 use motorcade::output::{Extra, OutputDirectory, RUN_RECORD};
 use motorcade::{Config, Motorcade, Preset, RunRecord, RunResult};
 use motorcade_dataset::{Sequence, regular_file};
+use motorcade_perception::Checkpoint;
 use motorcade_viewer::Report;
 
 use crate::arguments::{ConfigArguments, PresetName, RunArguments};
+use crate::checkpoint;
 use crate::draw::{self, Frames, Place, Results, Target};
 use crate::drive::Drive;
 use crate::exit;
 use crate::files::OutFile;
-use crate::fingerprint::{already_done, fingerprint};
+use crate::fingerprint::{already_done, fingerprint, identity, stopped};
 use crate::live::LiveView;
 use crate::progress::Reporter;
 use crate::threads::threads;
@@ -22,15 +24,20 @@ use crate::threads::threads;
 pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     let config = configuration(arguments)?;
     let drive = Drive::open(arguments)?;
-    let fingerprint = fingerprint(arguments, &drive.summary().input_hash, drive.height_m, &config);
-    if finished_before(arguments, &fingerprint) {
+    let input_hash = drive.summary().input_hash;
+    let fingerprint = fingerprint(arguments, &input_hash, drive.height_m, &config);
+    let live = drive.sequence().is_some_and(Sequence::is_live);
+    if !live && finished_before(arguments, &fingerprint) {
         return draw_finished(arguments, &drive);
     }
-    let directory = OutputDirectory::open(&arguments.out, RUN_RECORD, arguments.force)?;
+    let replace = arguments.force || arguments.resume && stopped(&arguments.out, &fingerprint);
+    let directory = OutputDirectory::open(&arguments.out, RUN_RECORD, replace)?;
     let places = places(arguments, &drive)?;
     let map_file = OutFile::create_optional(arguments.save_map.as_deref())?;
     let reporter = Reporter::new(arguments.progress);
     let mut drive = drive.calibrated(arguments, &config, &reporter)?.load(arguments)?;
+    let run = identity(arguments, &input_hash, &config, &fingerprint);
+    let checkpoint = drive.save(arguments, run)?;
     let mut slam = drive.slam(&config)?;
     let mut pictures = drive.pictures();
     let mut live = LiveView::open(arguments, &drive.camera()?)?;
@@ -47,6 +54,7 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     let result =
         if config.online.enabled { slam.finish_online(&reporter) } else { slam.finish_with(&reporter) };
     reporter.finish();
+    checkpoint.iter().for_each(|checkpoint| checkpoint::tell(checkpoint, &reporter));
     let context = drive.context(config, fingerprint);
     let report = Report { result: &result, context: &context, evaluation: None, pictures: pictures.taken() };
     let mut extras = vec![Extra { name: "report.html".into(), content: report.html().into_bytes() }];
@@ -57,7 +65,15 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     let map = map_file.map_or(Ok(()), |file| crate::map::save(file, &result));
     let (directory, out) = (&directory, arguments.out.as_path());
     let results = Results { directory, out, result: &result, context: &context, extras: &extras };
-    let drawn = draw::write(&results, places, frames(arguments, drive.sequence(), &reporter))?;
+    let drawn = draw::write(&results, places, frames(arguments, drive.sequence(), &reporter));
+    if drawn.is_err() && checkpoint.is_some() {
+        exit::eprint(
+            "motorcade: what the networks found is kept in the checkpoint; once the results can be written, --resume goes on from there",
+        );
+    }
+    let drawn = drawn?;
+    // A run that was stopped can go on.
+    checkpoint.iter().filter(|_| !result.interrupted).for_each(Checkpoint::remove);
     tell(&summary(&result, arguments), &config);
     for path in drawn? {
         tell(&path.display().to_string(), &config);
@@ -134,9 +150,11 @@ fn tell(line: &str, config: &Config) {
     if config.online.enabled { exit::eprint(line) } else { exit::say(line) }
 }
 
-/// 130 when interrupted, 4 when too many frames were not tracked, else 0; results are written in every case.
+/// 2 when a fault of the program ended it, 130 when interrupted, 4 when too many frames were not tracked, else 0; results are written in every case.
 pub fn code(result: &RunResult, config: &Config) -> u8 {
-    if result.interrupted {
+    if result.failed {
+        exit::BUG
+    } else if result.interrupted {
         exit::INTERRUPTED
     } else if 1.0 - result.tracked_share() > config.run.most_untracked {
         exit::TRACKING_FAILED

@@ -155,8 +155,9 @@ fn render(arguments: &SimulateArguments) -> RenderOptions {
         shutter_s: arguments.shutter,
         ..SensorOptions::default()
     };
-    let usual = RenderOptions { weather: arguments.weather, sensor, fps: arguments.fps, ..RenderOptions::default() }
-        .with_width(arguments.width);
+    let usual =
+        RenderOptions { weather: arguments.weather, sensor, fps: arguments.fps, ..RenderOptions::default() }
+            .with_width(arguments.width);
     arguments.view_deg.map_or(usual, |view| usual.with_view(view.to_radians()))
 }
 

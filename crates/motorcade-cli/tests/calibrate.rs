@@ -16,7 +16,8 @@ fn focal_px(text: &str) -> f64 {
 #[test]
 fn a_drive_with_turns_tells_the_focal_length() {
     let folder = TempDir::new().unwrap();
-    let render = "simulate --scenario figure-eight --frames 60 --width 414 --view-deg 62 --out drive --progress none";
+    let render =
+        "simulate --scenario figure-eight --frames 60 --width 414 --view-deg 62 --out drive --progress none";
     answer(folder.path(), render).expect(0, &[]);
     let calibrate = "calibrate drive/training --models none --out camera.toml";
     let said = answer(folder.path(), calibrate).stdout;

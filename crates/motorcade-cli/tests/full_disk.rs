@@ -46,7 +46,9 @@ fn results_that_do_not_fit() {
     told.expect(5, &["small/out/", "No space left on device"]);
     assert!(!told.stderr.contains("partial"), "{}", told.stderr);
     let left = told.stdout.rsplit("left:\n").next().unwrap();
-    assert_eq!(left, "thesis.tex\nmine\n", "{}", told.stdout);
+    // What the networks found is kept for `--resume`, with room made.
+    assert!(told.stderr.contains("--resume"), "{}", told.stderr);
+    assert_eq!(left, ".out.motorcade-checkpoint\nthesis.tex\nmine\n", "{}", told.stdout);
 }
 
 /// Nor does a run that was there have to make room for one that fails.
@@ -61,7 +63,11 @@ fn an_earlier_run_stays() {
     let Some(told) = on_a_small_disk(folder.path(), script) else { return };
     told.expect(5, &["small", "No space left on device"]);
     let left = told.stdout.rsplit("left:\n").next().unwrap();
-    assert_eq!(left, "small:\nout\n\nsmall/out:\nrun.json\n{\"files\": []}\n", "{}", told.stdout);
+    assert_eq!(
+        left, "small:\nout\n\nsmall/out:\n.motorcade-checkpoint\nrun.json\n{\"files\": []}\n",
+        "{}",
+        told.stdout
+    );
 }
 
 #[test]

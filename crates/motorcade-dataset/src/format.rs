@@ -16,12 +16,14 @@ pub enum Format {
     Images,
     /// A video file, read through the `ffmpeg` program.
     Video,
+    /// Standard input (`-`), a stream of the network or a camera, read through the `ffmpeg` program as it comes.
+    Live,
 }
 
 impl Format {
     /// All formats, in the order in which they are tried.
-    pub const ALL: [Self; 5] =
-        [Self::KittiTracking, Self::KittiOdometry, Self::KittiRaw, Self::Images, Self::Video];
+    pub const ALL: [Self; 6] =
+        [Self::KittiTracking, Self::KittiOdometry, Self::KittiRaw, Self::Images, Self::Video, Self::Live];
 
     /// Name on the command line.
     pub fn name(self) -> &'static str {
@@ -31,6 +33,7 @@ impl Format {
             Self::KittiRaw => "kitti-raw",
             Self::Images => "images",
             Self::Video => "video",
+            Self::Live => "live",
         }
     }
 

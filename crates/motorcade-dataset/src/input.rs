@@ -1,10 +1,12 @@
 //! An opened input: everything its sequence and its readers share.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use motorcade_geometry::PinholeCamera;
 
 use crate::calibration::Calibration;
+use crate::live::Live;
 use crate::masks::IgnoreMasks;
 use crate::source::Slot;
 use crate::survey::Survey;
@@ -24,4 +26,6 @@ pub(crate) struct Input {
     pub masks: Option<IgnoreMasks>,
     pub colour: bool,
     pub prefetch: usize,
+    /// The running source and its selection, for a live one.
+    pub live: Option<Arc<Live>>,
 }

@@ -149,6 +149,9 @@ fn fingerprint(input: &Input) -> Fnv {
     }
     let calibration = input.calibration.as_ref().map(|(_, calibration)| calibration.identity());
     hash.add(calibration.map_or("None".to_owned(), |text| format!("Some({text})")).as_bytes());
+    if let Store::Live(source) = &input.survey.store {
+        hash.add(format!("{source:?}").as_bytes());
+    }
     if let Some(masks) = &input.masks {
         masks.describe(&mut |bytes| hash.add(bytes));
     }

@@ -63,6 +63,7 @@ mod gps_track;
 mod input;
 mod inspect;
 mod labels;
+mod live;
 mod masks;
 mod options;
 mod recognise;

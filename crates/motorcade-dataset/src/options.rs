@@ -28,6 +28,8 @@ pub struct SequenceOptions {
     pub ignore: Option<PathBuf>,
     /// Frames decoded ahead on a thread of their own; 0 decodes where they are asked for.
     pub prefetch: usize,
+    /// Takes sources without a known end too: standard input (`-`), addresses (`rtsp://…`), cameras.
+    pub live: bool,
 }
 
 impl Default for SequenceOptions {
@@ -44,6 +46,7 @@ impl Default for SequenceOptions {
             ignore: None,
             // Overlaps decoding with computation at a bounded number of frames in memory.
             prefetch: 3,
+            live: false,
         }
     }
 }

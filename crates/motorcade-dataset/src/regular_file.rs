@@ -31,8 +31,19 @@ pub fn read_to_string(path: &Path) -> io::Result<String> {
     fs::read_to_string(path)
 }
 
+/// Fails for anything at `path` but a regular file; links count as something else.
+///
+/// # Errors
+/// As [`open`], and a link.
+pub fn not_a_link(path: &Path) -> io::Result<()> {
+    check_kind(fs::symlink_metadata(path)?.file_type())
+}
+
 fn check(path: &Path) -> io::Result<()> {
-    let kind = fs::metadata(path)?.file_type();
+    check_kind(fs::metadata(path)?.file_type())
+}
+
+fn check_kind(kind: FileType) -> io::Result<()> {
     if kind.is_file() {
         return Ok(());
     }

@@ -11,6 +11,7 @@ use crate::format::Format;
 use crate::frame::Pixels;
 use crate::input::Input;
 use crate::inspect::Summary;
+use crate::live::Live;
 use crate::masks::IgnoreMasks;
 use crate::options::SequenceOptions;
 use crate::source::{Slot, Store, decode, video::VideoReader};
@@ -49,9 +50,18 @@ impl Sequence {
             None => None,
         };
         let calibrated_fps = calibration.as_ref().and_then(|(_, c)| c.fps);
-        let slots = select(path, &survey, options, calibrated_fps)?;
+        let (slots, live, first) = match &survey.store {
+            Store::Live(source) => {
+                let (live, first) = Live::open(path, source, options)?;
+                (Vec::new(), Some(Arc::new(live)), first)
+            }
+            _ => {
+                let slots = select(path, &survey, options, calibrated_fps)?;
+                let first = first_pixels(&survey, &slots[0])?;
+                (slots, None, first)
+            }
+        };
         let assumed_fps = survey.assumed_fps(options.fps, calibrated_fps);
-        let first = first_pixels(&survey, &slots[0])?;
         let size = first.size();
         let (camera, undistortion) = match &calibration {
             Some((file, calibration)) => {
@@ -62,7 +72,7 @@ impl Sequence {
         };
         let masks = options.ignore.as_deref().map(IgnoreMasks::open).transpose()?;
         if let Some(masks) = &masks {
-            masks.get(slots[0].number, size)?;
+            masks.get(slots.first().map_or(0, |slot| slot.number), size)?;
         }
         let colour = matches!(first, Pixels::Rgb(_));
         let prefetch = options.prefetch;
@@ -77,6 +87,7 @@ impl Sequence {
             masks,
             colour,
             prefetch,
+            live,
         };
         Ok(Self { input: Arc::new(input) })
     }
@@ -101,7 +112,19 @@ impl Sequence {
     pub fn assumed_fps(&self) -> Option<f64> {
         self.input.assumed_fps
     }
-    /// Number of selected frames, gaps and unreadable ones included.
+    /// True for a source without a known end, whose frames come as they are taken and only once.
+    pub fn is_live(&self) -> bool {
+        self.input.live.is_some()
+    }
+    /// Number of selected frames; `None` where it is not known before the end.
+    pub fn known_len(&self) -> Option<usize> {
+        (!self.is_live()).then(|| self.len())
+    }
+    /// What was wrong with a live source, once its frames have ended: times that do not increase, a connection that broke off.
+    pub fn live_problems(&self) -> Vec<String> {
+        self.input.live.as_deref().map(Live::problems).unwrap_or_default()
+    }
+    /// Number of selected frames, gaps and unreadable ones included; 0 of a live source.
     #[expect(clippy::len_without_is_empty, reason = "an empty sequence does not open")]
     pub fn len(&self) -> usize {
         self.input.slots.len()
@@ -202,7 +225,7 @@ fn first_pixels(survey: &Survey, slot: &Slot) -> Result<Pixels> {
     match (&survey.store, &slot.path) {
         (Store::Video(path), _) => Ok(Pixels::Rgb(VideoReader::open(path)?.frame(path, slot.number)?)),
         (Store::Files, Some(path)) => decode::read(path),
-        (Store::Files, None) => Err(Error::input(
+        (Store::Files | Store::Live(_), _) => Err(Error::input(
             &survey.root,
             format!("has no file for frame {}, the first selected one", slot.number),
         )),

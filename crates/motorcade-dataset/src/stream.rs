@@ -1,5 +1,6 @@
 //! Iteration over frames, decoded ahead on a thread.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::Duration;
@@ -15,7 +16,8 @@ pub type FrameResult = std::result::Result<Frame, BadFrame>;
 /// Iterator over the frames of a [`Sequence`](crate::Sequence). Dropping it stops the decoding.
 pub struct Frames {
     source: Source,
-    left: usize,
+    /// Frames that are still to come; `None` where nobody knows.
+    left: Option<usize>,
 }
 
 enum Source {
@@ -25,7 +27,7 @@ enum Source {
 
 impl Frames {
     pub(crate) fn start(decoder: Decoder, prefetch: usize) -> Self {
-        let left = decoder.input.slots.len();
+        let left = decoder.input.live.is_none().then(|| decoder.input.slots.len());
         if prefetch == 0 {
             return Self { source: Source::Inline(Box::new(decoder)), left };
         }
@@ -65,7 +67,7 @@ impl Frames {
     }
 
     fn counted(&mut self, item: Option<FrameResult>) -> Option<FrameResult> {
-        self.left = if item.is_some() { self.left.saturating_sub(1) } else { 0 };
+        self.left = self.left.map(|left| if item.is_some() { left.saturating_sub(1) } else { 0 });
         item
     }
 }
@@ -80,11 +82,9 @@ impl Iterator for Frames {
         self.counted(item)
     }
     fn size_hint(&self) -> (usize, Option<usize>) {
-        (self.left, Some(self.left))
+        (self.left.unwrap_or(0), self.left)
     }
 }
-
-impl ExactSizeIterator for Frames {}
 
 /// Decoder on the calling thread.
 pub(crate) struct Decoder {
@@ -108,10 +108,14 @@ impl Decoder {
                 Pixels::Rgb(self.video.insert(reader).frame(path, slot.number)?)
             }
             (Store::Files, Some(path)) => decode::read(path)?,
-            (Store::Files, None) => {
+            (Store::Files | Store::Live(_), _) => {
                 return Err(Error::input(&self.input.survey.root, "is missing this number".to_owned()));
             }
         };
+        Ok(pixels)
+    }
+
+    fn of_one_size(&self, slot: &Slot, pixels: Pixels) -> Result<Pixels> {
         let ((found_width, found_height), (width, height)) = (pixels.size(), self.input.size);
         if (found_width, found_height) == (width, height) {
             return Ok(pixels);
@@ -128,8 +132,23 @@ impl Decoder {
         })
     }
 
+    /// A frame; a panic of a decoder is an error of its frame.
+    fn frame_or_fault(&mut self, index: usize, slot: &Slot) -> Result<Frame> {
+        let decoded = catch_unwind(AssertUnwindSafe(|| self.frame(index, slot)));
+        decoded.unwrap_or_else(|_| {
+            let path = slot.path.as_deref().unwrap_or(&self.input.survey.root);
+            Err(Error::input(path, "its decoding failed by a fault of the program"))
+        })
+    }
+
     fn frame(&mut self, index: usize, slot: &Slot) -> Result<Frame> {
         let raw = self.raw(slot)?;
+        self.finished(index, slot, raw)
+    }
+
+    /// A frame of raw pixels: masked and undistorted.
+    fn finished(&self, index: usize, slot: &Slot, raw: Pixels) -> Result<Frame> {
+        let raw = self.of_one_size(slot, raw)?;
         let masks = self.input.masks.as_ref();
         let mask = masks.map_or(Ok(None), |masks| masks.get(slot.number, raw.size()))?;
         let (pixels, ignore) = match &self.input.undistortion {
@@ -144,9 +163,19 @@ impl Iterator for Decoder {
     type Item = FrameResult;
     fn next(&mut self) -> Option<FrameResult> {
         let index = self.next;
-        let slot = self.input.slots.get(index)?.clone();
+        let (slot, live) = match &self.input.live {
+            Some(live) => {
+                let (slot, pixels) = live.next()?;
+                (slot, Some(pixels))
+            }
+            None => (self.input.slots.get(index)?.clone(), None),
+        };
         self.next += 1;
-        Some(self.frame(index, &slot).map_err(|reason| BadFrame {
+        let frame = match live {
+            Some(pixels) => pixels.and_then(|pixels| self.finished(index, &slot, pixels)),
+            None => self.frame_or_fault(index, &slot),
+        };
+        Some(frame.map_err(|reason| BadFrame {
             index,
             number: slot.number,
             timestamp_ns: slot.timestamp_ns,

@@ -6,6 +6,7 @@ use crate::error::{Error, Result};
 use crate::format::Format;
 use crate::options::SequenceOptions;
 use crate::source::images::{Listing, gaps, list, numbering_step};
+use crate::source::live::LiveSource;
 use crate::source::{Slot, Store, kitti, video};
 
 /// File names beside the frames that are used as their calibration.
@@ -63,6 +64,16 @@ fn found(root: &Path, format: Format, options: &SequenceOptions, mut survey: Sur
             survey.store = Store::Video(root.to_path_buf());
             (survey.video_fps, survey.video_frames) = (Some(info.fps), info.frames);
             survey.times_ns = info.times_ns;
+            return Ok(survey);
+        }
+        Format::Live => {
+            let source = LiveSource::recognise(root).ok_or_else(|| {
+                Error::input(
+                    root,
+                    "is no live source; expected -, an address such as rtsp://HOST/PATH, or a V4L2 device",
+                )
+            })?;
+            survey.store = Store::Live(source);
             return Ok(survey);
         }
         Format::Images => {

@@ -71,7 +71,9 @@ mod trial;
 pub use detection::{BoundingBox, BoxConvention, Detection, NoVehicle, VehicleClass};
 pub use detectors::{KeypointDetector, RoadSegmenter, VehicleDetector};
 pub use error::{Error, Result};
-pub use files::{DetectionFormat, DetectionTable, KeptObservations, KeypointTable, RoadMaskFolder};
+pub use files::{
+    Checkpoint, DetectionFormat, DetectionTable, Identity, KeptObservations, KeypointTable, RoadMaskFolder,
+};
 pub use fixed_regions::{FixedRegions, LEAST_FRAMES, MOST_FRAMES};
 pub use inventory::{ModelInfo, list_models};
 pub use keypoints::VehicleKeypoints;

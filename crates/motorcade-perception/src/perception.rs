@@ -6,7 +6,7 @@ use motorcade_dataset::Frame;
 
 use crate::detectors::{KeypointDetector, RoadSegmenter, VehicleDetector};
 use crate::error::Result;
-use crate::files::{DetectionTable, KeptObservations, RoadMaskFolder};
+use crate::files::{Checkpoint, DetectionTable, KeptObservations, RoadMaskFolder};
 use crate::models::{ModelSet, ModelSource};
 use crate::network::ModelOptions;
 use crate::observations::Observations;
@@ -34,6 +34,7 @@ pub struct Perception {
     road: Option<Box<dyn RoadSegmenter>>,
     keypoints: Option<Box<dyn KeypointDetector>>,
     kept: Option<KeptObservations>,
+    checkpoint: Option<Checkpoint>,
 }
 
 impl std::fmt::Debug for Perception {
@@ -60,7 +61,7 @@ impl Perception {
         let source = if needed { &options.models } else { &ModelSource::None };
         let set = ModelSet::open(source, image_size, &options.networks)?;
         let keypoints = set.keypoints.filter(|_| !options.without_keypoints);
-        let mut perception = Self { vehicles: set.vehicles, road: set.road, keypoints, kept: None };
+        let mut perception = Self { vehicles: set.vehicles, road: set.road, keypoints, ..Self::default() };
         if let Some(path) = &options.detections {
             perception = perception.with_detector(DetectionTable::read(path)?);
         }
@@ -112,6 +113,17 @@ impl Perception {
         self.kept = Some(kept.clone());
         kept
     }
+
+    /// Takes frames that a checkpoint knows from there, and writes all others into it.
+    pub fn save_in(&mut self, checkpoint: Checkpoint) {
+        self.checkpoint = Some(checkpoint);
+    }
+
+    /// True without any detector.
+    pub fn is_none(&self) -> bool {
+        self.vehicles.is_none() && self.road.is_none() && self.keypoints.is_none()
+    }
+
     /// Sources in words, for the record of a run: vehicles with their keypoints, road.
     pub fn describe(&self) -> (String, String) {
         let none = || "not looked for".to_owned();
@@ -123,11 +135,28 @@ impl Perception {
         (vehicles, self.road.as_ref().map_or_else(none, |segmenter| segmenter.description()))
     }
 
-    /// Runs the detectors on a frame.
+    /// Runs the detectors on a frame, unless a checkpoint knows their output.
     ///
     /// # Errors
-    /// A detector that fails; output that cannot be kept.
+    /// A detector that fails; output that cannot be kept; a checkpoint of other frames.
     pub fn observe(&mut self, frame: &Frame) -> Result<Observations> {
+        let earlier = self.checkpoint.as_ref().map_or(Ok(None), |checkpoint| checkpoint.earlier(frame))?;
+        let observations = match earlier {
+            Some(observations) => {
+                if let Some(detector) = &mut self.keypoints {
+                    detector.skipped(frame, &observations.detections);
+                }
+                observations
+            }
+            None => self.detect(frame)?,
+        };
+        if let Some(kept) = &self.kept {
+            kept.add(frame.number, &observations)?;
+        }
+        Ok(observations)
+    }
+
+    fn detect(&mut self, frame: &Frame) -> Result<Observations> {
         let detections = match &mut self.vehicles {
             Some(detector) => detector.detect(frame)?,
             None => Vec::new(),
@@ -141,8 +170,8 @@ impl Perception {
             None => Vec::new(),
         };
         let observations = Observations { detections, road, keypoints };
-        if let Some(kept) = &self.kept {
-            kept.add(frame.number, &observations)?;
+        if let Some(checkpoint) = &self.checkpoint {
+            checkpoint.add(frame, &observations);
         }
         Ok(observations)
     }

@@ -44,6 +44,7 @@ impl RunResult {
             stopwatch: record.stopwatch,
             warnings: record.warnings,
             interrupted: record.interrupted,
+            failed: record.failed,
             planned_frames: record.planned_frames,
         };
         let repaired = finite::keep_finite(&mut result);

@@ -229,11 +229,17 @@ impl Motorcade {
     pub(crate) fn take_perception(&mut self) -> Perception {
         std::mem::take(&mut self.perception)
     }
-    /// Marks the drive as stopped before the last of its frames, of which there are `planned`.
-    pub fn interrupt(&mut self, planned: usize) {
+    /// Marks the drive as stopped before the last of its frames, of which there are `planned` where that is known.
+    pub fn interrupt(&mut self, planned: impl Into<Option<usize>>) {
         let record = self.front_end.record_mut();
         record.interrupted = true;
-        record.planned_frames = Some(planned);
+        record.planned_frames = planned.into();
+    }
+    /// As [`interrupt`](Self::interrupt), by a fault of the program.
+    pub(crate) fn fail(&mut self, planned: Option<usize>, problem: String) {
+        self.interrupt(planned);
+        self.front_end.record_mut().failed = true;
+        self.warn(problem);
     }
     /// Rows so far.
     pub(crate) fn frames(&self) -> usize {
@@ -351,7 +357,8 @@ impl MotorcadeBuilder {
     /// No height, or one that no camera has; intrinsics that are none; a configuration out of range; distances of another sensor
     /// where metres are given.
     pub fn build(self) -> Result<Motorcade> {
-        let Self { camera, height_m, height_unknown, focal_sigma, mut config, external, perception, threads } = self;
+        let Self { camera, height_m, height_unknown, focal_sigma, mut config, external, perception, threads } =
+            self;
         let height_m = height_m.filter(|h| HEIGHT_RANGE_M.contains(h)).ok_or_else(|| {
             Error::Config("the height of the camera above the road must lie in [0.01, 1000] m".to_owned())
         })?;

@@ -48,6 +48,8 @@ pub struct FrontEndRecord {
     pub warnings: Vec<String>,
     /// True when it was stopped before the last frame.
     pub interrupted: bool,
+    /// True when a fault of the program ended it before the last frame.
+    pub failed: bool,
     /// Number of frames of the input, where the caller said so.
     pub planned_frames: Option<usize>,
 }
@@ -65,6 +67,7 @@ impl FrontEndRecord {
             stopwatch: Stopwatch::default(),
             warnings: Vec::new(),
             interrupted: false,
+            failed: false,
             planned_frames: None,
         }
     }

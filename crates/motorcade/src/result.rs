@@ -38,6 +38,8 @@ pub struct RunResult {
     pub warnings: Vec<String>,
     /// True when it was stopped before the last frame.
     pub interrupted: bool,
+    /// True when a fault of the program ended it before the last frame: `interrupted` too, and a warning says which.
+    pub failed: bool,
     /// Number of frames of the input, where the caller said so.
     pub planned_frames: Option<usize>,
 }

@@ -1,13 +1,15 @@
 //! All frames of a sequence through the object that takes frames.
 
+use std::any::Any;
 use std::borrow::Cow;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::{Duration, Instant};
 
 use motorcade_dataset::{Frame, FrameResult, Sequence};
 use motorcade_perception::{MOST_FRAMES, Observations, Perception};
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::motorcade::Motorcade;
 use crate::progress::Progress;
 
@@ -23,11 +25,21 @@ const LOOK_EVERY: Duration = Duration::from_millis(50);
 /// A frame with its observations and the time they took \[ms\].
 type Observed = (FrameResult, Observations, f64);
 
+/// What became of a frame in the detectors.
+enum Outcome {
+    Observed(Observed),
+    /// A detector failed on the input.
+    Error(Error),
+    /// A detector panicked: the program is at fault.
+    Panic(String),
+}
+
 /// Pushes all frames of a sequence. With `threads` ≥ 2 perception works ahead on a thread of its own; results do not depend
 /// on it.
 ///
 /// # Errors
-/// A detector that fails. A frame that does not read is bridged and reported as a warning.
+/// A detector that fails. A frame that does not read is bridged and reported as a warning. A detector that panics ends the frames:
+/// the result then holds those before, and is marked as failed.
 pub fn push_sequence(
     slam: &mut Motorcade,
     sequence: &Sequence,
@@ -43,28 +55,35 @@ pub fn push_sequence(
     for warning in slam.warnings() {
         progress.warn(warning);
     }
-    progress.begin("odometry", Some(sequence.len()));
+    progress.begin("odometry", sequence.known_len());
     let mut perception = slam.take_perception();
     let stop = || progress.cancelled();
-    let mut push = |observed: Result<Observed>| -> Result<()> {
-        let (frame, observations, ms) = observed?;
+    let mut push = |outcome: Outcome| -> Result<bool> {
+        let (frame, observations, ms) = match outcome {
+            Outcome::Observed(observed) => observed,
+            Outcome::Error(error) => return Err(error),
+            Outcome::Panic(problem) => {
+                progress.warn(&problem);
+                slam.fail(sequence.known_len(), problem);
+                return Ok(false);
+            }
+        };
         push(slam, &frame, observations, ms, progress)?;
         each(slam, frame.as_ref().ok());
         progress.advance(slam.frames());
-        Ok(())
+        Ok(!stop())
     };
     let mut frames = sequence.frames();
     if threads < 2 {
         while let Some(frame) = frames.next_unless(&stop) {
-            push(observe(&mut perception, frame))?;
-            if stop() {
+            if !push(observe(&mut perception, frame))? {
                 break;
             }
         }
     } else {
         let (sender, receiver) = sync_channel(FRAMES_AHEAD);
         // Not a scoped thread: one that waits for a frame must not keep a stopped run waiting.
-        let ahead = std::thread::spawn(move || {
+        std::thread::spawn(move || {
             for frame in frames {
                 // The receiver has gone: the run was stopped.
                 if sender.send(observe(&mut perception, frame)).is_err() {
@@ -72,21 +91,19 @@ pub fn push_sequence(
                 }
             }
         });
-        while let Some(observed) = next_unless(&receiver, &stop) {
-            push(observed)?;
-            if stop() {
+        while let Some(outcome) = next_unless(&receiver, &stop) {
+            if !push(outcome)? {
                 break;
             }
         }
-        // At the end of the frames the thread has ended too; a panic in it is not the end of the frames.
-        if !stop()
-            && let Err(panic) = ahead.join()
-        {
-            std::panic::resume_unwind(panic);
-        }
     }
     if stop() {
-        slam.interrupt(sequence.len());
+        slam.interrupt(sequence.known_len());
+        return Ok(());
+    }
+    for problem in sequence.live_problems() {
+        progress.warn(&problem);
+        slam.warn(problem);
     }
     Ok(())
 }
@@ -125,13 +142,30 @@ fn next_unless<T>(receiver: &Receiver<T>, stop: &dyn Fn() -> bool) -> Option<T> 
     }
 }
 
-fn observe(perception: &mut Perception, frame: FrameResult) -> Result<Observed> {
+fn observe(perception: &mut Perception, frame: FrameResult) -> Outcome {
     let start = Instant::now();
     let observations = match &frame {
-        Ok(frame) => perception.observe(frame)?,
+        // A detector that panicked is not asked again.
+        Ok(frame) => match catch_unwind(AssertUnwindSafe(|| perception.observe(frame))) {
+            Ok(Ok(observations)) => observations,
+            Ok(Err(error)) => return Outcome::Error(error.into()),
+            Err(panic) => {
+                let number = frame.number;
+                return Outcome::Panic(format!(
+                    "frame {number}: a fault of the program in its detectors ({}); the results end before this frame",
+                    message(&*panic)
+                ));
+            }
+        },
         Err(_) => Observations::default(),
     };
-    Ok((frame, observations, start.elapsed().as_secs_f64() * 1e3))
+    Outcome::Observed((frame, observations, start.elapsed().as_secs_f64() * 1e3))
+}
+
+/// What a panic says.
+fn message(panic: &(dyn Any + Send)) -> &str {
+    let text = panic.downcast_ref::<&str>().copied();
+    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no reason given")
 }
 
 fn push(

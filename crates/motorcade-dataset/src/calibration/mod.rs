@@ -132,7 +132,10 @@ impl Calibration {
             return Err(Error::input(path, format!("fps = {fps:e} must lie in [0.01, 10000]")));
         }
         if let Some(sigma) = self.focal_sigma.filter(|sigma| !(0.0..=1.0).contains(sigma)) {
-            return Err(Error::input(path, format!("focal_px = {:e} of [sigma] must lie in [0, fx]", sigma * self.fx)));
+            return Err(Error::input(
+                path,
+                format!("focal_px = {:e} of [sigma] must lie in [0, fx]", sigma * self.fx),
+            ));
         }
         if let Some(height) = self.height_m.filter(|height| !HEIGHT_RANGE_M.contains(height)) {
             return Err(Error::input(path, format!("height_m = {height:e} must lie in [0.01, 1000] m")));

@@ -147,17 +147,17 @@ impl Calibration {
     /// As the project's own TOML; standard deviations of f, k1 \[1\], cx and cy \[px\] stand in it. Lenses other than radial-tangential ones
     /// lose their coefficients beyond k3.
     pub fn to_toml(&self, [focal_px, k1, cx, cy]: [f64; 4]) -> String {
-        let mut text = format!(
-            "fx = {:.2}\nfy = {:.2}\ncx = {:.2}\ncy = {:.2}\n",
-            self.fx, self.fy, self.cx, self.cy
-        );
+        let mut text =
+            format!("fx = {:.2}\nfy = {:.2}\ncx = {:.2}\ncy = {:.2}\n", self.fx, self.fy, self.cx, self.cy);
         if let Some((width, height)) = self.size {
             text += &format!("width = {width}\nheight = {height}\n");
         }
         if let Distortion::RadialTangential(RadialTangential { k1, k2, p1, p2, k3 }) = self.distortion
             && !self.distortion.is_none()
         {
-            text += &format!("\n[distortion]\nk1 = {k1:.5}\nk2 = {k2:.5}\np1 = {p1:.5}\np2 = {p2:.5}\nk3 = {k3:.5}\n");
+            text += &format!(
+                "\n[distortion]\nk1 = {k1:.5}\nk2 = {k2:.5}\np1 = {p1:.5}\np2 = {p2:.5}\nk3 = {k3:.5}\n"
+            );
         }
         text + &format!("\n[sigma]\nfocal_px = {focal_px:.2}\ncx = {cx:.2}\ncy = {cy:.2}\nk1 = {k1:.5}\n")
     }

@@ -3,6 +3,7 @@
 pub(crate) mod decode;
 pub(crate) mod images;
 pub(crate) mod kitti;
+pub(crate) mod live;
 pub(crate) mod video;
 
 pub use decode::IMAGE_ENDINGS;
@@ -27,4 +28,6 @@ pub(crate) enum Store {
     Files,
     /// All slots are frames of one video, slot number = frame number.
     Video(PathBuf),
+    /// Frames come as they are taken; there are no slots.
+    Live(live::LiveSource),
 }

@@ -21,7 +21,7 @@ pub(crate) struct VideoInfo {
     pub times_ns: Option<Vec<i64>>,
 }
 
-fn failed(program: &str, error: &std::io::Error) -> Error {
+pub(super) fn failed(program: &str, error: &std::io::Error) -> Error {
     let problem = match error.kind() {
         std::io::ErrorKind::NotFound => "is not installed".to_owned(),
         _ => format!("does not start: {error}"),
@@ -59,17 +59,24 @@ fn info(text: &str) -> std::result::Result<VideoInfo, String> {
     if frames == 0 {
         return Err("holds no video frames".to_owned());
     }
-    if let Some(aspect) = value("sample_aspect_ratio").filter(|a| !["1:1", "0:1", "N/A"].contains(a)) {
-        return Err(format!(
-            "has pixels that are not square (sample aspect ratio {aspect}); make them square, and calibrate that: \
-             ffmpeg -i INPUT -vf scale=iw*sar:ih,setsar=1 OUTPUT"
-        ));
+    if let Some(problem) = value("sample_aspect_ratio").and_then(not_square) {
+        return Err(problem);
     }
     let rate = |key| value(key).and_then(ratio).filter(|fps: &f64| fps.is_finite() && *fps > 0.0);
     let fps = rate("avg_frame_rate")
         .or_else(|| rate("r_frame_rate"))
         .ok_or("has no frame rate; set one with the fps option")?;
     Ok(VideoInfo { frames, fps, times_ns: presentation_times(text, frames) })
+}
+
+/// What is wrong with a sample aspect ratio, `None` for one that is or may be square.
+pub(super) fn not_square(aspect: &str) -> Option<String> {
+    (!["1:1", "0:1", "N/A"].contains(&aspect)).then(|| {
+        format!(
+            "has pixels that are not square (sample aspect ratio {aspect}); make them square, and calibrate that: \
+             ffmpeg -i INPUT -vf scale=iw*sar:ih,setsar=1 OUTPUT"
+        )
+    })
 }
 
 /// Presentation times of all packets, from the first on. `None` when one is missing, is not shown or is shown twice.
@@ -152,7 +159,7 @@ impl Drop for VideoReader {
 }
 
 /// `-vsync` was renamed in ffmpeg 5.1 and is going away.
-fn passthrough() -> &'static str {
+pub(super) fn passthrough() -> &'static str {
     let output = Command::new("ffmpeg").arg("-version").stdin(Stdio::null()).output();
     let text = output.map(|o| String::from_utf8_lossy(&o.stdout).into_owned()).unwrap_or_default();
     let version = text.strip_prefix("ffmpeg version ").unwrap_or("");
@@ -161,7 +168,7 @@ fn passthrough() -> &'static str {
 }
 
 /// Reads one binary 8-bit PPM image.
-fn read_ppm(pipe: &mut impl Read) -> std::io::Result<RgbImage> {
+pub(super) fn read_ppm(pipe: &mut impl Read) -> std::io::Result<RgbImage> {
     let invalid = |text: &str| std::io::Error::new(std::io::ErrorKind::InvalidData, text.to_owned());
     if token(pipe)? != "P6" {
         return Err(invalid("not a PPM picture"));

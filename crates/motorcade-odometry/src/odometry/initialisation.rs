@@ -178,7 +178,14 @@ impl Odometry {
             let triangulated =
                 inlier.then(|| triangulate_midpoint(&ray.0, &ray.1, &found.b_from_a)).flatten();
             let point_in_world = triangulated.filter(|(_, c)| *c < cosine_limit).map(|(p, _)| p);
-            (*i, Landmark { pixel: Some(*b), point_in_world, ..Landmark::new(self.corners + *i as u64, *a, 0) })
+            (
+                *i,
+                Landmark {
+                    pixel: Some(*b),
+                    point_in_world,
+                    ..Landmark::new(self.corners + *i as u64, *a, 0)
+                },
+            )
         };
         pairs.iter().zip(rays).zip(&found.inliers).map(landmark).collect()
     }

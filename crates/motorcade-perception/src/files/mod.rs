@@ -1,10 +1,12 @@
 //! Detections, keypoints, road masks and recordings of all of them from files.
 
+mod checkpoint;
 mod detections;
 mod keypoints;
 mod recording;
 mod road_masks;
 
+pub use checkpoint::{Checkpoint, Identity};
 pub use detections::{DetectionFormat, DetectionTable};
 pub use keypoints::KeypointTable;
 pub use recording::KeptObservations;

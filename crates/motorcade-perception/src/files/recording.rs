@@ -33,7 +33,7 @@ struct Header {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Line {
+pub(super) struct Line {
     frame: u64,
     detections: Vec<Detection>,
     road: Option<RoadLine>,
@@ -76,10 +76,8 @@ impl KeptObservations {
 
     /// Adds a frame.
     pub(crate) fn add(&self, number: u64, observations: &Observations) -> Result<()> {
-        let road = observations.road.as_ref().map(RoadLine::new).transpose()?;
-        let keypoints = observations.keypoints.iter().map(KeypointLine::from).collect();
-        let line = Line { frame: number, detections: observations.detections.clone(), road, keypoints };
-        let line = serde_json::to_string(&line).map_err(|e| Error::Detector(Box::new(e)))?;
+        let line = serde_json::to_string(&Line::of(number, observations)?)
+            .map_err(|e| Error::Detector(Box::new(e)))?;
         let mut text = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         text.push_str(&line);
         text.push('\n');
@@ -131,7 +129,20 @@ fn problem(path: &Path, line: usize, found: String) -> Error {
 }
 
 impl Line {
-    fn observations(self) -> std::result::Result<Observations, String> {
+    /// The line of a frame.
+    pub(super) fn of(frame: u64, observations: &Observations) -> Result<Self> {
+        let road = observations.road.as_ref().map(RoadLine::new).transpose()?;
+        let keypoints = observations.keypoints.iter().map(KeypointLine::from).collect();
+        Ok(Self { frame, detections: observations.detections.clone(), road, keypoints })
+    }
+
+    /// Number of the frame.
+    pub(super) fn frame(&self) -> u64 {
+        self.frame
+    }
+
+    /// The output that the line holds, or what is wrong with it.
+    pub(super) fn observations(self) -> std::result::Result<Observations, String> {
         if self.detections.len().max(self.keypoints.len()) > MOST_IN_FRAME {
             return Err(format!("more than {MOST_IN_FRAME} vehicles"));
         }

@@ -103,6 +103,10 @@ impl KeypointDetector for KeypointNetwork {
         Ok(crops.iter().enumerate().map(vehicle).collect())
     }
 
+    fn skipped(&mut self, frame: &Frame, detections: &[Detection]) {
+        self.chosen(frame.timestamp_ns, detections);
+    }
+
     fn description(&self) -> String {
         self.network.description()
     }

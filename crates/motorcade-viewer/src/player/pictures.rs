@@ -35,7 +35,7 @@ pub struct Pictures {
 }
 
 impl Pictures {
-    /// For a drive of so many frames.
+    /// For a drive of so many frames; 0 where nobody knows: then they are taken more seldom as it gets longer.
     pub fn new(frames: usize) -> Self {
         Self { every: frames.div_ceil(MOST).max(1), seen: 0, taken: Vec::new() }
     }
@@ -48,6 +48,14 @@ impl Pictures {
             && let Some(jpeg) = small(frame)
         {
             self.taken.push(Picture { number: frame.number, jpeg });
+        }
+        if self.taken.len() > MOST {
+            let mut index = 0;
+            self.taken.retain(|_| {
+                index += 1;
+                index % 2 == 1
+            });
+            self.every *= 2;
         }
     }
 

@@ -67,7 +67,8 @@ pub fn calibrate(
         return Err(Error::Input(untold(told.as_ref())));
     };
     let mut found = CameraCalibration { lens, size: (width, height), mounting: None, fixed, frames };
-    found.mounting = mounting::of(&sequence.calibrated(Path::new("camera.toml"), found.calibration())?, frames, progress)?;
+    found.mounting =
+        mounting::of(&sequence.calibrated(Path::new("camera.toml"), found.calibration())?, frames, progress)?;
     Ok((!progress.cancelled()).then_some(found))
 }
 
@@ -196,7 +197,10 @@ fn fixed_regions(sequence: &Sequence, prior: ViewPrior, progress: &dyn Progress)
     regions.mask(&prior.camera(width, height))
 }
 
-fn both<'a>(given: Option<&'a GrayImage>, found: Option<&'a GrayImage>) -> Option<std::borrow::Cow<'a, GrayImage>> {
+fn both<'a>(
+    given: Option<&'a GrayImage>,
+    found: Option<&'a GrayImage>,
+) -> Option<std::borrow::Cow<'a, GrayImage>> {
     use std::borrow::Cow;
     match (given, found) {
         (Some(given), Some(found)) => {

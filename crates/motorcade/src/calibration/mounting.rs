@@ -81,7 +81,11 @@ impl Mounting {
         vec![
             line("pitch", self.pitch_rad, ["down", "up"]),
             line("roll", self.roll_rad, ["clockwise", "anticlockwise"]),
-            line("yaw", self.yaw_rad, ["to the right of the direction of travel", "to the left of the direction of travel"]),
+            line(
+                "yaw",
+                self.yaw_rad,
+                ["to the right of the direction of travel", "to the left of the direction of travel"],
+            ),
         ]
     }
 }

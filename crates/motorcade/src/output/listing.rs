@@ -8,6 +8,9 @@ use std::path::Path;
 use motorcade_dataset::staging;
 use serde::{Deserialize, Serialize};
 
+/// Name of the checkpoint of a run in the directory of its results; it is no result.
+pub const CHECKPOINT: &str = ".motorcade-checkpoint";
+
 /// A file of a directory.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ListedFile {
@@ -61,14 +64,15 @@ fn is_lost_and_found(name: &str, metadata: &fs::Metadata) -> bool {
     name == "lost+found" && metadata.is_dir()
 }
 
-/// Visits everything below a directory but temporary directories of this program; links are not followed.
+/// Visits everything below a directory but temporary directories and checkpoints of this program; links are not followed.
 fn walk(directory: &Path, prefix: &str, visit: &mut dyn FnMut(&str, &fs::Metadata)) -> io::Result<()> {
     for entry in fs::read_dir(directory)? {
         let entry = entry?;
-        if prefix.is_empty() && staging::is_staging_name(&entry.file_name()) {
+        let name = entry.file_name();
+        if prefix.is_empty() && (name == CHECKPOINT || staging::is_staging_name(&name)) {
             continue;
         }
-        let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
+        let name = format!("{prefix}{}", name.to_string_lossy());
         let metadata = entry.metadata()?;
         visit(&name, &metadata);
         if metadata.is_dir() && !is_lost_and_found(&name, &metadata) {

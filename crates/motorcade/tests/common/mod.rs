@@ -85,6 +85,7 @@ pub fn drive(frames: usize) -> FrontEndRecord {
         stopwatch: Stopwatch::default(),
         warnings: Vec::new(),
         interrupted: false,
+        failed: false,
         planned_frames: None,
     }
 }

@@ -30,6 +30,7 @@ pub const GPS_CSV: &str =
 pub const G2O: &str = "VERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\nVERTEX_SE3:QUAT 1 1 0 0 0 0 0 1\nFIX 0\nEDGE_SE3:QUAT 0 1 1 0 0 0 0 0 1 100 0 0 0 0 0 100 0 0 0 0 100 0 0 0 400 0 0 400 0 400\n";
 pub const MODELS: &str = "[[model]]\nname = \"a\"\nfile = \"a.onnx\"\nlicence = \"MIT\"\ninput = { colour = \"rgb\", resize = \"stretch\", scale = 0.0039 }\noutput = { kind = \"scene\", \
     road = true, edge_errors = [ { height = 10.0, top = -1.9 }, { height = 26.5 } ] }\n";
+pub const TINY_MODEL: &str = "[[model]]\nname = \"tiny\"\nfile = \"tiny.onnx\"\nlicence = \"MIT\"\ninput = { colour = \"rgb\", resize = \"stretch\" }\noutput = { kind = \"segmentation\", road = [1] }\n";
 pub const PERCEPTION: &str = "{\"motorcade_perception\":1,\"vehicles\":\"network a\",\"road\":\"none\",\"keypoints\":\"none\"}\n{\"frame\":0,\"detections\":[{\"class\":\"Car\",\"score\":0.8,\
     \"bbox\":{\"x1\":1.0,\"y1\":2.0,\"x2\":30.0,\"y2\":20.0},\"convention\":\"visible_extent\",\"external_id\":null,\"pixel_size\":1.5}],\"road\":null,\"keypoints\":[]}\n";
 pub const RECORD: &str = "{\"motorcade\":\"0.1.0\",\"command\":[\"motorcade\",\"run\"],\"fingerprint\":\"0123456789abcdef\",\"interrupted\":false,\"files\":[{\"name\":\"ego.tum\",\"bytes\":12}],\
