@@ -52,7 +52,7 @@ impl LensEstimate {
         let turned_rad: f64 = windows.iter().map(Window::turn_rad).sum();
         let by_turns = options.turn_sigma_rad / turned_rad.max(1e-6);
         covariance[(0, 0)] += options.common_focal_sigma.powi(2) + by_turns.powi(2);
-        covariance[(1, 1)] += options.common_k1_sigma.powi(2);
+        covariance[(1, 1)] += options.common_k1_sigma.powi(2) + (options.common_k1_share * lens.k1).powi(2);
         Self {
             lens: *lens,
             covariance,

@@ -72,6 +72,8 @@ pub struct CalibrateOptions {
     pub turn_sigma_rad: f64,
     /// The same of k1.
     pub common_k1_sigma: f64,
+    /// Its share of k1: a lens of several coefficients is described by one. The one real lens it was tried on, with k1 = −0.25, came out as −0.15.
+    pub common_k1_share: f64,
     /// Standard deviation of ln f above which the drive does not tell it.
     pub most_focal_sigma: f64,
 }
@@ -129,6 +131,7 @@ impl Default for CalibrateOptions {
             common_focal_sigma: 0.01,
             turn_sigma_rad: 0.6_f64.to_radians(),
             common_k1_sigma: 0.01,
+            common_k1_share: 0.4,
             most_focal_sigma: 0.08,
         }
     }
