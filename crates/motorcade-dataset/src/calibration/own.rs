@@ -148,7 +148,7 @@ impl Calibration {
     /// lose their coefficients beyond k3.
     pub fn to_toml(&self, [focal_px, k1, cx, cy]: [f64; 4]) -> String {
         let mut text =
-            format!("fx = {:.2}\nfy = {:.2}\ncx = {:.2}\ncy = {:.2}\n", self.fx, self.fy, self.cx, self.cy);
+            format!("fx = {:.4}\nfy = {:.4}\ncx = {:.4}\ncy = {:.4}\n", self.fx, self.fy, self.cx, self.cy);
         if let Some((width, height)) = self.size {
             text += &format!("width = {width}\nheight = {height}\n");
         }
@@ -156,9 +156,26 @@ impl Calibration {
             && !self.distortion.is_none()
         {
             text += &format!(
-                "\n[distortion]\nk1 = {k1:.5}\nk2 = {k2:.5}\np1 = {p1:.5}\np2 = {p2:.5}\nk3 = {k3:.5}\n"
+                "\n[distortion]\nk1 = {k1:.7}\nk2 = {k2:.7}\np1 = {p1:.7}\np2 = {p2:.7}\nk3 = {k3:.7}\n"
             );
         }
         text + &format!("\n[sigma]\nfocal_px = {focal_px:.2}\ncx = {cx:.2}\ncy = {cy:.2}\nk1 = {k1:.5}\n")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_reads_back() {
+        let text = "fx = 700.5\nfy = 700.5\ncx = 600.25\ncy = 180.125\nwidth = 1242\nheight = 375\n[distortion]\nk1 = -0.25\n\
+                    [sigma]\nfocal_px = 7.005\ncx = 3.0\ncy = 4.0\nk1 = 0.01\n";
+        let read = parse(Path::new("camera.toml"), text).unwrap();
+        assert!((read.focal_sigma.unwrap() - 0.01).abs() < 1e-12);
+        let again = parse(Path::new("camera.toml"), &read.to_toml([7.005, 0.01, 3.0, 4.0])).unwrap();
+        assert!((again.focal_sigma.unwrap() - 0.01).abs() < 1e-5);
+        assert_eq!(Calibration { focal_sigma: None, ..again }, Calibration { focal_sigma: None, ..read });
+        assert!(parse(Path::new("camera.toml"), &text.replace("[sigma]", "[sigmas]")).is_err());
     }
 }

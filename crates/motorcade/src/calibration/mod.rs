@@ -124,7 +124,12 @@ impl CameraCalibration {
             format!("principal point  {:.1} ± {cx:.1}, {:.1} ± {cy:.1} px", lens.cx, lens.cy),
             format!("distortion k1    {:.3} ± {k1:.3}", lens.k1),
         ];
-        lines.extend(self.mounting.iter().flat_map(Mounting::lines));
+        match &self.mounting {
+            Some(mounting) => lines.extend(mounting.lines()),
+            None => {
+                lines.push("mounting         not known: the road was measured in too few frames".to_owned())
+            }
+        }
         if let Some(fixed) = &self.fixed {
             let share = fixed.pixels().filter(|p| p.0[0] != 0).count() as f64 / fixed.len().max(1) as f64;
             lines.push(format!("fixed to camera  {:.1} % of the picture", 100.0 * share));
