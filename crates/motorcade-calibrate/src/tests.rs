@@ -10,7 +10,7 @@ use crate::estimate::LensEstimate;
 use crate::lens::Lens;
 use crate::options::CalibrateOptions;
 use crate::prior::LensPrior;
-use crate::tracks::MapTracks;
+use crate::tracks::{MapTracks, Track};
 use crate::window::Window;
 
 const SIZE: (u32, u32) = (1242, 375);
@@ -42,7 +42,7 @@ fn tracks(poses: &[Pose<Camera, World>], lens: &Lens) -> MapTracks {
                 (0.0..f64::from(SIZE.0)).contains(&pixel.x) && (0.0..f64::from(SIZE.1)).contains(&pixel.y);
             inside.then_some((k, pixel))
         });
-        let track: Vec<(usize, Point2<f64>)> = seen
+        let track: Track = seen
             .map(|(k, p)| {
                 (k, Point2::new(p.x + rng.random_range(-0.26..0.26), p.y + rng.random_range(-0.26..0.26)))
             })

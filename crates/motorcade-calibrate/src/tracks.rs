@@ -6,12 +6,17 @@ use motorcade_geometry::{Camera, Pose, World};
 use motorcade_odometry::{FrameStatus, Odometry};
 use nalgebra::Point2;
 
+/// Keyframe and pixel of each observation of a corner, in order.
+pub(crate) type Track = Vec<(usize, Point2<f64>)>;
+/// Tracks by the number of their corner.
+type Tracks = BTreeMap<u64, Track>;
+
 /// Observations of the keyframes of a drive, map by map.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TrackRecorder {
     /// The last keyframe recorded: map and number.
     last: Option<(usize, usize)>,
-    maps: BTreeMap<usize, BTreeMap<u64, Vec<(usize, Point2<f64>)>>>,
+    maps: BTreeMap<usize, Tracks>,
 }
 
 /// A map of the odometry: where its keyframes are and what they see.
@@ -19,8 +24,8 @@ pub(crate) struct TrackRecorder {
 pub(crate) struct MapTracks {
     /// `camera_from_world` of the keyframes.
     pub poses: Vec<Pose<Camera, World>>,
-    /// Keyframe and pixel of each observation of each corner.
-    pub tracks: Vec<Vec<(usize, Point2<f64>)>>,
+    /// Corners that three keyframes or more see.
+    pub tracks: Vec<Track>,
 }
 
 impl TrackRecorder {
@@ -32,7 +37,7 @@ impl TrackRecorder {
         };
         let newest = (record.segment, record.keyframe);
         if self.last == Some(newest)
-            || !trajectory.keyframes.get(record.segment).is_some_and(|k| k.len() == record.keyframe + 1)
+            || trajectory.keyframes.get(record.segment).is_none_or(|k| k.len() != record.keyframe + 1)
         {
             return;
         }
@@ -52,7 +57,7 @@ impl TrackRecorder {
     /// Ends the drive.
     pub fn finish(self, odometry: Odometry) -> Vec<MapTracks> {
         let trajectory = odometry.finish();
-        let map = |(segment, tracks): (usize, BTreeMap<u64, Vec<(usize, Point2<f64>)>>)| MapTracks {
+        let map = |(segment, tracks): (usize, Tracks)| MapTracks {
             poses: trajectory.keyframes[segment].clone(),
             tracks: tracks.into_values().filter(|t| t.len() >= 3).collect(),
         };

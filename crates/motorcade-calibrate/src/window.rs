@@ -4,7 +4,7 @@ use motorcade_geometry::{Camera, Pose, World, robust::RobustKernel, triangulate_
 use nalgebra::{DVector, Point2, Point3, Vector3};
 
 use crate::lens::Lens;
-use crate::tracks::MapTracks;
+use crate::tracks::{MapTracks, Track};
 
 /// Keyframes and corners. A corner is a direction in the keyframe that saw it first and an inverse depth, so that it may be infinitely far.
 #[derive(Clone, Debug)]
@@ -22,7 +22,7 @@ pub(crate) struct Corner {
     /// x and y of the direction (x, y, 1) in the anchor, and 1 / depth along its axis; never negative.
     pub place: Vector3<f64>,
     /// Keyframe and pixel, the anchor first.
-    pub observations: Vec<(usize, Point2<f64>)>,
+    pub observations: Track,
 }
 
 impl Corner {
@@ -48,7 +48,7 @@ impl Window {
         let poses = map.poses[range.clone()].to_vec();
         let (first, last) = (poses.first()?.inverse(), poses.last()?.inverse());
         let length = (last.translation() - first.translation()).norm();
-        let within = |track: &Vec<(usize, Point2<f64>)>| {
+        let within = |track: &Track| {
             let inside = track.iter().filter(|(n, _)| range.contains(n));
             let observations: Vec<_> = inside.map(|(n, p)| (n - range.start, *p)).collect();
             (observations.len() >= 3)
