@@ -33,7 +33,7 @@ pub struct Calibrator {
 }
 
 impl Calibrator {
-    /// For pictures of this size [px].
+    /// For pictures of this size \[px\].
     pub fn new(width: u32, height: u32, prior: ViewPrior, options: CalibrateOptions) -> Self {
         let guess = Lens::centred(prior.focal_px(width), width, height);
         Self {
