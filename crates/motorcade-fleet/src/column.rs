@@ -5,8 +5,8 @@
 pub(crate) enum Kind {
     /// A path; relative ones are relative to the manifest.
     Path,
-    /// A path, or the word `none`.
-    PathOrNone,
+    /// A path, or this word.
+    PathOr(&'static str),
     /// Several paths, separated by `;`.
     Paths,
     /// Several settings `stage.key=value`, separated by `;`.
@@ -39,7 +39,7 @@ const fn column(name: &'static str, option: &'static str, kind: Kind) -> Column 
 }
 
 const OPTIONS: [Column; 26] = [
-    column("calibration", "calibration", Kind::Path),
+    column("calibration", "calibration", Kind::PathOr("auto")),
     column("height", "height", Kind::Height),
     column("speed", "speed", Kind::Path),
     column("gps", "gps", Kind::Path),
@@ -51,7 +51,7 @@ const OPTIONS: [Column; 26] = [
     column("fps", "fps", Kind::Number),
     column("format", "format", Kind::Text),
     column("ignore", "ignore", Kind::Path),
-    column("models", "models", Kind::PathOrNone),
+    column("models", "models", Kind::PathOr("none")),
     column("detections", "detections", Kind::Path),
     column("road_masks", "road-masks", Kind::Path),
     column("perception", "perception", Kind::Path),
@@ -95,7 +95,7 @@ impl Column {
 
     /// True when its values are paths.
     pub(crate) fn is_path(&self) -> bool {
-        matches!(self.kind, Kind::Path | Kind::PathOrNone | Kind::Paths)
+        matches!(self.kind, Kind::Path | Kind::PathOr(_) | Kind::Paths)
     }
 
     /// Why the value cannot be, where that is known without running anything.
@@ -107,7 +107,7 @@ impl Column {
             Kind::Whole => (value.parse::<u64>().is_ok(), "a whole number"),
             Kind::Flag => (matches!(value, "true" | "false"), "`true` or `false`"),
             Kind::Settings => (settings(value).all(|s| s.contains('=')), "stage.key=value, separated by `;`"),
-            Kind::Path | Kind::PathOrNone | Kind::Paths | Kind::Text => (true, ""),
+            Kind::Path | Kind::PathOr(_) | Kind::Paths | Kind::Text => (true, ""),
         };
         (!fine).then(|| format!("column `{}`: `{value}` is not {expected}", self.name))
     }

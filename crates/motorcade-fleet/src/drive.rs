@@ -105,7 +105,7 @@ impl Drive {
         let resolved = |path: &str| self.base.join(path).into_os_string();
         match column.kind {
             Kind::Path => vec![resolved(value)],
-            Kind::PathOrNone if value != "none" => vec![resolved(value)],
+            Kind::PathOr(word) if value != word => vec![resolved(value)],
             Kind::Paths => settings(value).map(resolved).collect(),
             _ => vec![value.into()],
         }

@@ -16,6 +16,8 @@ import fsspec
 
 from .._native import InputError
 
+#: Values of path columns that are no paths: no networks, and a calibration by the drive itself.
+WORDS = ("none", "auto")
 PATHS = ("input", "calibration", "ignore", "models", "detections", "road_masks", "trajectory", "speed", "gps",
          "keypoints", "config")  # fmt: skip
 """Columns that name a file or folder: local, or a URL that fsspec knows."""
@@ -103,7 +105,7 @@ def _base(manifest: str) -> str:
 
 
 def _absolute(path: str, base: str) -> str:
-    if "://" in path or os.path.isabs(path) or path == "none":
+    if "://" in path or os.path.isabs(path) or path in WORDS:
         return path
     return f"{base}/{path}" if "://" in base else os.path.join(base, path)
 
