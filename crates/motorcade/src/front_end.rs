@@ -13,7 +13,7 @@ use crate::scale_source::ScaleSource;
 use crate::settings::Settings;
 
 /// A box less certain than this masks nothing: it is more often a shadow than a vehicle.
-const MASKING_SCORE: f64 = 0.3;
+pub(crate) const MASKING_SCORE: f64 = 0.3;
 
 /// State of the front end between frames.
 pub(crate) struct FrontEnd {

@@ -6,6 +6,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::{Duration, Instant};
 
+use image::GrayImage;
 use motorcade_dataset::{Frame, FrameResult, Sequence};
 use motorcade_perception::{MOST_FRAMES, Observations, Perception};
 
@@ -114,11 +115,19 @@ const SURVEYED: usize = 150;
 /// Looks through the first frames of a sequence for what is fixed to the camera ([`Motorcade::survey`]): for drives that are
 /// estimated as a whole.
 pub fn survey_sequence(slam: &mut Motorcade, sequence: &Sequence, progress: &dyn Progress) {
-    let stop = || progress.cancelled();
+    slam.survey(surveyed(sequence, progress));
+}
+
+/// Pictures from all over the first frames of a sequence; fewer when the progress is cancelled.
+pub(crate) fn surveyed<'a>(
+    sequence: &Sequence,
+    progress: &'a dyn Progress,
+) -> impl Iterator<Item = Cow<'static, GrayImage>> + use<'a> {
+    let stop = move || progress.cancelled();
     let every = sequence.len().min(SURVEYED).div_ceil(MOST_FRAMES).max(1);
     let mut frames = sequence.frames();
     let mut number = 0;
-    let images = std::iter::from_fn(|| {
+    std::iter::from_fn(move || {
         while number < SURVEYED && !stop() {
             let frame = frames.next_unless(&stop)?;
             number += 1;
@@ -127,8 +136,7 @@ pub fn survey_sequence(slam: &mut Motorcade, sequence: &Sequence, progress: &dyn
             }
         }
         None
-    });
-    slam.survey(images);
+    })
 }
 
 /// The next item, or `None` at the end or as soon as `stop` says so.

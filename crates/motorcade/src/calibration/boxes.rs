@@ -5,9 +5,7 @@ use motorcade_geometry::BoundingBox;
 use motorcade_perception::Perception;
 
 use crate::error::Result;
-
-/// A box less certain than this masks nothing.
-const MASKING_SCORE: f64 = 0.3;
+use crate::front_end::MASKING_SCORE;
 
 /// Boxes of the frames.
 pub(super) struct VehicleBoxes {

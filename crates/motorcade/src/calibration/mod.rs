@@ -10,15 +10,14 @@ use motorcade_calibrate::{CalibrateOptions, Calibrator, LensEstimate, Pass, View
 use motorcade_dataset::{Calibration, Sequence};
 use motorcade_geometry::{Distortion, Pose, RadialTangential};
 use motorcade_odometry::StaticMask;
-use motorcade_perception::{FixedRegions, MOST_FRAMES, Perception};
+use motorcade_perception::{FixedRegions, Perception};
 
 use crate::error::{Error, Result};
+use crate::fixed_parts::FixedParts;
 use crate::progress::Progress;
+use crate::run::surveyed;
 use boxes::VehicleBoxes;
 pub use mounting::Mounting;
-
-/// Frames looked through for what is fixed to the camera.
-const SURVEYED: usize = 150;
 
 /// A camera as its drive tells it.
 #[derive(Clone, Debug)]
@@ -50,12 +49,18 @@ pub fn calibrate(
     let (width, height) = sequence.size();
     let mut calibrator = Calibrator::new(width, height, prior, *options);
     let frames = sequence.len().min(options.most_frames);
-    let fixed = fixed_regions(sequence, prior, progress);
+    let mut regions = FixedRegions::default();
+    for image in surveyed(sequence, progress) {
+        regions.observe(&image);
+    }
+    let mask = regions.mask(&prior.camera(width, height));
+    let mut fixed = FixedParts::new(true);
+    fixed.settle(mask.clone());
     let mut boxes = VehicleBoxes::new(perception);
     loop {
         progress.begin("calibration", Some(frames));
         let mut pass = calibrator.pass();
-        if !push(sequence, frames, &mut pass, fixed.as_ref(), &mut boxes, progress)? {
+        if !push(sequence, frames, &mut pass, &fixed, &mut boxes, progress)? {
             return Ok(None);
         }
         if calibrator.take(pass) {
@@ -66,7 +71,7 @@ pub fn calibrate(
     let Some(lens) = told.clone().filter(|lens| lens.focal_sigma() <= options.most_focal_sigma) else {
         return Err(Error::Input(untold(told.as_ref())));
     };
-    let mut found = CameraCalibration { lens, size: (width, height), mounting: None, fixed, frames };
+    let mut found = CameraCalibration { lens, size: (width, height), mounting: None, fixed: mask, frames };
     found.mounting =
         mounting::of(&sequence.calibrated(Path::new("camera.toml"), found.calibration())?, frames, progress)?;
     Ok((!progress.cancelled()).then_some(found))
@@ -162,7 +167,7 @@ fn push(
     sequence: &Sequence,
     count: usize,
     pass: &mut Pass,
-    fixed: Option<&GrayImage>,
+    fixed: &FixedParts,
     boxes: &mut VehicleBoxes,
     progress: &dyn Progress,
 ) -> Result<bool> {
@@ -173,7 +178,7 @@ fn push(
         match frame {
             Ok(frame) => {
                 let vehicles = boxes.of(row, &frame)?;
-                let ignore = both(frame.ignore.as_ref(), fixed);
+                let ignore = fixed.with(frame.ignore.as_ref());
                 let mask = StaticMask { boxes: vehicles, ignore: ignore.as_deref(), ..StaticMask::default() };
                 pass.push(frame.timestamp_ns, &frame.gray(), &mask);
             }
@@ -185,34 +190,4 @@ fn push(
         }
     }
     Ok(!stop())
-}
-
-/// What is fixed to the camera.
-fn fixed_regions(sequence: &Sequence, prior: ViewPrior, progress: &dyn Progress) -> Option<GrayImage> {
-    let ((width, height), stop) = (sequence.size(), || progress.cancelled());
-    let every = sequence.len().min(SURVEYED).div_ceil(MOST_FRAMES).max(1);
-    let mut regions = FixedRegions::default();
-    let mut frames = sequence.frames();
-    for number in 0..SURVEYED {
-        let Some(frame) = frames.next_unless(&stop) else { break };
-        if let (Ok(frame), true) = (frame, number % every == 0) {
-            regions.observe(&frame.gray());
-        }
-    }
-    regions.mask(&prior.camera(width, height))
-}
-
-fn both<'a>(
-    given: Option<&'a GrayImage>,
-    found: Option<&'a GrayImage>,
-) -> Option<std::borrow::Cow<'a, GrayImage>> {
-    use std::borrow::Cow;
-    match (given, found) {
-        (Some(given), Some(found)) => {
-            let mut both = given.clone();
-            both.iter_mut().zip(found.iter()).for_each(|(a, b)| *a |= *b);
-            Some(Cow::Owned(both))
-        }
-        (given, found) => given.or(found).map(Cow::Borrowed),
-    }
 }
