@@ -67,7 +67,7 @@ impl Adjustment {
         Some(Self { lens: self.lens.moved(&step), windows: windows.collect() })
     }
 
-    /// What each window says of the lens at the solution: information \[1/px²\] and gradient.
+    /// Reduced equations of the lens at the solution, by window: information \[1/px²\] and gradient.
     pub fn votes(&self, options: &CalibrateOptions) -> Vec<(Matrix4<f64>, Vector4<f64>)> {
         let kernel = RobustKernel::Cauchy(options.kernel_px);
         let one = |w: &Window| w.reduce(&self.lens, kernel, 1e-9).map(|r| (r.information, r.gradient));

@@ -1,4 +1,4 @@
-//! What a drive says of its lens.
+//! Estimate of the lens with its covariance.
 
 use motorcade_geometry::robust::median;
 use nalgebra::Matrix4;

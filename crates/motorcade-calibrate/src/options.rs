@@ -4,7 +4,7 @@ use motorcade_geometry::PinholeCamera;
 
 use crate::lens::Lens;
 
-/// What is known of the field of view before the drive.
+/// Prior of the field of view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViewPrior {
     /// Horizontal field of view \[rad\].

@@ -1,4 +1,4 @@
-//! What is known of a lens before the drive.
+//! Prior of the lens.
 
 use motorcade_geometry::robust::RobustKernel;
 use nalgebra::{Matrix4, Vector4};

@@ -46,7 +46,7 @@ fn results_that_do_not_fit() {
     told.expect(5, &["small/out/", "No space left on device"]);
     assert!(!told.stderr.contains("partial"), "{}", told.stderr);
     let left = told.stdout.rsplit("left:\n").next().unwrap();
-    // What the networks found is kept for `--resume`, with room made.
+    // Output of the networks is kept for `--resume`, with room made.
     assert!(told.stderr.contains("--resume"), "{}", told.stderr);
     assert_eq!(left, ".out.motorcade-checkpoint\nthesis.tex\nmine\n", "{}", told.stdout);
 }

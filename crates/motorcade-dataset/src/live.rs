@@ -77,7 +77,7 @@ impl Live {
         self.state().next_slot()
     }
 
-    /// What was wrong, after the end.
+    /// Problems of the source, after the end.
     pub(crate) fn problems(&self) -> Vec<String> {
         let mut state = self.state();
         if !state.ended {
