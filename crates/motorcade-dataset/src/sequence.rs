@@ -120,7 +120,7 @@ impl Sequence {
     pub fn known_len(&self) -> Option<usize> {
         (!self.is_live()).then(|| self.len())
     }
-    /// What was wrong with a live source, once its frames have ended: times that do not increase, a connection that broke off.
+    /// Problems of a live source, once its frames have ended: times that do not increase, a connection that broke off.
     pub fn live_problems(&self) -> Vec<String> {
         self.input.live.as_deref().map(Live::problems).unwrap_or_default()
     }

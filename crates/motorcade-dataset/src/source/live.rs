@@ -152,7 +152,7 @@ impl LiveReader {
         }
     }
 
-    /// What was not as it should be, once the source has ended.
+    /// Problems of the source, once it has ended.
     pub(crate) fn problems(&mut self) -> Vec<String> {
         let left_out = (self.left_out > 0).then(|| {
             let (left_out, read) = (self.left_out, self.read);

@@ -69,7 +69,7 @@ fn info(text: &str) -> std::result::Result<VideoInfo, String> {
     Ok(VideoInfo { frames, fps, times_ns: presentation_times(text, frames) })
 }
 
-/// What is wrong with a sample aspect ratio, `None` for one that is or may be square.
+/// The objection to a sample aspect ratio, `None` for one that is or may be square.
 pub(super) fn not_square(aspect: &str) -> Option<String> {
     (!["1:1", "0:1", "N/A"].contains(&aspect)).then(|| {
         format!(

@@ -21,7 +21,7 @@ const SYNC_EVERY: Duration = Duration::from_secs(60);
 /// Every how many bytes of a picture its hash takes one.
 const HASHED: usize = 7;
 
-/// What decides the output of a run, by name: the first part that differs is named in a refusal.
+/// The inputs that decide the output of a run, by name: the first part that differs is named in a refusal.
 pub type Identity = Vec<(String, String)>;
 
 #[derive(Serialize, Deserialize)]
@@ -198,7 +198,7 @@ impl State {
         let entry = Entry { pixels: hash(&frame.pixels), observed: Line::of(frame.number, observations)? };
         let text = serde_json::to_string(&entry).map_err(|e| Error::Detector(Box::new(e)))? + "\n";
         let mut write = || {
-            // What was cut off goes.
+            // A line that was cut off is removed.
             file.set_len(self.end)?;
             file.seek(SeekFrom::Start(self.end))?;
             file.write_all(text.as_bytes())?;

@@ -26,7 +26,7 @@ pub struct CameraCalibration {
     pub lens: LensEstimate,
     /// Width and height of the pictures \[px\].
     pub size: (u32, u32),
-    /// How it is mounted; `None` where the road was not seen.
+    /// Angles of its mounting; `None` where the road was not seen.
     pub mounting: Option<Mounting>,
     /// Pixels (255) that are fixed to the camera; `None` where nothing was found.
     pub fixed: Option<GrayImage>,
