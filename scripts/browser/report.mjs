@@ -14,6 +14,17 @@ const args = kind === 'chrome' ? ['--no-sandbox', '--disable-gpu'] : [];
 const launch = (scheme) => puppeteer.launch({ browser: kind, executablePath, args, headless: true,
   extraPrefsFirefox: { 'layout.css.prefers-color-scheme.content-override': scheme } });
 const browser = await launch(1);
+// Numbers with a deviation and a unit, as "1.64 ± 0.04 s", that stand on more than one line.
+const brokenEstimates = () => [...document.querySelectorAll('td')].flatMap((cell) => {
+  const text = cell.firstChild;
+  if (text?.nodeType !== Node.TEXT_NODE) return [];
+  return [...text.data.matchAll(/[\d.]+\s±\s[\d.]+(?:\s(?:km\/h|m|s)\b)?/g)].filter((found) => {
+    const range = document.createRange();
+    range.setStart(text, found.index);
+    range.setEnd(text, found.index + found[0].length);
+    return new Set([...range.getClientRects()].map((line) => Math.round(line.top))).size > 1;
+  }).map(([value]) => value);
+});
 const problems = [];
 try {
   const page = await browser.newPage();
@@ -108,7 +119,7 @@ try {
       here: drive.stateOf(drive.followed),
       lit: document.querySelectorAll('tr.on').length,
     }));
-    for (const name of ['speed', 'distance from the camera', 'time gap', 'length × width × height', 'position in the world, σ', '±']) {
+    for (const name of ['speed', 'distance from the camera', 'time gap', 'length', 'width', 'height', 'position in the world, σ', '±']) {
       assert.ok(!followed.hidden && followed.text.includes(name), `${name} of the vehicle followed: ${followed.text}`);
     }
     assert.ok(!/NaN|undefined/.test(followed.text), followed.text);
@@ -195,6 +206,10 @@ try {
       const lowest = await page.evaluate(() => Math.min(...[...document.querySelectorAll('svg.chart text, svg.map text, #picture text')]
         .map((e) => Number.parseFloat(getComputedStyle(e).fontSize) * Math.hypot(e.getScreenCTM().a, e.getScreenCTM().b))));
       assert.ok(lowest >= 7, `${w} px: letters of ${lowest.toFixed(1)} px`);
+      if (outline.vehicles > 0) await page.evaluate(() => document.querySelector('tr[data-vehicle]').click());
+      const broken = await page.evaluate(brokenEstimates);
+      await page.keyboard.press('Escape');
+      assert.deepEqual(broken, [], `${w} px: a line ends between a number, its deviation and its unit`);
       if (screenshots) await page.screenshot({ path: `${screenshots}/${kind}-${w}-${scheme}.png`, fullPage: w === 1280 });
     }
   }

@@ -5,7 +5,7 @@ use motorcade::{Estimated, FrameSpeeds, RunResult};
 use crate::chart::{Across, Chart, Series};
 use crate::hue::hue;
 use crate::speed::times_s;
-use crate::text::{escape, number};
+use crate::text::{escape, estimate, quantity};
 
 /// The chart of distances; nothing where no vehicle was ever ahead.
 pub(crate) fn distances(result: &RunResult, speeds: &[FrameSpeeds]) -> String {
@@ -48,16 +48,16 @@ pub(crate) fn quoted(result: &RunResult, speeds: &[FrameSpeeds]) -> String {
     let mut rows: Vec<(&str, String, String)> = Vec::new();
     if duration_s > 0.0 {
         let mean = result.ego.length_m() / duration_s;
-        rows.push(("mean speed", kmh(mean), String::new()));
+        rows.push(("mean speed", quantity(3.6 * mean, 1, "km/h"), String::new()));
     }
     let fastest = speeds.iter().zip(&times).filter(|(row, _)| row.speed_mps.sigma.is_finite());
     if let Some((row, time)) = fastest.max_by(|a, b| a.0.speed_mps.value.total_cmp(&b.0.speed_mps.value)) {
-        let value = format!("{} ± {}", number(3.6 * row.speed_mps.value, 1), kmh(row.speed_mps.sigma));
+        let value = estimate(3.6 * row.speed_mps.value, 3.6 * row.speed_mps.sigma, 1, "km/h");
         rows.push(("highest speed", value, at(*time)));
     }
     let ahead = || speeds.iter().zip(&times).filter_map(|(row, time)| Some((row.ahead.as_ref()?, *time)));
     let seen = ahead().count() as f64 / speeds.len().max(1) as f64;
-    rows.push(("frames with a vehicle ahead", format!("{} %", number(100.0 * seen, 0)), String::new()));
+    rows.push(("frames with a vehicle ahead", quantity(100.0 * seen, 0, "%"), String::new()));
     let least = |values: Vec<(Estimated, usize, f64)>| {
         values.into_iter().min_by(|a, b| a.0.value.total_cmp(&b.0.value))
     };
@@ -75,21 +75,22 @@ pub(crate) fn quoted(result: &RunResult, speeds: &[FrameSpeeds]) -> String {
         ),
     ] {
         if let Some((e, id, time)) = found {
-            let value = format!("{} ± {} {unit}", number(e.value, 2), number(e.sigma, 2));
+            let value = estimate(e.value, e.sigma, 2, unit);
             rows.push((name, value, format!("vehicle {id}, {}", at(time))));
         }
     }
     let row = |(name, value, note): &(&str, String, String)| {
-        format!("<tr><th>{}</th><td>{}</td><td>{}</td></tr>", escape(name), escape(value), escape(note))
+        format!(
+            "<tr><th>{}</th><td class=\"estimate\">{}</td><td>{}</td></tr>",
+            escape(name),
+            escape(value),
+            escape(note)
+        )
     };
     let body: String = rows.iter().map(row).collect();
     format!("<section><h2>In short</h2><table>{body}</table></section>\n")
 }
 
-fn kmh(mps: f64) -> String {
-    format!("{} km/h", number(3.6 * mps, 1))
-}
-
 fn at(time_s: f64) -> String {
-    format!("at {} s", number(time_s, 1))
+    format!("at {}", quantity(time_s, 1, "s"))
 }

@@ -30,6 +30,16 @@ pub(crate) fn number(value: f64, digits: usize) -> String {
     }
 }
 
+/// A number and its unit.
+pub(crate) fn quantity(value: f64, digits: usize, unit: &str) -> String {
+    format!("{} {unit}", number(value, digits))
+}
+
+/// A number, its standard deviation and their unit: `1.64 ± 0.04 s`.
+pub(crate) fn estimate(value: f64, sigma: f64, digits: usize, unit: &str) -> String {
+    format!("{} ± {}", number(value, digits), quantity(sigma, digits, unit))
+}
+
 /// A number that may be missing.
 pub(crate) fn maybe(value: Option<f64>, digits: usize) -> String {
     number(value.unwrap_or(f64::NAN), digits)
@@ -82,6 +92,7 @@ mod tests {
         assert_eq!(number(-0.04, 1), "0.0");
         assert_eq!(number(-0.06, 1), "-0.1");
         assert_eq!(number(f64::NAN, 1), "–");
+        assert_eq!(estimate(1.638, 0.04, 2, "s"), "1.64 ± 0.04 s");
         assert_eq!(points([(0.0, 1.0), (0.01, 1.0), (2.0, 1.0)]), "0.0,1.0 2.0,1.0");
         let column = [5.0, 3.0, 4.0, 9.0, 6.0, 7.0].map(|y| (1.0, y));
         assert_eq!(points(column), "1.0,5.0 1.0,3.0 1.0,9.0 1.0,7.0");

@@ -5,8 +5,8 @@ if (slider) {
   const now = document.getElementById('now');
   const play = document.getElementById('play');
   const panel = document.getElementById('followed');
-  const kmh = (mps, sigma) => (3.6 * mps).toFixed(1) + ' ± ' + (3.6 * sigma).toFixed(1) + ' km/h';
   const pair = (value, sigma, unit, digits = 1) => value.toFixed(digits) + ' ± ' + sigma.toFixed(digits) + ' ' + unit;
+  const kmh = (mps, sigma) => pair(3.6 * mps, 3.6 * sigma, 'km/h');
   let timer;
   const stop = () => {
     clearTimeout(timer);
@@ -50,7 +50,7 @@ if (slider) {
     if (!panel.hidden) follow(vehicles[drive.followed], drive.stateOf(drive.followed));
   });
   const follow = (v, s) => {
-    const rows = [['length × width × height', v.size.map((m, k) => m.toFixed(2) + ' ± ' + v.size_sigma[k].toFixed(2)).join(' × ') + ' m'],
+    const rows = [...['length', 'width', 'height'].map((name, k) => [name, pair(v.size[k], v.size_sigma[k], 'm', 2)]),
       ['P(moving)', v.p_moving.toFixed(2)]];
     if (s >= 0) {
       const own = frames.speed[drive.row];
@@ -74,7 +74,9 @@ if (slider) {
       const head = document.createElement('th');
       head.textContent = name;
       row.append(head);
-      row.insertCell().textContent = value;
+      const cell = row.insertCell();
+      cell.className = 'estimate';
+      cell.textContent = value;
     }
     panel.append(heading, crop(drive.followed, drive.pictureAt(drive.row)), table, crops(drive.followed));
   };
