@@ -2,62 +2,21 @@
 
 #![allow(clippy::unwrap_used, reason = "a test")]
 
+mod street;
+
 use std::collections::BTreeSet;
 
-use motorcade_geometry::{Camera, Pose, Vehicle, World};
 use motorcade_perception::{BoundingBox, BoxConvention, Detection, VehicleClass};
 use motorcade_testing::{CAMERA, CAMERA_HEIGHT_M, Drive};
 use motorcade_vehicles::{
-    Dimensions, ExternalTrack, ExternalView, GroundFrame, Source, Track, TrackBox, TrackerOptions,
-    VehicleOptions, estimate_consistently, estimate_track, image_box, size_prior, track_vehicles,
-    upright_pose,
+    Dimensions, ExternalTrack, ExternalView, GroundFrame, Source, Track, TrackerOptions, VehicleOptions,
+    estimate_track, image_box, size_prior, track_vehicles, upright_pose,
 };
 use nalgebra::{Matrix3, Vector3};
-
-/// Camera and level road of a drive.
-fn grounds_of(drive: &Drive, height_m: f64) -> Vec<GroundFrame> {
-    let one = |(pose, time_s): (&Pose<World, Camera>, &f64)| GroundFrame {
-        world_from_camera: *pose,
-        up: -Vector3::y(),
-        height_m,
-        pitch_sigma_rad: 0.002,
-        time_s: *time_s,
-    };
-    drive.world_from_camera.iter().zip(&drive.times_s).map(one).collect()
-}
-
-/// A camera at this height that drives straight ahead at 10 m/s and 10 frames/s.
-fn grounds(frames: usize, height_m: f64) -> Vec<GroundFrame> {
-    grounds_of(&Drive::straight(frames, 10.0, 10.0), height_m)
-}
+use street::{car, car_below, detected, grounds, grounds_of, outline};
 
 fn linked(grounds: &[GroundFrame], detections: &[Vec<Detection>]) -> Vec<Track> {
     track_vehicles(&CAMERA, grounds, detections, &TrackerOptions::default(), &VehicleOptions::default())
-}
-
-/// The visible part of the box of a car with this pose.
-fn outline(camera_from_vehicle: &Pose<Camera, Vehicle>) -> Option<BoundingBox> {
-    let (class, size) = (VehicleClass::Car, size_prior(VehicleClass::Car).mean);
-    let whole = image_box(&CAMERA, camera_from_vehicle, class, BoxConvention::VisibleExtent, &size)?;
-    Some(whole.clipped(CAMERA.width, CAMERA.height))
-}
-
-fn detected(bbox: BoundingBox) -> Detection {
-    let (class, convention) = (VehicleClass::Car, BoxConvention::VisibleExtent);
-    Detection { bbox, score: 0.8, class, convention, external_id: None, pixel_size: 1.0 }
-}
-
-/// The box of a car ahead and to the left of the camera.
-fn car(ahead_m: f64, left_m: f64) -> Option<Detection> {
-    car_below(CAMERA_HEIGHT_M, ahead_m, left_m)
-}
-
-/// The same for a camera at another height.
-fn car_below(height_m: f64, ahead_m: f64, left_m: f64) -> Option<Detection> {
-    let ground = &grounds(1, height_m)[0];
-    let pose = upright_pose(&ground.point(ahead_m, left_m, 0.0), &ground.ahead(), &ground.up);
-    let bbox = outline(&pose)?;
-    (bbox.width() > 5.0).then(|| detected(bbox))
 }
 
 fn link(frames: usize, seen: impl Fn(usize) -> Vec<Detection>) -> Vec<Track> {
@@ -377,43 +336,4 @@ fn a_van_called_a_car_stands_where_it_is() {
         let error = in_camera.translation().z / ahead_m(state.frame) - 1.0;
         assert!(error.abs() < 0.06, "frame {}: {error}", state.frame);
     }
-}
-
-/// A tracker that went from one parked car to the next: no trajectory explains the boxes of both, each part has its own.
-#[test]
-fn a_track_over_two_parked_cars_is_parted() {
-    let frames = 24;
-    let grounds = grounds(frames, CAMERA_HEIGHT_M);
-    let ahead_m = |k: usize, from_m: f64| from_m - grounds[k].world_from_camera.translation().z;
-    let detections: Vec<Vec<Detection>> = (0..frames)
-        .map(|k| {
-            let [near, far] = [car(ahead_m(k, 40.0), 4.0), car(ahead_m(k, 50.0), 9.0)];
-            vec![if k < 18 { near } else { far }.unwrap()]
-        })
-        .collect();
-    let options = VehicleOptions::default();
-    let boxes = |range: std::ops::Range<usize>| {
-        let observed =
-            |d: &Detection| motorcade_vehicles::ObservedBox::new(d, &CAMERA, &[], &options.advanced.box_fit);
-        range
-            .map(|frame| TrackBox { frame, observed: observed(&detections[frame][0]), score: 0.8 })
-            .collect::<Vec<_>>()
-    };
-    let track = Track::new(7, VehicleClass::Car, boxes(0..frames));
-    let none = |_: &Track| ExternalTrack::default();
-    let estimate =
-        |next: Option<&mut usize>| estimate_consistently(&CAMERA, &grounds, &track, &none, &options, next);
-    let mut next = 20;
-    let mut found = estimate(Some(&mut next));
-    found.sort_by_key(|v| v.id);
-    let places: Vec<f64> = found.iter().map(|v| v.states[0].world_from_vehicle.translation().z).collect();
-    assert_eq!(found.len(), 2, "{places:?}");
-    assert!(found[0].id == 7 && found[1].id >= 20 && next > 20);
-    let nearest = |at: f64| places.iter().map(|p| (p - at).abs()).fold(f64::MAX, f64::min);
-    assert!(nearest(40.0) < 2.0 && nearest(50.0) < 2.5, "{places:?}");
-    // A window of the last seconds keeps its identities.
-    assert_eq!(estimate(None).iter().map(|v| v.id).collect::<Vec<_>>(), [7]);
-    // One car alone stays as it is.
-    let track = Track::new(7, VehicleClass::Car, boxes(0..12));
-    assert_eq!(estimate_consistently(&CAMERA, &grounds, &track, &none, &options, Some(&mut next)).len(), 1);
 }

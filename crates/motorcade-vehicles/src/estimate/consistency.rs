@@ -13,6 +13,7 @@ use crate::trajectory::VehicleTrajectory;
 
 /// For each box of a track whether the estimate explains it: the projected vehicle overlaps it by `least_iou`.
 pub(super) fn explained(
+    overlap: fn(&BoundingBox, &ObservedBox) -> f64,
     camera: &PinholeCamera,
     grounds: &[GroundFrame],
     track: &Track,
@@ -33,7 +34,7 @@ pub(super) fn explained(
 }
 
 /// IoU of a projected box and an observed one, whose truncated and occluded edges are bounds: they lie no further out than the projected ones.
-fn overlap(projected: &BoundingBox, observed: &ObservedBox) -> f64 {
+pub(super) fn overlap(projected: &BoundingBox, observed: &ObservedBox) -> f64 {
     let (p, mut o) = (projected.to_array(), observed.bbox.to_array());
     for (edge, measured) in observed.edges.iter().enumerate() {
         if !measured {
@@ -41,6 +42,17 @@ fn overlap(projected: &BoundingBox, observed: &ObservedBox) -> f64 {
         }
     }
     BoundingBox::new(o).iou(projected)
+}
+
+/// IoU of their columns: neighbours stand beside each other, and the road's slope moves both up and down.
+pub(super) fn overlap_of_columns(projected: &BoundingBox, observed: &ObservedBox) -> f64 {
+    let rows = |b: [f64; 4]| BoundingBox::new([b[0], 0.0, b[2], 1.0]);
+    let columns = ObservedBox {
+        bbox: rows(observed.bbox.to_array()),
+        edges: [observed.edges[0], true, observed.edges[2], true],
+        ..*observed
+    };
+    overlap(&rows(projected.to_array()), &columns)
 }
 
 /// The boxes of a track for which `of` is true, and the others.

@@ -6,6 +6,8 @@ mod headings;
 mod hypothesis;
 mod input;
 mod measurements;
+mod nearest;
+mod parts;
 mod states;
 mod views;
 
@@ -16,73 +18,14 @@ use crate::external::ExternalTrack;
 use crate::ground::GroundFrame;
 use crate::options::VehicleOptions;
 use crate::size_prior::size_prior;
-use crate::time::independent_views;
-use crate::track::{Track, TrackBox};
+use crate::track::Track;
 use crate::trajectory::VehicleTrajectory;
-use consistency::{explained, parted};
 use headings::{external_headings, static_headings};
 use hypothesis::TrackHypothesis;
 use input::TrackInput;
 use states::assemble;
 
-/// Estimates a track as [`estimate_track`] does; boxes that no vehicle of it explains are another vehicle's. `views` gives the external views of
-/// a track. With `next_id` those boxes become tracks of their own with identities from there on, as long as they are enough; without,
-/// they are left out.
-pub fn estimate_consistently(
-    camera: &PinholeCamera,
-    grounds: &[GroundFrame],
-    track: &Track,
-    views: &impl Fn(&Track) -> ExternalTrack,
-    options: &VehicleOptions,
-    next_id: Option<&mut usize>,
-) -> Vec<VehicleTrajectory> {
-    let hypothesis = &options.advanced.hypothesis;
-    let independent = |boxes: &[TrackBox]| {
-        let time_s = |b: Option<&TrackBox>| b.and_then(|b| grounds.get(b.frame)).map_or(0.0, |g| g.time_s);
-        let duration_s = time_s(boxes.last()) - time_s(boxes.first());
-        independent_views(boxes.len(), duration_s, options.advanced.correlation_time_s, f64::MAX)
-    };
-    let enough = |boxes: &[TrackBox]| independent(boxes) >= hypothesis.least_consistent_boxes;
-    let (mut found, mut ids) = (Vec::new(), next_id);
-    // The last one first.
-    let mut open = vec![(track.clone(), hypothesis.splits)];
-    while let Some((track, splits)) = open.pop() {
-        let Some(estimate) = estimate_track(camera, grounds, &track, &views(&track), options) else {
-            continue;
-        };
-        let explained = explained(camera, grounds, &track, &estimate, hypothesis.least_box_iou);
-        let unexplained = explained.iter().filter(|e| !**e).count();
-        if unexplained == 0 || splits == 0 {
-            // A vehicle that explains less than half of its boxes is none.
-            if 2 * unexplained <= explained.len() || ids.is_none() {
-                found.push(estimate);
-            }
-            continue;
-        }
-        let (kept, rest) = parted(&track, &explained);
-        match &mut ids {
-            None if enough(&kept) => open.push((track.with_boxes(track.id, kept), 0)),
-            None => found.push(estimate),
-            Some(next) => {
-                let (kept, rest) = if kept.is_empty() { halves(rest) } else { (kept, rest) };
-                if enough(&rest) {
-                    open.push((track.with_boxes(**next, rest), splits - 1));
-                    **next += 1;
-                }
-                if enough(&kept) {
-                    open.push((track.with_boxes(track.id, kept), splits - 1));
-                }
-            }
-        }
-    }
-    found
-}
-
-/// The earlier and the later half.
-fn halves(mut boxes: Vec<TrackBox>) -> (Vec<TrackBox>, Vec<TrackBox>) {
-    let later = boxes.split_off(boxes.len() / 2);
-    (boxes, later)
-}
+pub use parts::estimate_consistently;
 
 /// Estimates a track from its boxes and its external views (either may be empty). `None` when none of them can be placed on the
 /// road.

@@ -20,6 +20,16 @@ pub struct HypothesisOptions {
     /// Overlap (IoU) of a box with the projected vehicle below which it is another vehicle's. A neighbour in a row of parked cars
     /// overlaps by about a third; occluded and truncated edges are bounds.
     pub least_box_iou: f64,
+    /// Share of the largest box's height from which boxes of a track are near: those at less than 1.7 times the least distance.
+    pub near_share: f64,
+    /// Height of a box from which on it is near whatever the largest one is, as an angle \[rad\]: a car at 19 m. Boxes of a
+    /// vehicle that passes closely by are near over a short way only, which places it badly.
+    pub near_rad: f64,
+    /// Overlap (IoU) of a box with a standing vehicle below which it is another one's: a box of 15 px with an error of two overlaps by 0.6, a
+    /// neighbour in a row by a third.
+    pub least_standing_iou: f64,
+    /// Share of the boxes of a track that may be foreign without being parted from it.
+    pub most_foreign_share: f64,
     /// Boxes below which a part of a track is no vehicle, counted as at most one per correlation time.
     pub least_consistent_boxes: f64,
     /// Times that a track is parted.
@@ -40,6 +50,10 @@ impl Default for HypothesisOptions {
             agreed_class_share: 0.8,
             class_preference_chi2: 2.0,
             least_box_iou: 0.3,
+            near_share: 0.6,
+            near_rad: 0.08,
+            least_standing_iou: 0.45,
+            most_foreign_share: 0.1,
             least_consistent_boxes: 4.0,
             splits: 3,
             double_iou: 0.5,

@@ -1,0 +1,90 @@
+//! Tracks whose boxes are those of several vehicles, or of none.
+
+#![allow(clippy::unwrap_used, reason = "a test")]
+
+#[allow(dead_code, reason = "not every test uses all of it")]
+mod street;
+
+use motorcade_perception::{Detection, VehicleClass};
+use motorcade_testing::{CAMERA, CAMERA_HEIGHT_M};
+use motorcade_vehicles::{
+    ExternalTrack, ObservedBox, Track, TrackBox, VehicleOptions, estimate_consistently,
+};
+use street::{car, grounds};
+
+/// A tracker that went from one parked car to the next: no trajectory explains the boxes of both, each part has its own.
+#[test]
+fn a_track_over_two_parked_cars_is_parted() {
+    let frames = 24;
+    let grounds = grounds(frames, CAMERA_HEIGHT_M);
+    let ahead_m = |k: usize, from_m: f64| from_m - grounds[k].world_from_camera.translation().z;
+    let detections: Vec<Vec<Detection>> = (0..frames)
+        .map(|k| {
+            let [near, far] = [car(ahead_m(k, 40.0), 4.0), car(ahead_m(k, 50.0), 9.0)];
+            vec![if k < 18 { near } else { far }.unwrap()]
+        })
+        .collect();
+    let options = VehicleOptions::default();
+    let boxes = |range: std::ops::Range<usize>| {
+        let observed = |d: &Detection| ObservedBox::new(d, &CAMERA, &[], &options.advanced.box_fit);
+        range
+            .map(|frame| TrackBox { frame, observed: observed(&detections[frame][0]), score: 0.8 })
+            .collect::<Vec<_>>()
+    };
+    let track = Track::new(7, VehicleClass::Car, boxes(0..frames));
+    let none = |_: &Track| ExternalTrack::default();
+    let estimate =
+        |next: Option<&mut usize>| estimate_consistently(&CAMERA, &grounds, &track, &none, &options, next);
+    let mut next = 20;
+    let mut found = estimate(Some(&mut next));
+    found.sort_by_key(|v| v.id);
+    let places: Vec<f64> = found.iter().map(|v| v.states[0].world_from_vehicle.translation().z).collect();
+    assert_eq!(found.len(), 2, "{places:?}");
+    assert!(found[0].id == 7 && found[1].id >= 20 && next > 20);
+    let nearest = |at: f64| places.iter().map(|p| (p - at).abs()).fold(f64::MAX, f64::min);
+    assert!(nearest(40.0) < 2.0 && nearest(50.0) < 2.5, "{places:?}");
+    // A window of the last seconds keeps its identities.
+    assert_eq!(estimate(None).iter().map(|v| v.id).collect::<Vec<_>>(), [7]);
+    // One car alone stays as it is.
+    let track = Track::new(7, VehicleClass::Car, boxes(0..12));
+    assert_eq!(estimate_consistently(&CAMERA, &grounds, &track, &none, &options, Some(&mut next)).len(), 1);
+}
+
+/// A row of cars parked beside each other: far away a tracker took the boxes of the next one.
+#[test]
+fn near_boxes_tell_which_car_of_a_row_it_is() {
+    let frames = 36;
+    let grounds = grounds(frames, CAMERA_HEIGHT_M);
+    let ahead_m = |k: usize, from_m: f64| from_m - grounds[k].world_from_camera.translation().z;
+    let (own_m, next_m) = (58.0, 63.5);
+    let options = VehicleOptions::default();
+    let boxes = (0..frames).map(|frame| {
+        let at_m = if frame < 16 { next_m } else { own_m };
+        let detection = car(ahead_m(frame, at_m), 16.0).unwrap();
+        let observed = ObservedBox::new(&detection, &CAMERA, &[], &options.advanced.box_fit);
+        TrackBox { frame, observed, score: 0.8 }
+    });
+    let track = Track::new(7, VehicleClass::Car, boxes.collect());
+    let none = |_: &Track| ExternalTrack::default();
+    let mut next = 20;
+    let mut found = estimate_consistently(&CAMERA, &grounds, &track, &none, &options, Some(&mut next));
+    found.sort_by_key(|v| v.id);
+    let places: Vec<f64> = found.iter().map(|v| v.states[0].world_from_vehicle.translation().z).collect();
+    assert_eq!(found.len(), 2, "{places:?}");
+    assert!((places[0] - own_m).abs() < 1.0 && (places[1] - next_m).abs() < 2.5, "{places:?}");
+}
+
+/// Boxes that jump over the picture are no vehicle, however fast it would have to drive.
+#[test]
+fn what_would_drive_faster_than_any_vehicle_is_none() {
+    let grounds = grounds(5, CAMERA_HEIGHT_M);
+    let options = VehicleOptions::default();
+    let boxes = (0..5).map(|frame| {
+        let detection = car(40.0 - 8.5 * frame as f64, 3.0).unwrap();
+        let observed = ObservedBox::new(&detection, &CAMERA, &[], &options.advanced.box_fit);
+        TrackBox { frame, observed, score: 0.8 }
+    });
+    let track = Track::new(1, VehicleClass::Car, boxes.collect());
+    let none = |_: &Track| ExternalTrack::default();
+    assert!(estimate_consistently(&CAMERA, &grounds, &track, &none, &options, None).is_empty());
+}
