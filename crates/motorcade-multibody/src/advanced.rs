@@ -30,8 +30,10 @@ pub struct AdvancedGraphOptions {
     /// acceleration, so it grows with the interval to the power 3/2. 0.004 rad of yaw is a change of the yaw rate by 0.04 rad/s
     /// in a tenth of a second. Smaller values smooth more and lag in turns.
     pub steady_motion_rad: [f64; 3],
-    /// Steady motion: change of the displacement forward, sideways and up per interval \[m\]. 0.02 m forward is an acceleration of
-    /// 2 m/s² for a tenth of a second, 0.01 m sideways one of 1 m/s².
+    /// Steady motion: change of the displacement forward, sideways and up per interval \[m\]. Traffic brakes and speeds up with about
+    /// 1 m/s² (σ) for about 3 s (τ), which over longer times is white noise of density q = √(2 σ² τ) = 2.45 m/s² per √Hz (Singer,
+    /// IEEE Trans. AES, 1970), and that changes the displacement of an interval by √(2/3) q Δt^1.5 = 0.063 m forward. Smaller values
+    /// smooth more and lag behind vehicles that brake. 0.01 m sideways is an acceleration of 1 m/s² for a tenth of a second.
     pub steady_motion_m: [f64; 3],
     /// No side slip: roll and pitch per interval \[rad\]. White-noise velocity: grows with the square root of the interval.
     pub roll_pitch_slip_rad: f64,
@@ -79,7 +81,7 @@ impl Default for AdvancedGraphOptions {
             held_m: 1e-4,
             reference_interval_s: 0.1,
             steady_motion_rad: [0.01, 0.01, 0.004],
-            steady_motion_m: [0.02, 0.01, 0.01],
+            steady_motion_m: [0.063, 0.01, 0.01],
             roll_pitch_slip_rad: 0.01,
             sideways_slip_m: 0.02,
             slow_sideways_slip_m: 0.05,

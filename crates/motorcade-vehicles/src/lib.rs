@@ -43,7 +43,10 @@ mod trajectory;
 pub use box_fit::{BoxFit, SingleView};
 pub use doubles::without_doubles;
 pub use estimate::{estimate_consistently, estimate_track};
-pub use external::{ExternalTrack, ExternalView, KeypointViews, SizeDependence, external_tracks};
+pub use external::{
+    ExternalTrack, ExternalView, KeypointFitters, KeypointTrack, KeypointViews, SizeDependence,
+    external_tracks,
+};
 pub use ground::GroundFrame;
 pub use joint_size::SizeByRoad;
 pub use motion::{KinematicState, PositionMeasurement, probability_moving, smooth_motion, static_position};

@@ -155,8 +155,9 @@ fn the_drive_is_the_same_at_5_to_50_frames_a_second() {
     for other in [five, twenty_five, fifty] {
         assert!(other.is_like(ten), "{other:?} {ten:?}");
     }
-    // Half a second between frames, fewer measurements than correlation times: 1.41 times the error, 1.08 times the sigma.
-    assert!(two.error_m < 1.6 * ten.error_m && two.sigma_m < 1.3 * ten.sigma_m, "{two:?} {ten:?}");
+    // Half a second between frames, fewer measurements than correlation times, and a fifth of them: 1.68 times the error, 1.12 times
+    // the sigma.
+    assert!(two.error_m < 1.9 * ten.error_m && two.sigma_m < 1.3 * ten.sigma_m, "{two:?} {ten:?}");
     // The sigma covers the error at every rate.
     for one in [two, five, ten, twenty_five, fifty] {
         assert!(one.error_m < 1.2 * one.sigma_m, "{one:?}");

@@ -30,7 +30,9 @@ pub fn estimate_consistently(
     let mut open = vec![(track.clone(), drive.hypothesis().splits)];
     while let Some((track, splits)) = open.pop() {
         let Some(estimate) = drive.estimate(&track) else { continue };
-        let nearest = if splits > 0 { nearest_vehicle(&drive, &track, &estimate) } else { None };
+        // A window of the last seconds has no boxes that are far against its near ones.
+        let nearest =
+            if splits > 0 && ids.is_some() { nearest_vehicle(&drive, &track, &estimate) } else { None };
         let least_iou = drive.hypothesis().least_box_iou;
         let own = nearest.unwrap_or_else(|| drive.explained(overlap, &track, &estimate, least_iou));
         let foreign = own.iter().filter(|own| !**own).count();

@@ -1,6 +1,7 @@
 //! Views of vehicles from sources other than boxes: keypoints and poses of a file.
 
 mod heading_vote;
+mod keypoint_track;
 mod keypoint_views;
 mod pose_file;
 
@@ -9,7 +10,8 @@ use nalgebra::{Matrix3, Point3, Vector3};
 
 use crate::trajectory::Source;
 
-pub use keypoint_views::KeypointViews;
+pub use keypoint_track::KeypointTrack;
+pub use keypoint_views::{KeypointFitters, KeypointViews};
 pub use pose_file::external_tracks;
 
 /// Pose of a vehicle in one frame, from keypoints or a file, used in place of or beside its box.

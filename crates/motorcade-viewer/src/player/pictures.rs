@@ -5,7 +5,7 @@ use std::io::Cursor;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use image::codecs::jpeg::JpegEncoder;
-use image::imageops::{FilterType, resize};
+use image::imageops::thumbnail;
 use motorcade::RunResult;
 use motorcade_dataset::Frame;
 use serde_json::{Value, json};
@@ -70,7 +70,7 @@ fn small(frame: &Frame) -> Option<Vec<u8>> {
     let (width, height) = frame.size();
     let scale = (MOST_PX / (f64::from(width) * f64::from(height))).sqrt().min(1.0);
     let side = |length: u32| ((f64::from(length) * scale).round() as u32).max(1);
-    let picture = resize(frame.rgb().as_ref(), side(width), side(height), FilterType::Triangle);
+    let picture = thumbnail(frame.rgb().as_ref(), side(width), side(height));
     let mut jpeg = Cursor::new(Vec::new());
     JpegEncoder::new_with_quality(&mut jpeg, QUALITY).encode_image(&picture).ok()?;
     Some(jpeg.into_inner())

@@ -9,7 +9,7 @@ use super::camera_height::HeightByVehicles;
 use super::distances::{self, DistanceFit};
 use super::loops;
 use super::unit::{self, Unit};
-use super::vehicles::{VehicleInput, estimate_vehicles, ground_frames, times_s};
+use super::vehicles::{VehicleInput, estimate_vehicles, ground_frames, keypoint_fitters, times_s};
 use crate::assembly::Estimated;
 use crate::closed_loop::Loops;
 use crate::progress::Progress;
@@ -126,12 +126,13 @@ fn vehicles_of_drive(
 ) -> Vec<VehicleTrajectory> {
     let FrontEndRecord { frames, detections, keypoints, .. } = record;
     let grounds = ground_frames(ego, frames, frames.first().map_or(0, |f| f.timestamp_ns));
-    let input = VehicleInput { frames, detections, keypoints, grounds: &grounds };
+    let fitters = keypoint_fitters(settings);
+    let input = VehicleInput { frames, detections, keypoints, grounds: &grounds, fitters: &fitters };
     let track = || {
         let (tracker, vehicles) = (&settings.config.tracker, &settings.config.vehicles);
         track_vehicles(&settings.camera, &grounds, detections, tracker, vehicles)
     };
-    estimate_vehicles(&input, settings, true, track)
+    estimate_vehicles(&input, settings, None, track)
 }
 
 /// The unit of an external trajectory of unknown scale, where no road was seen; camera and vehicles then follow it.

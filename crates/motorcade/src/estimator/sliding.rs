@@ -12,11 +12,13 @@ use std::time::Instant;
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_multibody::{MultibodyGraph, WindowFrames};
 use motorcade_odometry::{EgoFrame, EgoTrajectory, RoadMeasurement, RoadState, Uncertainty};
-use motorcade_vehicles::{GroundFrame, Tracker, VehicleTrajectory};
+use motorcade_vehicles::{GroundFrame, KeypointFitters, KeypointTrack, Tracker, VehicleTrajectory};
 
 use super::prediction;
 use super::unit::{Unit, UnitEstimator};
-use super::vehicles::{VehicleInput, estimate_vehicles, ground_frames, times_s};
+use super::vehicles::{
+    KnownKeypoints, VehicleInput, estimate_vehicles, ground_frames, keypoint_fitters, times_s,
+};
 use crate::assembly::Estimated;
 use crate::closed_loop::Loops;
 use crate::estimate::{Estimate, VehicleEstimate};
@@ -44,6 +46,9 @@ pub struct SlidingEstimator {
     entries: (usize, VecDeque<Uncertainty>),
     /// The last scale and road measured; stands in when the window holds none, after minutes at a light.
     remembered: Option<Remembered>,
+    fitters: KeypointFitters,
+    /// Keypoints of the tracks in the window, by identity.
+    keypoints: BTreeMap<usize, KeypointTrack>,
     units: UnitEstimator,
     /// Unit of an external trajectory of unknown scale.
     unit: Option<Unit>,
@@ -90,6 +95,8 @@ impl SlidingEstimator {
             placed: Placed::default(),
             entries: (0, VecDeque::new()),
             remembered: None,
+            fitters: keypoint_fitters(settings),
+            keypoints: BTreeMap::new(),
             units: UnitEstimator::new(settings.config.scale.unit),
             unit: None,
             ego: Vec::new(),
@@ -362,9 +369,13 @@ impl SlidingEstimator {
         };
         let detections: Vec<_> = rows.iter().map(|row| view.detections[*row].clone()).collect();
         let keypoints: Vec<_> = rows.iter().map(|row| view.keypoints[*row].clone()).collect();
-        let input = VehicleInput { frames: infos, detections: &detections, keypoints: &keypoints, grounds };
+        self.keypoints.retain(|_, known| known.advance(rows[0]));
+        let fitters = &self.fitters;
+        let input =
+            VehicleInput { frames: infos, detections: &detections, keypoints: &keypoints, grounds, fitters };
         // Identities of a window are those of the tracker.
-        estimate_vehicles(&input, settings, false, track)
+        let known = KnownKeypoints { rows, tracks: &mut self.keypoints };
+        estimate_vehicles(&input, settings, Some(known), track)
     }
 
     /// The unit of an external trajectory of unknown scale, where no road was seen; from the next frame on.

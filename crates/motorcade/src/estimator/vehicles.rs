@@ -1,10 +1,13 @@
 //! The vehicles of a window of frames, each for itself.
 
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+
 use motorcade_odometry::{EgoFrame, EgoTrajectory};
 use motorcade_perception::{Detection, VehicleKeypoints};
 use motorcade_vehicles::{
-    ExternalTrack, GroundFrame, KeypointViews, Track, VehicleTrajectory, estimate_consistently,
-    estimate_track, external_tracks, without_doubles,
+    ExternalTrack, GroundFrame, KeypointFitters, KeypointTrack, KeypointViews, Track, VehicleTrajectory,
+    estimate_consistently, estimate_track, external_tracks, without_doubles,
 };
 
 use crate::record::FrameInfo;
@@ -16,14 +19,28 @@ pub(crate) struct VehicleInput<'a> {
     pub(crate) detections: &'a [Vec<Detection>],
     pub(crate) keypoints: &'a [Vec<VehicleKeypoints>],
     pub(crate) grounds: &'a [GroundFrame],
+    pub(crate) fitters: &'a KeypointFitters,
+}
+
+/// Keypoints of tracks that were fitted before, by identity, in a window that moves on.
+pub(crate) struct KnownKeypoints<'a> {
+    /// Row of the run of each frame of the window.
+    pub(crate) rows: &'a [usize],
+    pub(crate) tracks: &'a mut BTreeMap<usize, KeypointTrack>,
+}
+
+/// The fitters of a run's keypoints.
+pub(crate) fn keypoint_fitters(settings: &Settings) -> KeypointFitters {
+    KeypointFitters::new(settings.external.shape_prior.as_ref(), &settings.config.vehicles.advanced)
 }
 
 /// Estimates the vehicles of a window; `track` links boxes to tracks, frames counted from the first of the window. External
-/// poses bring their own identities. With `part` boxes that a track's vehicle does not explain may become vehicles of their own.
+/// poses bring their own identities. Without `known`, in the window of a whole drive, boxes that a track's vehicle does not explain may
+/// become vehicles of their own.
 pub(crate) fn estimate_vehicles(
     input: &VehicleInput<'_>,
     settings: &Settings,
-    part: bool,
+    known: Option<KnownKeypoints<'_>>,
     track: impl FnOnce() -> Vec<Track>,
 ) -> Vec<VehicleTrajectory> {
     let VehicleInput { frames, detections, grounds, .. } = *input;
@@ -39,11 +56,18 @@ pub(crate) fn estimate_vehicles(
     }
     let tracks = track();
     let keypoints: Vec<&[VehicleKeypoints]> = input.keypoints.iter().map(Vec::as_slice).collect();
-    let prior = external.shape_prior.as_ref();
     let any = keypoints.iter().any(|of_frame| !of_frame.is_empty());
-    let fits = any.then(|| KeypointViews::new(&keypoints, prior, camera, grounds, &options.advanced));
-    let views =
-        |track: &Track| fits.as_ref().map_or_else(ExternalTrack::default, |fits| fits.of_track(track));
+    let fits = KeypointViews::new(&keypoints, input.fitters, camera, grounds, &options.advanced);
+    let part = known.is_none();
+    let known = RefCell::new(known);
+    let views = |track: &Track| match known.borrow_mut().as_mut() {
+        _ if !any => ExternalTrack::default(),
+        None => fits.of_track(track),
+        Some(KnownKeypoints { rows, tracks }) => {
+            let known = tracks.entry(track.id).or_insert_with(|| KeypointTrack::new(track.class));
+            fits.of_known(track, known, &|frame| rows[frame])
+        }
+    };
     let mut next_id = tracks.iter().map(|t| t.id + 1).max().unwrap_or(0);
     let mut vehicles = Vec::with_capacity(tracks.len());
     for track in &tracks {
