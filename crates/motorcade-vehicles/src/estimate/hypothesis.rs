@@ -40,13 +40,14 @@ impl TrackHypothesis {
             let positions = views.positions(input.grounds);
             let forward = external.and_then(|headings| mean_forward(input, headings));
             let p_moving = probability_moving(&positions, forward.as_ref(), views.inflation, advanced);
-            let states = if p_moving > 0.5 {
+            let moves = p_moving > 0.5;
+            let states = if moves {
                 smooth_motion(&positions, times, &up, advanced)
             } else {
                 static_states(&positions, times.len(), advanced)?
             };
             let before = headings;
-            headings = if p_moving > 0.5 {
+            headings = if moves {
                 travel_headings(input, &states, &before)
             } else if let Some(external) = external {
                 external.to_vec()

@@ -18,6 +18,7 @@ pub fn probability_moving(
 ) -> f64 {
     let (Some(first), Some(last)) = (positions.first(), positions.last()) else { return 0.5 };
     let duration = last.time_s - first.time_s;
+    let traffic_mps = options.motion.initial_speed_sigma_mps;
     let (options, correlation_time_s) = (&options.kinematic_state, options.correlation_time_s);
     if duration < options.shortest_s {
         return 0.5;
@@ -45,8 +46,12 @@ pub fn probability_moving(
         let speed = velocity.dot(forward);
         speed.max(-options.backward_share * speed)
     };
-    let excess = forward.map_or_else(|| velocity.norm(), along) / sigma - options.even_odds_sigmas;
-    1.0 / (1.0 + (-options.logistic_slope * excess).exp())
+    let sigmas = forward.map_or_else(|| velocity.norm(), along) / sigma;
+    let log_odds = options.logistic_slope * (sigmas - options.even_odds_sigmas);
+    // A speed that is hardly known says little: standing is never told with more confidence than a measured speed of zero would give
+    // it against the speeds of traffic (Bayes factor; Kass and Raftery, JASA 1995).
+    let of_zero = (sigma / sigma.hypot(traffic_mps)).ln();
+    1.0 / (1.0 + (-log_odds.max(of_zero)).exp())
 }
 
 #[cfg(test)]
@@ -78,6 +83,18 @@ pub(super) mod tests {
     fn moving_and_static_vehicles_are_separated() {
         assert!(moving(&positions(8.0)) > 0.95);
         assert!(moving(&positions(0.05)) < 0.1);
+    }
+
+    /// A car seen for three tenths of a second, a metre of error in each position: nobody knows.
+    #[test]
+    fn a_speed_that_is_hardly_known_does_not_tell_standing() {
+        let seen = |speed_mps: f64| {
+            let mut few = positions(speed_mps)[..4].to_vec();
+            few.iter_mut().for_each(|p| p.covariance = Matrix3::identity());
+            moving(&few)
+        };
+        assert!((0.3..0.5).contains(&seen(0.0)), "{}", seen(0.0));
+        assert!((0.3..0.5).contains(&seen(5.0)), "{}", seen(5.0));
     }
 
     #[test]
