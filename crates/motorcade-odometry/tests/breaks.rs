@@ -48,7 +48,7 @@ fn odometry(truth: &[Pose<World, Camera>]) -> OdometryTrajectory {
             covariance: Matrix6::identity() * 1e-8,
         });
     }
-    OdometryTrajectory { frames, keyframes }
+    OdometryTrajectory { frames: frames.into(), keyframes }
 }
 
 fn measurements(odometry: &OdometryTrajectory) -> Vec<RoadMeasurement> {

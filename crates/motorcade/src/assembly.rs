@@ -34,6 +34,7 @@ impl RunResult {
             camera,
             frames: record.frames,
             ego,
+            road_measurement_count: record.road_measurements.len() + record.forgotten_measurements,
             road_measurements: record.road_measurements,
             vehicles,
             graph,

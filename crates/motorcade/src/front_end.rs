@@ -124,6 +124,27 @@ impl FrontEnd {
         }
     }
 
+    /// Forgets of rows before `row` all that results do not list: motion up to scale, measurements of the road, keypoints.
+    pub(crate) fn forget_before(&mut self, row: usize) {
+        self.motion.forget_before(row);
+        self.record.forgotten_measurements += self.scale.forget_before(row);
+        let old = &mut self.record.keypoints[..row];
+        // Later rows were not forgotten yet: it ends at the first that was.
+        old.iter_mut().rev().take_while(|k| k.capacity() > 0).for_each(|k| *k = Vec::new());
+        self.record.forgotten |= row > 0;
+    }
+
+    /// A warning of maps whose unit was lost, for the results.
+    pub(crate) fn describe_renewals(&self) -> Option<String> {
+        let renewals = self.motion.renewals();
+        let first = self.record.frames.get(*renewals.first()?)?.number;
+        Some(format!(
+            "the odometry lost its unit of length {} times, first in frame {first}, by motion no car has or a road that was not seen for long: \
+             new maps were started; speeds shortly before may be wrong",
+            renewals.len()
+        ))
+    }
+
     /// Ends the drive.
     pub(crate) fn finish(self) -> FrontEndRecord {
         FrontEndRecord {

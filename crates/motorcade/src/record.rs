@@ -1,7 +1,7 @@
 //! Output of the front end over a drive; the stages after it see nothing else.
 
 use motorcade_dataset::Frame;
-use motorcade_odometry::{OdometryTrajectory, RoadMeasurement};
+use motorcade_odometry::{OdometryTrajectory, RoadMeasurement, Rows};
 use motorcade_perception::{Detection, Observations, VehicleKeypoints};
 use motorcade_places::PlaceKeyframe;
 
@@ -40,6 +40,10 @@ pub struct FrontEndRecord {
     pub motion: OdometryTrajectory,
     /// Measurements of the road.
     pub road_measurements: Vec<RoadMeasurement>,
+    /// Measurements of the road that an online run no longer holds.
+    pub forgotten_measurements: usize,
+    /// True once the motion of the oldest rows is forgotten: the drive can no longer be estimated as a whole.
+    pub forgotten: bool,
     /// Keyframes of places; none of online runs and external trajectories.
     pub places: Vec<PlaceKeyframe>,
     /// Times.
@@ -61,8 +65,10 @@ impl FrontEndRecord {
             detections: Vec::new(),
             keypoints: Vec::new(),
             detects_vehicles: settings.external.vehicles.is_some(),
-            motion: OdometryTrajectory { frames: Vec::new(), keyframes: Vec::new() },
+            motion: OdometryTrajectory { frames: Rows::default(), keyframes: Vec::new() },
             road_measurements: Vec::new(),
+            forgotten_measurements: 0,
+            forgotten: false,
             places: Vec::new(),
             stopwatch: Stopwatch::default(),
             warnings: Vec::new(),

@@ -81,6 +81,8 @@ pub fn drive(frames: usize) -> FrontEndRecord {
         detects_vehicles: true,
         road_measurements: (2..frames).map(measured).collect(),
         motion: OdometryTrajectory::from_poses(&poses, &timestamps_ns),
+        forgotten_measurements: 0,
+        forgotten: false,
         places: Vec::new(),
         stopwatch: Stopwatch::default(),
         warnings: Vec::new(),
