@@ -118,7 +118,7 @@ impl FrontEnd {
         FrontEndView {
             frames: &self.record.frames[..rows],
             detections: &self.record.detections[..rows],
-            keypoints: &self.record.keypoints[..rows],
+            keypoints: &self.record.keypoints,
             motion: self.motion.trajectory(),
             road_measurements: &measurements[..known],
         }
@@ -128,9 +128,7 @@ impl FrontEnd {
     pub(crate) fn forget_before(&mut self, row: usize) {
         self.motion.forget_before(row);
         self.record.forgotten_measurements += self.scale.forget_before(row);
-        let old = &mut self.record.keypoints[..row];
-        // Later rows were not forgotten yet: it ends at the first that was.
-        old.iter_mut().rev().take_while(|k| k.capacity() > 0).for_each(|k| *k = Vec::new());
+        drop(self.record.keypoints.forget_before(row));
         self.record.forgotten |= row > 0;
     }
 

@@ -255,6 +255,10 @@ impl Motorcade {
         self.front_end.record_mut().failed = true;
         self.warn(problem);
     }
+    /// Makes room for the frames of a drive.
+    pub(crate) fn reserve(&mut self, frames: usize) {
+        self.front_end.record_mut().reserve(frames);
+    }
     /// Rows so far.
     pub(crate) fn frames(&self) -> usize {
         self.front_end.len()

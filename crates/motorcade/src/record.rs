@@ -8,6 +8,9 @@ use motorcade_places::PlaceKeyframe;
 use crate::settings::Settings;
 use crate::timing::Stopwatch;
 
+/// Frames that room is made for at most: a day at 10 frames/s.
+const MOST_RESERVED: usize = 1 << 20;
+
 /// A frame of the input as the run saw it.
 #[derive(Clone, Debug)]
 pub struct FrameInfo {
@@ -33,7 +36,7 @@ pub struct FrontEndRecord {
     /// Detections of each frame.
     pub detections: Vec<Vec<Detection>>,
     /// Keypoints of vehicles in each frame.
-    pub keypoints: Vec<Vec<VehicleKeypoints>>,
+    pub keypoints: Rows<Vec<VehicleKeypoints>>,
     /// False when there was no source of vehicles.
     pub detects_vehicles: bool,
     /// The camera's motion up to scale.
@@ -63,7 +66,7 @@ impl FrontEndRecord {
         Self {
             frames: Vec::new(),
             detections: Vec::new(),
-            keypoints: Vec::new(),
+            keypoints: Rows::default(),
             detects_vehicles: settings.external.vehicles.is_some(),
             motion: OdometryTrajectory { frames: Rows::default(), keyframes: Vec::new() },
             road_measurements: Vec::new(),
@@ -76,6 +79,13 @@ impl FrontEndRecord {
             failed: false,
             planned_frames: None,
         }
+    }
+
+    /// Makes room for so many frames, as far as there is memory: a list that grows by doubling leaves holes of its size.
+    pub(crate) fn reserve(&mut self, frames: usize) {
+        let more = frames.min(MOST_RESERVED).saturating_sub(self.frames.len());
+        // Without the room it grows as it always does.
+        let _ = self.frames.try_reserve_exact(more).and_then(|()| self.detections.try_reserve_exact(more));
     }
 
     pub(crate) fn push(&mut self, info: FrameInfo, observations: Observations) {
@@ -95,7 +105,7 @@ impl FrontEndRecord {
         FrontEndView {
             frames: &self.frames[..rows],
             detections: &self.detections[..rows],
-            keypoints: &self.keypoints[..rows],
+            keypoints: &self.keypoints,
             motion: &self.motion,
             road_measurements: &self.road_measurements[..known],
         }
@@ -110,7 +120,7 @@ pub struct FrontEndView<'a> {
     /// Detections of each frame.
     pub detections: &'a [Vec<Detection>],
     /// Keypoints of each frame.
-    pub keypoints: &'a [Vec<VehicleKeypoints>],
+    pub keypoints: &'a Rows<Vec<VehicleKeypoints>>,
     /// The camera's motion up to scale; may hold later frames too.
     pub motion: &'a OdometryTrajectory,
     /// Measurements of the road, in order of frames.

@@ -126,7 +126,7 @@ fn vehicles_of_drive(
 ) -> Vec<VehicleTrajectory> {
     let FrontEndRecord { frames, detections, keypoints, .. } = record;
     let grounds = ground_frames(ego, frames, frames.first().map_or(0, |f| f.timestamp_ns));
-    let input = VehicleInput { frames, detections, keypoints, grounds: &grounds };
+    let input = VehicleInput { frames, detections, keypoints: keypoints.kept(), grounds: &grounds };
     let track = || {
         let (tracker, vehicles) = (&settings.config.tracker, &settings.config.vehicles);
         track_vehicles(&settings.camera, &grounds, detections, tracker, vehicles)
