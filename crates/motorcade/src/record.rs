@@ -84,7 +84,7 @@ impl FrontEndRecord {
     /// Makes room for so many frames, as far as there is memory: a list that grows by doubling leaves holes of its size.
     pub(crate) fn reserve(&mut self, frames: usize) {
         let more = frames.min(MOST_RESERVED).saturating_sub(self.frames.len());
-        // Without the room it grows as it always does.
+        // Lists without that room grow as they always do.
         let _ = self.frames.try_reserve_exact(more).and_then(|()| self.detections.try_reserve_exact(more));
     }
 

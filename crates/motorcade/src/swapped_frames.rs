@@ -109,7 +109,7 @@ mod tests {
             let (frames, ego) = drive(&way);
             assert_eq!(of(&frames, &ego), None);
         }
-        // Of bridged poses nothing is said.
+        // Bridged poses say nothing of the order.
         let (frames, mut ego) = drive(&swapped);
         ego[11].status = FrameStatus::Bridged;
         assert_eq!(of(&frames, &ego), None);

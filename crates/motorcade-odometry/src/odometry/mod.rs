@@ -131,7 +131,7 @@ impl Odometry {
         let frames = &mut self.trajectory.frames;
         let unplaced = frames.iter().take(begun.saturating_sub(frames.first_kept())).rev();
         let unplaced = unplaced.take_while(|f| f.segment == usize::MAX).count();
-        // One more: the motion to the first of them begins there.
+        // The motion to the first of them begins one row before.
         drop(frames.forget_before((begun - unplaced).saturating_sub(1)));
     }
 

@@ -177,7 +177,7 @@ mod tests {
         let name = [varint(3 << 3 | 2), varint(32 << 30)].concat();
         let problem = check(&field(7, &field(1, &name))).unwrap_err();
         assert!(problem.contains("a field of 34359738368 bytes where 0 are left"), "{problem}");
-        // One that fits into the file but not into its node.
+        // A name that fits into the file but not into its node.
         let long = [varint(3 << 3 | 2), varint(20)].concat();
         let file = [field(7, &field(1, &long)), vec![0; 64]].concat();
         assert!(check(&file).unwrap_err().contains("where 0 are left"));
@@ -190,7 +190,7 @@ mod tests {
         assert_eq!(check(&tensor(&[0, 1 << 62], 0)), Ok(()));
         assert!(check(&tensor(&[1 << 20, 1 << 20], 24)).unwrap_err().contains("1099511627776 elements"));
         assert!(check(&tensor(&[1 << 40, 1 << 40], 24)).unwrap_err().contains("2^64"));
-        // The same as one packed field.
+        // Dimensions as one packed field are bounded too.
         let dims: Vec<u8> = [1 << 20, 1 << 20].iter().flat_map(|d| varint(*d)).collect();
         assert!(check(&field(7, &field(5, &field(1, &dims)))).is_err());
     }

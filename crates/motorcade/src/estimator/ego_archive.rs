@@ -53,7 +53,7 @@ impl EgoArchive {
         let forgotten: Vec<EgoFrame> = self.rows.forget_before(row).collect();
         let bytes: Vec<u8> = forgotten.iter().flat_map(encode).flat_map(f64::to_le_bytes).collect();
         if file.write_all(&bytes).is_err() {
-            // What is in the file up to here stays readable; the rows of this time go back.
+            // The file stays readable up to here; these rows go back into memory.
             self.failed = true;
             let first = self.rows.first_kept() - forgotten.len();
             let kept = forgotten.into_iter().chain(self.rows.iter().cloned()).collect();
@@ -117,7 +117,7 @@ fn decode(bytes: &[u8; 8 * NUMBERS]) -> EgoFrame {
     let mut next = || numbers.next().unwrap_or(0.0);
     let translation = Translation3::new(next(), next(), next());
     let (i, j, k, w) = (next(), next(), next(), next());
-    // As it was, without another rounding.
+    // The quaternion is a unit one already; another rounding would change its bytes.
     let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, i, j, k));
     let step_covariance = Matrix6::zeros().map(|_: f64| next());
     let covariance = Matrix6::zeros().map(|_: f64| next());
