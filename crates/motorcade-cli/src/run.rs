@@ -1,6 +1,7 @@
 //! `motorcade run`.
 
 use std::path::Path;
+use std::time::Duration;
 
 use anyhow::Context;
 use motorcade::output::{Extra, OutputDirectory, RUN_RECORD};
@@ -38,6 +39,8 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     let mut drive = drive.calibrated(arguments, &config, &reporter)?.load(arguments)?;
     let run = identity(arguments, &input_hash, &config, &fingerprint);
     let checkpoint = drive.save(arguments, run)?;
+    let sync_every = Duration::from_secs_f64(config.run.checkpoint_s);
+    checkpoint.iter().for_each(|checkpoint| checkpoint.sync_every(sync_every));
     let mut slam = drive.slam(&config)?;
     let mut pictures = drive.pictures();
     let mut live = LiveView::open(arguments, &drive.camera()?)?;

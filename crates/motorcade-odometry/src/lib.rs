@@ -34,6 +34,7 @@ mod buffer;
 mod map;
 mod odometry;
 mod road;
+mod rows;
 mod scale;
 mod time;
 mod tracking;
@@ -51,6 +52,7 @@ pub use road::{
     HeightOptions, PlaneTrackingOptions, ProfileOptions, RoadCurvature, RoadEstimate, RoadInput,
     RoadMeasurement, RoadOptions, RoadPlane, RoadState, RoadTracker, ScaleAverage, road_normal,
 };
+pub use rows::Rows;
 pub use scale::{
     EgoFrame, EgoTrajectory, MetricOptions, NoiseModel, ScaleMeasurement, SmootherOptions, Uncertainty,
 };

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use motorcade_geometry::{Camera, Pose, World};
 use nalgebra::{Matrix6, Vector6};
 
+use crate::rows::Rows;
 use crate::time::calibrated;
 
 type CameraFromWorld = Pose<Camera, World>;
@@ -50,7 +51,7 @@ pub struct FrameRecord {
 #[derive(Clone, Debug)]
 pub struct OdometryTrajectory {
     /// One record a frame, in order.
-    pub frames: Vec<FrameRecord>,
+    pub frames: Rows<FrameRecord>,
     /// `camera_from_world` of each keyframe of each segment.
     pub keyframes: Vec<Vec<CameraFromWorld>>,
 }
@@ -59,7 +60,7 @@ impl OdometryTrajectory {
     /// An external trajectory as one segment in its own unit: `world_from_camera` and time \[ns\] of every frame. The shorter
     /// list counts.
     pub fn from_poses(poses: &[Pose<World, Camera>], timestamps_ns: &[i64]) -> Self {
-        let mut out = Self { frames: Vec::new(), keyframes: vec![Vec::new()] };
+        let mut out = Self { frames: Rows::default(), keyframes: vec![Vec::new()] };
         timestamps_ns.iter().for_each(|timestamp_ns| out.push_next_pose(poses, *timestamp_ns));
         out
     }
@@ -103,7 +104,7 @@ impl OdometryTrajectory {
         let of = |(segment, (first, last)): (&usize, &(usize, usize))| {
             self.keyframes[*segment].iter().take(last + 1).skip(*first).copied().collect()
         };
-        Self { frames, keyframes: spans.iter().map(of).collect() }
+        Self { frames: frames.into(), keyframes: spans.iter().map(of).collect() }
     }
 
     /// `camera_from_world` of a frame in its segment's world; `None` while its segment has no map.
@@ -154,7 +155,7 @@ mod tests {
             record(1, 2, 5),
         ];
         let whole = OdometryTrajectory {
-            frames,
+            frames: frames.into(),
             keyframes: vec![(0..5).map(pose).collect(), (5..9).map(pose).collect()],
         };
         for range in [0..7, 1..7, 2..4, 3..6, 4..7, 6..7] {

@@ -4,8 +4,10 @@
 
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_odometry::{
-    EgoTrajectory, FrameRecord, FrameStatus, MetricOptions, OdometryTrajectory, RoadMeasurement, RoadState,
+    EgoTrajectory, FrameRecord, FrameStatus, MetricOptions, Odometry, OdometryOptions, OdometryTrajectory,
+    RoadMeasurement, RoadState, StaticMask,
 };
+use motorcade_testing::street_image::{CAMERA, StreetPose, street_image};
 use nalgebra::{Matrix3, Matrix6, Vector6};
 
 const HEIGHT_M: f64 = 1.6;
@@ -48,7 +50,7 @@ fn odometry(truth: &[Pose<World, Camera>]) -> OdometryTrajectory {
             covariance: Matrix6::identity() * 1e-8,
         });
     }
-    OdometryTrajectory { frames, keyframes }
+    OdometryTrajectory { frames: frames.into(), keyframes }
 }
 
 fn measurements(odometry: &OdometryTrajectory) -> Vec<RoadMeasurement> {
@@ -93,4 +95,40 @@ fn a_break_costs_no_jump_of_scale() {
     assert!(off < 1.5, "{off} m after 130 m");
     let sigma = |k: usize| ego.frames[k].covariance[(5, 5)].sqrt();
     assert!(sigma(90) > 2.0 * sigma(59), "a break is uncertain: {} m, {} m", sigma(59), sigma(90));
+}
+
+/// Drives along a street; the road contradicts the unit in `contradicted`, told as it would be measured in a unit that shrank by half.
+fn renewals(contradicted: std::ops::Range<usize>) -> (Vec<usize>, OdometryTrajectory) {
+    let mut odometry = Odometry::new(CAMERA, OdometryOptions::default());
+    for frame in 0..90 {
+        let image = street_image(&CAMERA, &StreetPose::along(0.8 * frame as f64));
+        odometry.process(frame as i64 * 100_000_000, &image, &StaticMask::default());
+        let wrong = if contradicted.contains(&frame) { 2.0_f64.ln() } else { 0.0 };
+        let measured = RoadMeasurement {
+            frame,
+            reference: frame.saturating_sub(1),
+            state: RoadState { log_inverse_height: wrong - 0.5, ..RoadState::default() },
+            baseline: 0.5,
+            covariance: Matrix3::identity() * 1e-4,
+            curvature: None,
+            agreement: 0.9,
+            pixels: 4000,
+        };
+        if odometry.trajectory().frames[frame].status == FrameStatus::Tracked {
+            odometry.constrain_scale(&measured);
+        }
+    }
+    (odometry.renewals().to_vec(), odometry.finish())
+}
+
+#[test]
+fn a_unit_that_the_road_contradicts_for_long_is_given_up() {
+    // A false road of a second and a half changes nothing.
+    let (renewed, trajectory) = renewals(30..45);
+    assert!(renewed.is_empty() && trajectory.keyframes.len() == 1, "{renewed:?}");
+    let (renewed, trajectory) = renewals(30..90);
+    assert_eq!(renewed.len(), 1, "once: the new map has its own height");
+    assert!((50..55).contains(&renewed[0]) && trajectory.keyframes.len() == 2, "{renewed:?}");
+    let tracked = trajectory.frames[60..].iter().all(|f| f.status == FrameStatus::Tracked && f.segment == 1);
+    assert!(tracked, "the new map goes on at once");
 }

@@ -78,6 +78,10 @@ impl ModelSet {
 
     /// Loads the networks of a folder for images of this size (width, height) \[px\].
     ///
+    /// A damaged file is an error. Networks of others are to be tried in a process of their own ([`try_models`](crate::try_models)), as
+    /// `motorcade run` does: a whole one can ask for any amount of memory, already for constants that the engine computes while it
+    /// loads, and an allocation that fails ends the process.
+    ///
     /// # Errors
     /// A manifest that does not read, a network that does not load or takes no images.
     pub fn load(folder: &Path, image_size: (u32, u32), options: &ModelOptions) -> Result<Self> {

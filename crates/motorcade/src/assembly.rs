@@ -11,6 +11,7 @@ use crate::plausibility;
 use crate::progress::Progress;
 use crate::record::FrontEndRecord;
 use crate::result::RunResult;
+use crate::swapped_frames;
 
 /// Estimates of a window, to be put together with what the front end knows.
 pub(crate) struct Estimated {
@@ -34,6 +35,7 @@ impl RunResult {
             camera,
             frames: record.frames,
             ego,
+            road_measurement_count: record.road_measurements.len() + record.forgotten_measurements,
             road_measurements: record.road_measurements,
             vehicles,
             graph,
@@ -50,7 +52,8 @@ impl RunResult {
         let repaired = finite::keep_finite(&mut result);
         let speeds = plausibility::of_speeds(&result);
         let summary = summary_warnings(&result, metric);
-        for warning in warnings.into_iter().chain(repaired).chain(speeds).chain(summary) {
+        let swapped = swapped_frames::of(&result.frames, &result.ego.frames);
+        for warning in warnings.into_iter().chain(repaired).chain(swapped).chain(speeds).chain(summary) {
             progress.warn(&warning);
             result.warnings.push(warning);
         }

@@ -1,5 +1,7 @@
 //! The configuration of a run: works with none, refuses what it does not know.
 
+use std::sync::OnceLock;
+
 use motorcade_calibrate::CalibrateOptions;
 use motorcade_multibody::{CameraCoupling, GraphOptions, LoopOptions};
 use motorcade_odometry::{
@@ -49,6 +51,9 @@ pub struct RunOptions {
     pub road_mask: bool,
     /// True looks for what is fixed to the camera (bonnet, reflections) and leaves it out.
     pub fixed_regions: bool,
+    /// Time after which the checkpoint of a run is forced onto the disk \[s\]: as much of its networks' work a failure of the whole machine
+    /// costs. The end of the program alone costs a frame. Shorter times write more often, 0 after every frame.
+    pub checkpoint_s: f64,
     /// Seed of all random choices.
     pub seed: u64,
 }
@@ -61,6 +66,7 @@ impl Default for RunOptions {
             vehicle_mask: VehicleMask::Moving,
             road_mask: true,
             fixed_regions: true,
+            checkpoint_s: 60.0,
             seed: 1,
         }
     }
@@ -198,8 +204,10 @@ impl Config {
 
     /// Every count at most a hundred times its default, or 1000; every other number finite and at most 1e9.
     fn validate_numbers(&self) -> std::result::Result<(), String> {
+        static DEFAULT: OnceLock<std::result::Result<Table, String>> = OnceLock::new();
         let table = |config: &Self| Table::try_from(*config).map_err(|e| e.to_string());
-        validate_table("", &table(self)?, &table(&Self::default())?)
+        let default = DEFAULT.get_or_init(|| table(&Self::default())).as_ref().map_err(Clone::clone)?;
+        validate_table("", &table(self)?, default)
     }
 
     pub(crate) fn validate(&self) -> std::result::Result<(), String> {
@@ -221,6 +229,7 @@ impl Config {
             self.scale.farthest_m > 5.0,
             "scale.farthest_m must be more than 5 (the road nearer is hidden)",
         )?;
+        check(self.run.checkpoint_s >= 0.0, "run.checkpoint_s must not be negative")?;
         check(self.online.lag_s > 0.0, "online.lag_s must be more than 0")?;
         check(self.online.scale_s > 0.0, "online.scale_s must be more than 0")?;
         check(self.online.interval_s >= 0.0, "online.interval_s must not be negative")?;

@@ -118,10 +118,29 @@ impl FrontEnd {
         FrontEndView {
             frames: &self.record.frames[..rows],
             detections: &self.record.detections[..rows],
-            keypoints: &self.record.keypoints[..rows],
+            keypoints: &self.record.keypoints,
             motion: self.motion.trajectory(),
             road_measurements: &measurements[..known],
         }
+    }
+
+    /// Forgets of rows before `row` all that results do not list: motion up to scale, measurements of the road, keypoints.
+    pub(crate) fn forget_before(&mut self, row: usize) {
+        self.motion.forget_before(row);
+        self.record.forgotten_measurements += self.scale.forget_before(row);
+        drop(self.record.keypoints.forget_before(row));
+        self.record.forgotten |= row > 0;
+    }
+
+    /// A warning of maps whose unit was lost, for the results.
+    pub(crate) fn describe_renewals(&self) -> Option<String> {
+        let renewals = self.motion.renewals();
+        let first = self.record.frames.get(*renewals.first()?)?.number;
+        Some(format!(
+            "the odometry lost its unit of length {} times, first in frame {first}, by motion no car has or a road that was not seen for long: \
+             new maps were started; speeds shortly before may be wrong",
+            renewals.len()
+        ))
     }
 
     /// Ends the drive.

@@ -53,6 +53,7 @@ mod run;
 mod scale_source;
 mod settings;
 mod speeds;
+mod swapped_frames;
 mod timing;
 
 pub use calibration::{CameraCalibration, Mounting, calibrate};

@@ -93,6 +93,19 @@ impl MotionSource {
             odometry.apply_road(feedback);
         }
     }
+    /// Forgets records that no later step needs; an external trajectory is in memory as a whole.
+    pub(crate) fn forget_before(&mut self, row: usize) {
+        if let Self::Own(odometry) = self {
+            odometry.forget_before(row);
+        }
+    }
+    /// Frames after which the odometry started a new map because the unit of the old one was lost.
+    pub(crate) fn renewals(&self) -> &[usize] {
+        match self {
+            Self::Own(odometry) => odometry.renewals(),
+            Self::External { .. } => &[],
+        }
+    }
     pub(crate) fn trajectory(&self) -> &OdometryTrajectory {
         match self {
             Self::Own(odometry) => odometry.trajectory(),

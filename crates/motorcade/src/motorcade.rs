@@ -180,16 +180,24 @@ impl Motorcade {
         while sliding.len() < front_end.len() {
             sliding.advance(&front_end.view(sliding.len() + 1), settings);
         }
+        if settings.config.online.enabled {
+            let needed = sliding.put_away(&front_end.view(front_end.len()), settings);
+            front_end.forget_before(needed);
+        }
         sliding.newest(&front_end.view(front_end.len()))
     }
 
-    /// Ends the drive and estimates it as a whole.
+    /// Ends the drive and estimates it as a whole. With `online.enabled`, once frames were estimated, as [`finish_online`](Self::finish_online):
+    /// the motion of earlier frames is then forgotten.
     pub fn finish(self) -> RunResult {
         self.finish_with(&NoProgress)
     }
 
     /// As [`finish`](Self::finish), reporting progress and warnings.
     pub fn finish_with(mut self, progress: &dyn Progress) -> RunResult {
+        if self.front_end.record().forgotten {
+            return self.finish_online(progress);
+        }
         self.note_pictures(progress);
         estimate_drive(self.front_end.finish(), &self.settings, progress)
     }
@@ -210,7 +218,13 @@ impl Motorcade {
 
     /// Notes what was found out about the pictures themselves.
     fn note_pictures(&mut self, progress: &dyn Progress) {
-        let found: Vec<String> = self.fixed.describe().into_iter().chain(self.repeated.describe()).collect();
+        let found: Vec<String> = self
+            .fixed
+            .describe()
+            .into_iter()
+            .chain(self.repeated.describe())
+            .chain(self.front_end.describe_renewals())
+            .collect();
         found.iter().for_each(|text| progress.warn(text));
         self.front_end.record_mut().warnings.extend(found);
     }
@@ -240,6 +254,10 @@ impl Motorcade {
         self.interrupt(planned);
         self.front_end.record_mut().failed = true;
         self.warn(problem);
+    }
+    /// Makes room for the frames of a drive.
+    pub(crate) fn reserve(&mut self, frames: usize) {
+        self.front_end.record_mut().reserve(frames);
     }
     /// Rows so far.
     pub(crate) fn frames(&self) -> usize {

@@ -1,12 +1,15 @@
 //! Output of the front end over a drive; the stages after it see nothing else.
 
 use motorcade_dataset::Frame;
-use motorcade_odometry::{OdometryTrajectory, RoadMeasurement};
+use motorcade_odometry::{OdometryTrajectory, RoadMeasurement, Rows};
 use motorcade_perception::{Detection, Observations, VehicleKeypoints};
 use motorcade_places::PlaceKeyframe;
 
 use crate::settings::Settings;
 use crate::timing::Stopwatch;
+
+/// Frames that room is made for at most: a day at 10 frames/s.
+const MOST_RESERVED: usize = 1 << 20;
 
 /// A frame of the input as the run saw it.
 #[derive(Clone, Debug)]
@@ -33,13 +36,17 @@ pub struct FrontEndRecord {
     /// Detections of each frame.
     pub detections: Vec<Vec<Detection>>,
     /// Keypoints of vehicles in each frame.
-    pub keypoints: Vec<Vec<VehicleKeypoints>>,
+    pub keypoints: Rows<Vec<VehicleKeypoints>>,
     /// False when there was no source of vehicles.
     pub detects_vehicles: bool,
     /// The camera's motion up to scale.
     pub motion: OdometryTrajectory,
     /// Measurements of the road.
     pub road_measurements: Vec<RoadMeasurement>,
+    /// Measurements of the road that an online run no longer holds.
+    pub forgotten_measurements: usize,
+    /// True once the motion of the oldest rows is forgotten: the drive can no longer be estimated as a whole.
+    pub forgotten: bool,
     /// Keyframes of places; none of online runs and external trajectories.
     pub places: Vec<PlaceKeyframe>,
     /// Times.
@@ -59,10 +66,12 @@ impl FrontEndRecord {
         Self {
             frames: Vec::new(),
             detections: Vec::new(),
-            keypoints: Vec::new(),
+            keypoints: Rows::default(),
             detects_vehicles: settings.external.vehicles.is_some(),
-            motion: OdometryTrajectory { frames: Vec::new(), keyframes: Vec::new() },
+            motion: OdometryTrajectory { frames: Rows::default(), keyframes: Vec::new() },
             road_measurements: Vec::new(),
+            forgotten_measurements: 0,
+            forgotten: false,
             places: Vec::new(),
             stopwatch: Stopwatch::default(),
             warnings: Vec::new(),
@@ -70,6 +79,13 @@ impl FrontEndRecord {
             failed: false,
             planned_frames: None,
         }
+    }
+
+    /// Makes room for so many frames, as far as there is memory: a list that grows by doubling leaves holes of its size.
+    pub(crate) fn reserve(&mut self, frames: usize) {
+        let more = frames.min(MOST_RESERVED).saturating_sub(self.frames.len());
+        // Lists without that room grow as they always do.
+        let _ = self.frames.try_reserve_exact(more).and_then(|()| self.detections.try_reserve_exact(more));
     }
 
     pub(crate) fn push(&mut self, info: FrameInfo, observations: Observations) {
@@ -89,7 +105,7 @@ impl FrontEndRecord {
         FrontEndView {
             frames: &self.frames[..rows],
             detections: &self.detections[..rows],
-            keypoints: &self.keypoints[..rows],
+            keypoints: &self.keypoints,
             motion: &self.motion,
             road_measurements: &self.road_measurements[..known],
         }
@@ -104,7 +120,7 @@ pub struct FrontEndView<'a> {
     /// Detections of each frame.
     pub detections: &'a [Vec<Detection>],
     /// Keypoints of each frame.
-    pub keypoints: &'a [Vec<VehicleKeypoints>],
+    pub keypoints: &'a Rows<Vec<VehicleKeypoints>>,
     /// The camera's motion up to scale; may hold later frames too.
     pub motion: &'a OdometryTrajectory,
     /// Measurements of the road, in order of frames.

@@ -18,8 +18,10 @@ pub struct RunResult {
     pub frames: Vec<FrameInfo>,
     /// The camera's trajectory and the road.
     pub ego: EgoTrajectory,
-    /// Road measurements the scale came from.
+    /// Road measurements the scale came from; of an online run the last ones.
     pub road_measurements: Vec<RoadMeasurement>,
+    /// Number of road measurements of the whole drive.
+    pub road_measurement_count: usize,
     /// Vehicles.
     pub vehicles: Vec<VehicleTrajectory>,
     /// The multi-object graph, solved.

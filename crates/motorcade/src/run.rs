@@ -57,6 +57,7 @@ pub fn push_sequence(
         progress.warn(warning);
     }
     progress.begin("odometry", sequence.known_len());
+    slam.reserve(sequence.known_len().unwrap_or_default());
     let mut perception = slam.take_perception();
     let stop = || progress.cancelled();
     let mut push = |outcome: Outcome| -> Result<bool> {

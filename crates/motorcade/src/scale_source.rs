@@ -56,6 +56,14 @@ impl ScaleSource {
         }
     }
 
+    /// Forgets measurements of frames before a row, but for the newest; returns their number.
+    pub(crate) fn forget_before(&mut self, row: usize) -> usize {
+        match self {
+            Self::Aligned(road) => road.forget_before(row),
+            Self::ClosedForm(scale) => scale.forget_before(row),
+        }
+    }
+
     pub(crate) fn measurements(&self) -> &[RoadMeasurement] {
         match self {
             Self::Aligned(road) => road.measurements(),

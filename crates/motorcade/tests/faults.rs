@@ -1,10 +1,10 @@
-//! Detectors that panic: the results hold the frames before, whatever the number of threads.
+//! Faults of detectors and pictures: the results hold what there is, and say what is wrong with it.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 use motorcade::dataset::{Frame, Sequence, SequenceOptions};
 use motorcade::perception::{Detection, Error, VehicleDetector};
-use motorcade::{Motorcade, NoProgress, push_sequence};
+use motorcade::{Config, Motorcade, NoProgress, push_sequence};
 use motorcade_testing::street_image::{CAMERA, StreetPose, street_image};
 
 /// Fails by a fault of its own at one frame.
@@ -40,4 +40,47 @@ fn a_worker_that_panics_ends_the_frames_and_not_the_results() {
         poses.push(format!("{:?}", result.ego.frames));
     }
     assert!(poses.iter().all(|p| *p == poses[0]));
+}
+
+/// A drive along a street by the way at each frame \[m\], taken frame by frame.
+fn driven(online: bool, way_m: &[f64]) -> (Motorcade, Vec<String>) {
+    let mut config = Config::default();
+    config.online.enabled = online;
+    // Windows are short, so that rows leave them soon.
+    config.online.scale_s = 3.0;
+    let mut slam = Motorcade::builder(CAMERA).height_m(1.5).config(config).build().unwrap();
+    let lines = way_m.iter().enumerate().map(|(k, way)| {
+        let image = street_image(&CAMERA, &StreetPose::along(*way));
+        let frame = Frame { number: k as u64, ..Frame::from_gray(image, k as i64 * 100_000_000) };
+        slam.step(&frame).unwrap().to_json()
+    });
+    let lines = lines.collect();
+    (slam, lines)
+}
+
+#[test]
+fn two_swapped_pictures_are_said_to_be() {
+    let mut way_m: Vec<f64> = (0..40).map(|k| 0.8 * f64::from(k)).collect();
+    way_m.swap(25, 26);
+    for online in [false, true] {
+        let (slam, _) = driven(online, &way_m);
+        let result = if online { slam.finish_online(&NoProgress) } else { slam.finish() };
+        let said =
+            result.warnings.iter().any(|w| w.contains("frames 25 and 26 seem to be in the wrong order"));
+        assert!(said, "{:?}", result.warnings);
+    }
+}
+
+#[test]
+fn an_online_run_forgets_old_rows_and_tells_the_same() {
+    let way_m: Vec<f64> = (0..400).map(|k| 0.2 * f64::from(k)).collect();
+    let (kept, all) = driven(false, &way_m);
+    let (forgetting, same) = driven(true, &way_m);
+    assert_eq!(all, same);
+    let result = kept.finish_online(&NoProgress);
+    // A drive whose motion is forgotten stays as it was estimated, however it is ended.
+    let forgotten = forgetting.finish();
+    assert_eq!(format!("{:?}", forgotten.ego.frames), format!("{:?}", result.ego.frames));
+    assert!(forgotten.road_measurements.len() < result.road_measurements.len());
+    assert_eq!(forgotten.road_measurement_count, result.road_measurement_count);
 }

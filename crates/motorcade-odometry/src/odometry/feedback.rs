@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 
 use super::Odometry;
 use crate::road::{RoadMeasurement, road_normal};
+use crate::time::nanoseconds;
 
 /// The road of the last processed frame, and its vehicles.
 #[derive(Clone, Copy, Debug, Default)]
@@ -35,10 +36,15 @@ impl Odometry {
         if !self.options.window.road_scale {
             return;
         }
-        let options = &self.options.feedback;
+        let options = self.options.feedback;
         let log_inverse_height = measured.state.log_inverse_height;
         let held = *self.held_log_height.get_or_insert(-log_inverse_height);
-        if (log_inverse_height + held).abs() > options.most_height_change {
+        let change = (log_inverse_height + held).abs();
+        if self.unit_is_lost(measured.frame, change) {
+            self.renew_map(measured.frame);
+            return;
+        }
+        if change > options.most_height_change {
             return;
         }
         let sigma = (measured.covariance[(0, 0)] + options.height_sigma * options.height_sigma).sqrt();
@@ -48,6 +54,19 @@ impl Odometry {
         if measured.covariance[(1, 1)].sqrt() < options.most_pitch_sigma_rad {
             self.constrain_plane(measured, held);
         }
+    }
+
+    /// True when the road has contradicted the unit for so long that no later measurement would be admitted to correct it; `change` is
+    /// that of log height against the held one.
+    fn unit_is_lost(&mut self, frame: usize, change: f64) -> bool {
+        let options = &self.options.feedback;
+        let Some(now_ns) = self.trajectory.frames.get(frame).map(|f| f.timestamp_ns) else { return false };
+        if change <= options.most_unit_change {
+            self.contradicted_since_ns = None;
+            return false;
+        }
+        let since_ns = *self.contradicted_since_ns.get_or_insert(now_ns);
+        now_ns - since_ns >= nanoseconds(options.unit_lost_s)
     }
 
     /// Gives the newest keyframe the road plane of the first measurement at or after it: the measured tilt, the held height. With

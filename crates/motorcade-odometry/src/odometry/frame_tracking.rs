@@ -56,6 +56,20 @@ impl Odometry {
             Some(LastFrame { template: last.template, ..renewed })
         };
         self.commit_standstill(standstill, frame.timestamp_ns);
+        if keyframe && self.depths_left(&mut scratch.values) {
+            self.renew_map(frame.number);
+        }
+    }
+
+    /// True when the landmarks are so near or far in the map's unit that it cannot be the one the map began with.
+    fn depths_left(&self, depths: &mut Vec<f64>) -> bool {
+        let Some(pose) = self.window.newest().map(|k| k.camera_from_world) else { return false };
+        let seen = self.window.landmarks.iter().filter(|l| l.is_static() && l.pixel.is_some());
+        depths.clear();
+        depths.extend(seen.filter_map(|l| Some(pose.transform_point(&l.point_in_world?).z)));
+        let (begun, most) =
+            (self.options.policy.advanced.median_depth, self.options.feedback.most_depth_ratio.ln());
+        median(depths).is_some_and(|depth| (depth.max(1e-9) / begun).ln().abs() > most)
     }
 
     /// Bridges a frame that could not be located; too many of them end the segment.

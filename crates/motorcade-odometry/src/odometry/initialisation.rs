@@ -193,7 +193,7 @@ impl Odometry {
     /// A map of two keyframes, the first frame and the present one.
     fn start_map(&mut self, frame: &Frame<'_>, landmarks: Vec<Landmark>, last_pose: CameraFromWorld) {
         self.window = Window::new(self.options.window);
-        self.held_log_height = None;
+        (self.held_log_height, self.contradicted_since_ns) = (None, None);
         self.window.push(Keyframe::new(0, CameraFromWorld::identity()));
         self.window.landmarks = landmarks;
         self.add_keyframe(frame, last_pose);

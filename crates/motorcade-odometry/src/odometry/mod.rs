@@ -21,6 +21,7 @@ pub use feedback::RoadFeedback;
 pub use options::{AdvancedPolicyOptions, FeedbackOptions, OdometryOptions, PolicyOptions};
 
 use crate::map::{Landmark, Window};
+use crate::rows::Rows;
 use crate::tracking::{Pyramid, PyramidPool, StaticMask};
 use crate::trajectory::OdometryTrajectory;
 use initialisation::Initialisation;
@@ -46,6 +47,10 @@ pub struct Odometry {
     standstill: Standstill,
     /// Logarithm of the camera's height that the segment's unit is held to.
     held_log_height: Option<f64>,
+    /// Time since which every measurement of the road has contradicted that height \[ns\].
+    contradicted_since_ns: Option<i64>,
+    /// Frames after which a new map was started because the unit of the old one was lost.
+    renewals: Vec<usize>,
     pyramids: PyramidPool,
     scratch: Scratch,
 }
@@ -89,7 +94,7 @@ impl Odometry {
         Self {
             camera,
             options,
-            trajectory: OdometryTrajectory { frames: Vec::new(), keyframes: Vec::new() },
+            trajectory: OdometryTrajectory { frames: Rows::default(), keyframes: Vec::new() },
             window: Window::new(options.window),
             corners: 0,
             initialisation: None,
@@ -98,6 +103,8 @@ impl Odometry {
             failing_ns: 0,
             standstill: Standstill::default(),
             held_log_height: None,
+            contradicted_since_ns: None,
+            renewals: Vec::new(),
             pyramids: PyramidPool::default(),
             scratch: Scratch::default(),
         }
@@ -111,6 +118,21 @@ impl Odometry {
     /// The landmarks of the local map.
     pub fn landmarks(&self) -> &[Landmark] {
         &self.window.landmarks
+    }
+
+    /// Frames after which a new map was started because the unit of length of the old one had drifted away.
+    pub fn renewals(&self) -> &[usize] {
+        &self.renewals
+    }
+
+    /// Forgets the records of frames before `frame` that no later step needs: those whose poses a map to come may still fill in stay.
+    pub fn forget_before(&mut self, frame: usize) {
+        let begun = self.initialisation.as_ref().map_or(frame, |i| i.first_frame.min(frame));
+        let frames = &mut self.trajectory.frames;
+        let unplaced = frames.iter().take(begun.saturating_sub(frames.first_kept())).rev();
+        let unplaced = unplaced.take_while(|f| f.segment == usize::MAX).count();
+        // The motion to the first of them begins one row before.
+        drop(frames.forget_before((begun - unplaced).saturating_sub(1)));
     }
 
     /// Records a frame that could not be read; its pose is bridged.
@@ -140,6 +162,15 @@ impl Odometry {
     /// Ends the run; every frame has its final pose.
     pub fn finish(self) -> OdometryTrajectory {
         self.trajectory
+    }
+
+    /// Ends the segment with frame `newest`; the next frame starts a map with a unit of its own. A unit that drifts on leaves the range in
+    /// which the road is looked for, and no scale would be measured ever again.
+    fn renew_map(&mut self, newest: usize) {
+        self.window = Window::new(self.options.window);
+        self.failing_ns = 0;
+        self.initialisation = None;
+        self.renewals.push(newest);
     }
 
     /// Ends the segment and starts initialisation with this frame.

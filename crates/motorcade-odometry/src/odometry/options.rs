@@ -58,6 +58,9 @@ impl OdometryOptions {
             ("policy.give_up_s", policy.give_up_s),
             ("policy.advanced.median_depth", policy.advanced.median_depth),
             ("feedback.height_sigma", feedback.height_sigma),
+            ("feedback.most_unit_change", feedback.most_unit_change),
+            ("feedback.unit_lost_s", feedback.unit_lost_s),
+            ("feedback.most_depth_ratio", feedback.most_depth_ratio),
             ("feedback.most_climb_heights", feedback.most_climb_heights),
         ] {
             if !(value.is_finite() && value > 0.0) {
@@ -167,6 +170,15 @@ pub struct FeedbackOptions {
     pub height_sigma: f64,
     /// Change of log height above which a measurement is rejected: seven times `height_sigma`.
     pub most_height_change: f64,
+    /// Change of log height above which a measurement contradicts the unit of the map: a third of the height, beyond the load of a
+    /// car and beyond false alignments of a moment.
+    pub most_unit_change: f64,
+    /// Time for which every measurement must contradict the unit before a new map is started \[s\]. Shorter times break the drive for
+    /// a false road, longer ones leave a wrong unit standing.
+    pub unit_lost_s: f64,
+    /// Largest factor between the median depth of the landmarks and that of a new map; beyond it the map is started anew, as no road is
+    /// looked for in such a unit. A narrow street and an open motorway are 50 apart.
+    pub most_depth_ratio: f64,
     /// Climb of the road between a keyframe and the next measurement from which on the keyframe gets no plane \[camera heights\]:
     /// larger ones come from false alignments. A larger limit constrains more keyframes and admits more false planes.
     pub most_climb_heights: f64,
@@ -194,6 +206,9 @@ impl Default for FeedbackOptions {
         Self {
             height_sigma: 0.02,
             most_height_change: 0.15,
+            most_unit_change: 0.3,
+            unit_lost_s: 2.0,
+            most_depth_ratio: 60.0,
             most_climb_heights: 0.5,
             most_pitch_sigma_rad: 5e-3,
             farthest_vehicle_heights: 20.0,

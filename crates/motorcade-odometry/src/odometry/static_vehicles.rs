@@ -50,7 +50,7 @@ impl Odometry {
 
     /// Time between the last two frames \[ns\].
     fn newest_interval_ns(&self) -> i64 {
-        match self.trajectory.frames.as_slice() {
+        match self.trajectory.frames.kept() {
             [.., before, newest] => (newest.timestamp_ns - before.timestamp_ns).max(0),
             _ => 0,
         }

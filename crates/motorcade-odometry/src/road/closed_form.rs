@@ -5,7 +5,7 @@ use std::sync::Arc;
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World, robust::median};
 use nalgebra::{Matrix2, Matrix3, Point2, Vector3};
 
-use super::measurement::RoadMeasurement;
+use super::measurement::{RoadMeasurement, forget_before};
 use super::options::{ClosedFormOptions, ScaleAverage};
 use super::state::RoadState;
 use super::tracker::RoadInput;
@@ -41,6 +41,11 @@ impl ClosedFormScale {
     /// Measurements so far; pitch and roll are zero by assumption.
     pub fn measurements(&self) -> &[RoadMeasurement] {
         &self.measurements
+    }
+
+    /// As [`RoadTracker::forget_before`](super::RoadTracker::forget_before).
+    pub fn forget_before(&mut self, frame: usize) -> usize {
+        forget_before(&mut self.measurements, frame)
     }
 
     /// Camera height in the odometry's unit by the last measurement.

@@ -42,6 +42,16 @@ pub struct RoadCurvature {
     pub prior_sigma: f64,
 }
 
+/// Measurements to be forgotten at least before memory is moved.
+const LEAST_FORGOTTEN: usize = 256;
+
+/// Removes the measurements of frames before `frame`, but for the newest, once they are worth the work; returns their number.
+pub(super) fn forget_before(measurements: &mut Vec<RoadMeasurement>, frame: usize) -> usize {
+    let old = measurements.partition_point(|m| m.frame < frame).min(measurements.len().saturating_sub(1));
+    let old = if old < LEAST_FORGOTTEN { 0 } else { old };
+    measurements.drain(..old).count()
+}
+
 /// A measurement corrected by the poses of a trajectory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoadEstimate {

@@ -7,7 +7,7 @@ use nalgebra::{Point2, Vector3};
 
 use super::alignment::align_road;
 use super::history::{EarlierFrame, RoadHistory};
-use super::measurement::RoadMeasurement;
+use super::measurement::{RoadMeasurement, forget_before};
 use super::options::{PlaneTrackingOptions, RoadOptions};
 use super::pixels::RoadPixels;
 use super::plane::RoadPlane;
@@ -80,6 +80,11 @@ impl RoadTracker {
     /// All measurements so far, in order of frames.
     pub fn measurements(&self) -> &[RoadMeasurement] {
         &self.measurements
+    }
+
+    /// Forgets measurements of frames before `frame`, but for the newest; returns their number.
+    pub fn forget_before(&mut self, frame: usize) -> usize {
+        forget_before(&mut self.measurements, frame)
     }
 
     /// The tracked plane in the odometry's unit; m with `mᵀX = 1`.

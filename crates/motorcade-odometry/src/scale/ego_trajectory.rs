@@ -87,7 +87,7 @@ impl EgoTrajectory {
         let segments = 0..odometry.keyframes.len();
         let noise = segments.map(|segment| drive.fill(method, segment, &mut states)).collect();
         let scales = scales(&states, height_m / options.guess_units);
-        let metric = metric_steps(&odometry.frames, &steps, &scales);
+        let metric = metric_steps(odometry.frames.kept(), &steps, &scales);
         let mut ego = Self { frames: Vec::with_capacity(states.len()), height_m, noise };
         let mut uncertainty = Uncertainty::default();
         for (k, state) in states.iter().enumerate() {

@@ -11,7 +11,7 @@ type CameraFromCamera = Pose<Camera, Camera>;
 /// `camera_before_from_camera` of each frame in its segment's unit, eq. (2); bridged frames share the motion between their
 /// neighbours by time. `None` at the first frame, at the start of a segment and where a segment ended bridged.
 pub(super) fn unit_steps(odometry: &OdometryTrajectory) -> Vec<Option<CameraFromCamera>> {
-    let frames = &odometry.frames;
+    let frames = odometry.frames.kept();
     let n = frames.len();
     let mut poses: Vec<Option<Pose<Camera, World>>> = (0..n).map(|k| odometry.camera_from_world(k)).collect();
     let found = |k: usize| frames[k].status != FrameStatus::Bridged && frames[k].segment != usize::MAX;

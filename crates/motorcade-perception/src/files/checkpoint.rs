@@ -16,7 +16,7 @@ use crate::observations::Observations;
 
 /// Version of the format.
 const VERSION: u32 = 1;
-/// Time after which lines are forced onto the disk: what a failure of the whole machine can cost.
+/// Time after which lines are forced onto the disk, where none is set: what a failure of the whole machine can cost.
 const SYNC_EVERY: Duration = Duration::from_secs(60);
 /// Every how many bytes of a picture its hash takes one.
 const HASHED: usize = 7;
@@ -54,6 +54,8 @@ struct State {
     /// Bytes up to the last line taken.
     end: u64,
     synced: Instant,
+    /// Time after which lines are forced onto the disk.
+    sync_every: Duration,
     replayed: usize,
     problem: Option<String>,
 }
@@ -125,6 +127,7 @@ impl Checkpoint {
             earlier,
             end,
             synced: Instant::now(),
+            sync_every: SYNC_EVERY,
             replayed: 0,
             problem: None,
         };
@@ -138,6 +141,11 @@ impl Checkpoint {
     /// Frames that were given back.
     pub fn replayed(&self) -> usize {
         self.state().replayed
+    }
+
+    /// Sets the time after which lines are forced onto the disk, a minute otherwise.
+    pub fn sync_every(&self, time: Duration) {
+        self.state().sync_every = time;
     }
 
     /// Why nothing more is written, once that is so. The run itself does not need the file.
@@ -202,7 +210,7 @@ impl State {
             file.set_len(self.end)?;
             file.seek(SeekFrom::Start(self.end))?;
             file.write_all(text.as_bytes())?;
-            if self.synced.elapsed() >= SYNC_EVERY {
+            if self.synced.elapsed() >= self.sync_every {
                 file.sync_data()?;
                 self.synced = Instant::now();
             }

@@ -7,6 +7,7 @@ use motorcade_dataset::regular_file;
 use rten::{Dimension, ThreadPool};
 use rten_tensor::{NdTensor, Tensor};
 
+use super::onnx_bounds;
 #[cfg(feature = "ort")]
 use super::onnx_runtime::Session;
 use super::options::{Engine, ModelOptions};
@@ -70,6 +71,8 @@ impl Network {
                 return Err(Error::model(&path, format!("SHA-256 is {found}, the manifest says {expected}")));
             }
         }
+        onnx_bounds::check(&bytes)
+            .map_err(|problem| Error::model(&path, format!("is no whole ONNX file: {problem}")))?;
         let (loaded, shape) = match options.engine {
             Engine::Rten => {
                 let (graph, shape) = Graph::load(&path, bytes, Arc::clone(threads))?;

@@ -5,6 +5,7 @@ mod crop;
 mod engine;
 mod keypoints;
 mod nms;
+mod onnx_bounds;
 #[cfg(feature = "ort")]
 mod onnx_runtime;
 mod options;

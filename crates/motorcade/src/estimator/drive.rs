@@ -127,7 +127,13 @@ fn vehicles_of_drive(
     let FrontEndRecord { frames, detections, keypoints, .. } = record;
     let grounds = ground_frames(ego, frames, frames.first().map_or(0, |f| f.timestamp_ns));
     let fitters = keypoint_fitters(settings);
-    let input = VehicleInput { frames, detections, keypoints, grounds: &grounds, fitters: &fitters };
+    let input = VehicleInput {
+        frames,
+        detections,
+        keypoints: keypoints.kept(),
+        grounds: &grounds,
+        fitters: &fitters,
+    };
     let track = || {
         let (tracker, vehicles) = (&settings.config.tracker, &settings.config.vehicles);
         track_vehicles(&settings.camera, &grounds, detections, tracker, vehicles)

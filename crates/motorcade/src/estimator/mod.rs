@@ -7,8 +7,10 @@
 pub(crate) mod camera_height;
 mod distances;
 pub(crate) mod drive;
+mod ego_archive;
 mod loops;
 pub(crate) mod prediction;
+mod remembered;
 pub(crate) mod sliding;
 pub(crate) mod unit;
 pub(crate) mod vehicles;

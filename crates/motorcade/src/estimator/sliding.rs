@@ -11,10 +11,12 @@ use std::time::Instant;
 
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_multibody::{MultibodyGraph, WindowFrames};
-use motorcade_odometry::{EgoFrame, EgoTrajectory, RoadMeasurement, RoadState, Uncertainty};
+use motorcade_odometry::{EgoFrame, EgoTrajectory, RoadMeasurement, Uncertainty};
 use motorcade_vehicles::{GroundFrame, KeypointFitters, KeypointTrack, Tracker, VehicleTrajectory};
 
+use super::ego_archive::EgoArchive;
 use super::prediction;
+use super::remembered::Remembered;
 use super::unit::{Unit, UnitEstimator};
 use super::vehicles::{
     KnownKeypoints, VehicleInput, estimate_vehicles, ground_frames, keypoint_fitters, times_s,
@@ -33,6 +35,8 @@ use crate::timing::Stopwatch;
 const ROUNDING_S: f64 = 1e-3;
 /// Frames of a window at least, however slowly they come.
 const LEAST_FRAMES: usize = 3;
+/// Time beyond the longest window after which a row is forgotten \[s\]: the road looks back less, at frames of the window's begin.
+const FORGET_AFTER_S: f64 = 5.0;
 
 /// The estimator over the last seconds.
 pub struct SlidingEstimator {
@@ -53,17 +57,11 @@ pub struct SlidingEstimator {
     /// Unit of an external trajectory of unknown scale.
     unit: Option<Unit>,
     /// Camera of every frame as it was estimated when the frame came.
-    ego: Vec<EgoFrame>,
+    ego: EgoArchive,
     /// Vehicles by identity, every state as it was estimated when its frame came.
     vehicles: BTreeMap<usize, VehicleTrajectory>,
     stopwatch: Stopwatch,
     warnings: Vec<String>,
-}
-
-#[derive(Clone, Copy)]
-struct Remembered {
-    segment: usize,
-    measurement: RoadMeasurement,
 }
 
 /// Poses of a window before its graph.
@@ -99,7 +97,7 @@ impl SlidingEstimator {
             keypoints: BTreeMap::new(),
             units: UnitEstimator::new(settings.config.scale.unit),
             unit: None,
-            ego: Vec::new(),
+            ego: EgoArchive::default(),
             vehicles: BTreeMap::new(),
             stopwatch: Stopwatch::default(),
             warnings: Vec::new(),
@@ -135,7 +133,7 @@ impl SlidingEstimator {
             self.solve(&mut window, &mut vehicles, settings);
         }
         self.stopwatch.add("graph", lap());
-        self.ego.extend(window.ego.frames.pop());
+        window.ego.frames.pop().into_iter().for_each(|frame| self.ego.push(frame));
         for vehicle in vehicles {
             self.keep(vehicle, &window.rows);
         }
@@ -171,7 +169,7 @@ impl SlidingEstimator {
             let next = prediction::vehicle(state, newest, elapsed_s, (seen.observed.bbox, seen.score));
             vehicle.states.push(next);
         }
-        self.ego.extend(ego.frames);
+        ego.frames.into_iter().for_each(|frame| self.ego.push(frame));
     }
 
     /// The estimate of the newest frame taken; `None` before the first.
@@ -179,7 +177,8 @@ impl SlidingEstimator {
         let row = self.ego.len().checked_sub(1)?;
         let (ego, frame) = (self.ego.get(row)?, view.frames.get(row)?);
         let speed_mps = row.checked_sub(1).map_or(0.0, |before| {
-            let step = ego.world_from_camera.translation() - self.ego[before].world_from_camera.translation();
+            let Some(before_ego) = self.ego.get(before) else { return 0.0 };
+            let step = ego.world_from_camera.translation() - before_ego.world_from_camera.translation();
             let seconds = (frame.timestamp_ns - view.frames[before].timestamp_ns) as f64 * 1e-9;
             if seconds > 0.0 { step.norm() / seconds } else { 0.0 }
         });
@@ -190,6 +189,21 @@ impl SlidingEstimator {
         };
         let vehicles = self.vehicles.values().filter_map(newest).collect();
         Some(Estimate { frame: frame.clone(), ego: ego.clone(), speed_mps, vehicles })
+    }
+
+    /// Moves older estimates out of memory; returns the first row that later estimates need.
+    pub fn put_away(&mut self, view: &FrontEndView<'_>, settings: &Settings) -> usize {
+        let options = &settings.config.online;
+        let needed_s = options.scale_s.max(options.lag_s) + FORGET_AFTER_S;
+        let newest = view.frames.len().saturating_sub(1);
+        let recent = self.estimated.len().saturating_sub(LEAST_FRAMES);
+        let oldest = self.estimated.get(recent).copied().unwrap_or(newest);
+        let row = view.frames.partition_point(|f| {
+            (view.frames[newest].timestamp_ns - f.timestamp_ns) as f64 * 1e-9 > needed_s
+        });
+        let row = row.min(oldest);
+        self.ego.put_away_before(row);
+        row
     }
 
     /// Ends the drive: every frame and vehicle as it was estimated when it came.
@@ -207,10 +221,12 @@ impl SlidingEstimator {
             )
         });
         let unit = self.unit.iter().map(Unit::to_string);
-        let warnings = self.warnings.into_iter().chain(unit).chain(unknown).collect();
+        let warnings = self.warnings.into_iter().chain(unit).chain(unknown);
+        let (frames, lost) = self.ego.into_frames();
+        let warnings = lost.into_iter().chain(warnings).collect();
         let estimated = Estimated {
             camera: settings.camera,
-            ego: EgoTrajectory { frames: self.ego, height_m: settings.height_m, noise: Vec::new() },
+            ego: EgoTrajectory { frames, height_m: settings.height_m, noise: Vec::new() },
             vehicles: self.vehicles.into_values().collect(),
             graph: None,
             loops: Loops::default(),
@@ -242,7 +258,7 @@ impl SlidingEstimator {
             .collect();
         let segment = view.motion.frames[newest].segment;
         if measured.is_empty() {
-            measured.extend(self.remembered.filter(|r| r.segment == segment).map(|r| r.measurement));
+            measured.extend(self.remembered.filter(|r| r.segment == segment).map(|r| r.measurement()));
         }
         let mut ego = match self.external_in_metres(first..frames, view, settings) {
             Some(ego) => ego,
@@ -250,7 +266,7 @@ impl SlidingEstimator {
                 scale_source::ego(&motion, &measured, settings.height_m, settings.metric(), &settings.config)
             }
         };
-        self.remember(segment, ego.frames.last(), settings.height_m);
+        self.remember(segment, &ego, first);
         self.carry_uncertainty(&mut ego, first);
         let in_window: Vec<usize> = rows.iter().map(|row| row - first).collect();
         let mut ego = ego.of_rows(&in_window);
@@ -298,38 +314,18 @@ impl SlidingEstimator {
         self.entries = (first, entries);
     }
 
-    fn remember(&mut self, segment: usize, newest: Option<&EgoFrame>, height_m: f64) {
-        let Some(frame) = newest.filter(|f| f.scale_measured) else { return };
-        let up = frame.road_normal;
-        let state = RoadState {
-            log_inverse_height: (frame.scale / height_m).ln(),
-            pitch_rad: (up.z / up.y).atan(),
-            roll_rad: (up.x / up.y).atan(),
-        };
-        let mut covariance = frame.road_tilt_covariance;
-        // Pitch and roll stand in the upper left there.
-        covariance = nalgebra::Matrix3::new(
-            frame.scale_sigma.powi(2),
-            0.0,
-            0.0,
-            0.0,
-            covariance[(0, 0)],
-            covariance[(0, 1)],
-            0.0,
-            covariance[(1, 0)],
-            covariance[(1, 1)],
-        );
-        let measurement = RoadMeasurement {
-            frame: 0,
-            reference: 0,
-            state,
-            baseline: 1.0,
-            covariance,
-            curvature: None,
-            agreement: 1.0,
-            pixels: 0,
-        };
-        self.remembered = Some(Remembered { segment, measurement });
+    /// Remembers the scale of the newest frame where it was measured; the way since, where it was not.
+    fn remember(&mut self, segment: usize, ego: &EgoTrajectory, first: usize) {
+        let Some(newest) = ego.frames.last() else { return };
+        if newest.scale_measured {
+            let drift = ego.noise.iter().flatten().last().map_or(0.0, |noise| noise.drift);
+            self.remembered = Some(Remembered::new(segment, newest, ego.height_m, drift));
+        } else if let Some(remembered) = &mut self.remembered {
+            let before = self.estimated.len().checked_sub(2).map(|k| self.estimated[k].saturating_sub(first));
+            let before = before.and_then(|k| ego.frames.get(k)).unwrap_or(newest);
+            let way = newest.world_from_camera.translation() - before.world_from_camera.translation();
+            remembered.travel(way.norm() / ego.height_m);
+        }
     }
 
     /// Moves a window to where its first frame, `first` among the estimated rows, is in the world.

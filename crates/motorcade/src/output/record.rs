@@ -28,7 +28,7 @@ pub(super) fn record(result: &RunResult, context: &RunContext, files: &[ListedFi
         "counters": {
             "frames": result.frames.len(),
             "frames_by_status": statuses,
-            "road_measurements": result.road_measurements.len(),
+            "road_measurements": result.road_measurement_count,
             "detections": result.detections.iter().map(Vec::len).sum::<usize>(),
             "vehicles": result.vehicles.len(),
             "vehicles_moving": result.vehicles.iter().filter(|v| v.p_moving > 0.5).count(),

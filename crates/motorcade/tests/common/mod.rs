@@ -77,10 +77,12 @@ pub fn drive(frames: usize) -> FrontEndRecord {
     FrontEndRecord {
         frames: (0..frames).map(frame).collect(),
         detections: (0..frames).map(seen).collect(),
-        keypoints: vec![Vec::new(); frames],
+        keypoints: vec![Vec::new(); frames].into(),
         detects_vehicles: true,
         road_measurements: (2..frames).map(measured).collect(),
         motion: OdometryTrajectory::from_poses(&poses, &timestamps_ns),
+        forgotten_measurements: 0,
+        forgotten: false,
         places: Vec::new(),
         stopwatch: Stopwatch::default(),
         warnings: Vec::new(),

@@ -41,6 +41,15 @@ pub fn config() -> String {
     Config::default().to_commented_toml()
 }
 
+/// A configuration without comments and empty lines.
+pub fn without_comments(config: &str) -> String {
+    config
+        .lines()
+        .filter(|line| !line.is_empty() && !line.starts_with('#'))
+        .map(|line| format!("{line}\n"))
+        .collect()
+}
+
 /// The same picture in each format.
 pub fn pictures() -> Vec<Vec<u8>> {
     let grey = GrayImage::from_fn(24, 16, |x, y| Luma([(x * 9 + y * 5) as u8]));
