@@ -18,12 +18,12 @@ pub struct FramePlacement {
 /// Puts keyframes where their frames are, and their landmarks where neighbouring keyframes of the same map see them.
 pub fn place_keyframes(
     camera: &PinholeCamera,
-    keyframes: &[PlaceKeyframe],
+    keyframes: Vec<PlaceKeyframe>,
     placement: impl Fn(usize) -> FramePlacement,
     options: &PlaceOptions,
 ) -> Vec<PlacedKeyframe> {
     let placements: Vec<FramePlacement> = keyframes.iter().map(|k| placement(k.frame)).collect();
-    let place = |k: usize| {
+    let positions = |k: usize| {
         let (keyframe, own) = (&keyframes[k], &placements[k]);
         let reach = options.landmarks.neighbours;
         let around = k.saturating_sub(reach)..(k + reach + 1).min(keyframes.len());
@@ -34,16 +34,16 @@ pub fn place_keyframes(
                 neighbour_from_camera: placements[n].world_from_camera.inverse() * own.world_from_camera,
             })
             .collect();
-        let landmarks =
-            landmarks(camera, &keyframe.features, &neighbours, (&options.landmarks, &options.features));
-        PlacedKeyframe {
-            frame: keyframe.frame,
-            segment: keyframe.segment,
-            world_from_camera: own.world_from_camera,
-            way_m: own.way_m,
-            features: keyframe.features.clone(),
-            landmarks,
-        }
+        landmarks(camera, &keyframe.features, &neighbours, (&options.landmarks, &options.features))
     };
-    (0..keyframes.len()).map(place).collect()
+    let all: Vec<_> = (0..keyframes.len()).map(positions).collect();
+    let placed = |((keyframe, own), landmarks): ((PlaceKeyframe, FramePlacement), _)| PlacedKeyframe {
+        frame: keyframe.frame,
+        segment: keyframe.segment,
+        world_from_camera: own.world_from_camera,
+        way_m: own.way_m,
+        features: keyframe.features,
+        landmarks,
+    };
+    keyframes.into_iter().zip(placements).zip(all).map(placed).collect()
 }

@@ -374,6 +374,11 @@ impl MotorcadeBuilder {
                     .to_owned(),
             ));
         }
+        if external.map.is_some() && !config.loops.enabled {
+            return Err(Error::Config(
+                "a map needs places, which loops.enabled = false (preset paper) switches off".to_owned(),
+            ));
+        }
         let settings = Settings { camera, height_m, height_unknown, config, external, threads };
         let mut front_end = FrontEnd::new(&settings);
         front_end.record_mut().detects_vehicles |= perception.detects_vehicles();
