@@ -106,6 +106,21 @@ impl PlaceSearch {
         self.add(keyframe);
     }
 
+    /// The matches so far that others along the way agree with.
+    pub fn supported(&self) -> Vec<PlaceMatch> {
+        supported(&self.keyframes, self.verified.clone(), &self.options.sequence)
+    }
+
+    /// Keyframes so far with a candidate that geometry verified.
+    pub fn verified(&self) -> usize {
+        self.verified.len()
+    }
+
+    /// Counts so far; none of them supported yet.
+    pub fn report(&self) -> SearchReport {
+        self.report
+    }
+
     /// Ends the search: the matches that others along the way agree with.
     pub fn finish(mut self) -> FoundPlaces {
         let matches = supported(&self.keyframes, self.verified, &self.options.sequence);

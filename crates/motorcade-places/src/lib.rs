@@ -47,5 +47,5 @@ pub use map::{MapError, MapSummary, PlaceMap};
 pub use options::{
     FeatureOptions, LandmarkOptions, PlaceOptions, SearchOptions, SequenceOptions, VerificationOptions,
 };
-pub use placement::{FramePlacement, place_keyframes};
+pub use placement::{FramePlacement, place_keyframe, place_keyframes};
 pub use verification::PlaceMatch;

@@ -24,6 +24,8 @@
 
 mod assembly;
 mod calibration;
+#[cfg(test)]
+mod circle;
 mod closed_loop;
 mod config;
 mod config_text;
@@ -51,6 +53,7 @@ mod recorded;
 mod relative;
 mod repeated_frames;
 mod result;
+mod revision;
 mod run;
 mod scale_source;
 mod settings;
@@ -86,6 +89,7 @@ pub use recorded::{
 };
 pub use relative::relative_sigma_m;
 pub use result::RunResult;
+pub use revision::{RevisedKeyframe, Revision};
 pub use run::{FrameCallback, push_sequence, survey_sequence};
 pub use settings::Settings;
 pub use speeds::{Estimated, FrameSpeeds, VehicleAhead, speeds};

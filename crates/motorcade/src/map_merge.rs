@@ -118,3 +118,71 @@ fn bent_m(before: &[Pose<World, Camera>], after: &[Pose<World, Camera>]) -> f64 
     };
     before.iter().zip(after).map(off).fold(0.0, f64::max)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::circle::{CAMERA, ROUND, Scene, scene};
+    use motorcade_places::{FramePlacement, place_keyframes};
+    use nalgebra::Vector6;
+
+    /// The keyframes of some frames in the world `world_from_scene`.
+    fn map(scene: &Scene, frames: std::ops::Range<usize>, world_from_scene: Pose<World, World>) -> PlaceMap {
+        let of = scene.places.iter().filter(|k| frames.contains(&k.frame)).cloned().collect();
+        let placement = |frame: usize| FramePlacement {
+            world_from_camera: world_from_scene * scene.truth[frame],
+            way_m: frame as f64,
+        };
+        let keyframes = place_keyframes(&CAMERA, of, placement, &Config::default().places);
+        PlaceMap { camera: CAMERA, height_m: 1.65, keyframes }
+    }
+
+    #[test]
+    fn maps_that_share_places_are_one_in_the_world_of_the_first() {
+        let scene = scene(2 * ROUND, true);
+        let elsewhere = Pose::exp(&Vector6::new(0.01, 1.2, 0.0, 40.0, 0.5, -7.0));
+        let first = map(&scene, 0..120, Pose::identity());
+        // The second round from before the end of the first map on.
+        let second = map(&scene, ROUND + 40..ROUND + 200, elsewhere);
+        let merged = merge_maps(&first, &second, &Config::default()).unwrap();
+        let keyframes = &merged.map.keyframes;
+        assert_eq!(keyframes.len(), first.keyframes.len() + second.keyframes.len());
+        assert!(merged.matches >= 15 && merged.map.summary().segments == 1, "{}", merged.matches);
+        for (found, own) in keyframes[first.keyframes.len()..].iter().zip(&second.keyframes) {
+            let truth = scene.truth[own.frame];
+            let off = (found.world_from_camera.translation() - truth.translation()).norm();
+            assert!(off < 0.4, "frame {}: {off} m", own.frame);
+        }
+        assert!(PlaceMap::from_bytes(&merged.map.to_bytes()).is_ok());
+    }
+
+    #[test]
+    fn maps_that_do_not_meet_are_refused() {
+        let scene = scene(2 * ROUND, false);
+        let first = map(&scene, 0..120, Pose::identity());
+        let second = map(&scene, ROUND..ROUND + 120, Pose::identity());
+        let error = merge_maps(&first, &second, &Config::default()).unwrap_err();
+        assert!(error.to_string().contains("not joined"), "{error}");
+        let empty = PlaceMap { keyframes: Vec::new(), ..first.clone() };
+        assert!(merge_maps(&empty, &second, &Config::default()).is_err());
+        assert!(merge_maps(&first, &empty, &Config::default()).is_err());
+    }
+
+    #[test]
+    fn values_that_no_drive_has_do_not_stop_the_program() {
+        let scene = scene(ROUND, true);
+        let first = map(&scene, 0..90, Pose::identity());
+        let mut odd = first.clone();
+        (odd.height_m, odd.keyframes[3].frame) = (-1e6, usize::MAX);
+        for (k, keyframe) in odd.keyframes.iter_mut().enumerate() {
+            keyframe.way_m = -1e6;
+            keyframe.segment = if k % 2 == 0 { u32::MAX as usize } else { 0 };
+            keyframe.landmarks.iter_mut().step_by(2).for_each(|l| {
+                (l.point_in_camera, l.depth_sigma) = ([0.0, 0.0, -1e6], -1.0);
+            });
+        }
+        // Joined or refused, but told.
+        let _ = merge_maps(&first, &odd, &Config::default()).map(|merged| merged.map.to_bytes());
+        let _ = merge_maps(&odd, &first, &Config::default()).map(|merged| merged.map.to_bytes());
+    }
+}

@@ -21,6 +21,7 @@ use crate::progress::{NoProgress, Progress};
 use crate::record::{FrameInfo, FrontEndRecord};
 use crate::repeated_frames::RepeatedFrames;
 use crate::result::RunResult;
+use crate::revision::Revision;
 use crate::settings::Settings;
 
 /// Monocular multi-body SLAM on the frames of one camera.
@@ -180,7 +181,16 @@ impl Motorcade {
         while sliding.len() < front_end.len() {
             sliding.advance(&front_end.view(sliding.len() + 1), settings);
         }
+        if settings.config.online.enabled {
+            front_end.forget_places(sliding.places_done(settings));
+        }
         sliding.newest(&front_end.view(front_end.len()))
+    }
+
+    /// Corrections of an online run by places seen again, since the last call: [`estimate`](Self::estimate) tells frames from
+    /// [`Revision::frame`] on in the corrected world. None without places seen again, or where `online.enabled` is false.
+    pub fn take_revisions(&mut self) -> Vec<Revision> {
+        self.sliding.take_revisions()
     }
 
     /// Ends the drive and estimates it as a whole.

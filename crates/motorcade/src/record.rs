@@ -40,7 +40,7 @@ pub struct FrontEndRecord {
     pub motion: OdometryTrajectory,
     /// Measurements of the road.
     pub road_measurements: Vec<RoadMeasurement>,
-    /// Keyframes of places; none of online runs and external trajectories.
+    /// Keyframes of places; none of external trajectories.
     pub places: Vec<PlaceKeyframe>,
     /// Times.
     pub stopwatch: Stopwatch,
@@ -92,8 +92,14 @@ impl FrontEndRecord {
             keypoints: &self.keypoints[..rows],
             motion: &self.motion,
             road_measurements: &self.road_measurements[..known],
+            places: known_places(&self.places, rows),
         }
     }
+}
+
+/// The keyframes of places among the first `rows` frames.
+pub(crate) fn known_places(places: &[PlaceKeyframe], rows: usize) -> &[PlaceKeyframe] {
+    &places[..places.partition_point(|k| k.frame < rows)]
 }
 
 /// Everything the front end knows after some frame.
@@ -109,4 +115,6 @@ pub struct FrontEndView<'a> {
     pub motion: &'a OdometryTrajectory,
     /// Measurements of the road, in order of frames.
     pub road_measurements: &'a [RoadMeasurement],
+    /// Keyframes of places, in order of frames.
+    pub places: &'a [PlaceKeyframe],
 }

@@ -163,7 +163,7 @@ fn ways_m(ego: &EgoTrajectory) -> Vec<f64> {
 }
 
 /// False where odometry excludes that the two frames see the same place. Between maps it does not know.
-fn within_drift(
+pub(super) fn within_drift(
     found: &PlaceMatch,
     (later, earlier): (&PlacedKeyframe, &PlacedKeyframe),
     settings: &Settings,

@@ -1,14 +1,16 @@
 //! The estimator: from what the front end knows to metric trajectories of camera and vehicles.
 //!
 //! One estimator over two windows. [`drive`] takes the whole drive, [`sliding`] the last seconds after every frame; both go
-//! through the same steps: metric trajectory, in a drive [`loops`], [`vehicles`], [`unit`] of an external trajectory, multi-object graph. At high frame
+//! through the same steps: metric trajectory, [`loops`] in a drive and [`online_loops`] beside the last seconds, [`vehicles`], [`unit`] of an external trajectory, multi-object graph. At high frame
 //! rates the last seconds are estimated every few frames, and [`prediction`] covers those between.
 
 pub(crate) mod camera_height;
 mod distances;
 pub(crate) mod drive;
 mod loops;
+mod online_loops;
 pub(crate) mod prediction;
+mod remembered;
 pub(crate) mod sliding;
 pub(crate) mod unit;
 pub(crate) mod vehicles;

@@ -11,10 +11,12 @@ use std::time::Instant;
 
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_multibody::{MultibodyGraph, WindowFrames};
-use motorcade_odometry::{EgoFrame, EgoTrajectory, RoadMeasurement, RoadState, Uncertainty};
+use motorcade_odometry::{EgoFrame, EgoTrajectory, RoadMeasurement, Uncertainty};
 use motorcade_vehicles::{GroundFrame, Tracker, VehicleTrajectory};
 
+use super::online_loops::OnlineLoops;
 use super::prediction;
+use super::remembered::Remembered;
 use super::unit::{Unit, UnitEstimator};
 use super::vehicles::{VehicleInput, estimate_vehicles, ground_frames, times_s};
 use crate::assembly::Estimated;
@@ -23,6 +25,7 @@ use crate::estimate::{Estimate, VehicleEstimate};
 use crate::progress::Progress;
 use crate::record::{FrameInfo, FrontEndRecord, FrontEndView};
 use crate::result::RunResult;
+use crate::revision::Revision;
 use crate::scale_source;
 use crate::settings::Settings;
 use crate::timing::Stopwatch;
@@ -53,12 +56,10 @@ pub struct SlidingEstimator {
     vehicles: BTreeMap<usize, VehicleTrajectory>,
     stopwatch: Stopwatch,
     warnings: Vec<String>,
-}
-
-#[derive(Clone, Copy)]
-struct Remembered {
-    segment: usize,
-    measurement: RoadMeasurement,
+    /// Places seen again; poses above stay in the world before their corrections.
+    loops: Option<OnlineLoops>,
+    /// Corrections that nobody took yet.
+    revisions: Vec<Revision>,
 }
 
 /// Poses of a window before its graph.
@@ -96,7 +97,19 @@ impl SlidingEstimator {
             vehicles: BTreeMap::new(),
             stopwatch: Stopwatch::default(),
             warnings: Vec::new(),
+            loops: OnlineLoops::new(settings),
+            revisions: Vec::new(),
         }
+    }
+
+    /// Corrections since the last call.
+    pub fn take_revisions(&mut self) -> Vec<Revision> {
+        std::mem::take(&mut self.revisions)
+    }
+
+    /// Number of keyframes of places whose features are not needed any more.
+    pub(crate) fn places_done(&self, settings: &Settings) -> usize {
+        self.loops.as_ref().map_or(0, |loops| loops.done(settings))
     }
 
     /// Frames taken so far.
@@ -111,6 +124,14 @@ impl SlidingEstimator {
 
     /// Takes the newest frame of a view: frames are taken one by one, each with all before it.
     pub fn advance(&mut self, view: &FrontEndView<'_>, settings: &Settings) {
+        self.advance_window(view, settings);
+        if let Some(loops) = &mut self.loops {
+            let ego = &self.ego;
+            self.revisions.extend(self.stopwatch.time("loops", || loops.advance(view, ego, settings)));
+        }
+    }
+
+    fn advance_window(&mut self, view: &FrontEndView<'_>, settings: &Settings) {
         let mut clock = Instant::now();
         let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64() * 1e3;
         if let Some(camera) = self.between(view, settings) {
@@ -181,13 +202,18 @@ impl SlidingEstimator {
             let VehicleTrajectory { id, class, size, size_covariance, p_moving, .. } = *v;
             Some(VehicleEstimate { id, class, size, size_covariance, p_moving, state })
         };
-        let vehicles = self.vehicles.values().filter_map(newest).collect();
-        Some(Estimate { frame: frame.clone(), ego: ego.clone(), speed_mps, vehicles })
+        let mut vehicles: Vec<VehicleEstimate> = self.vehicles.values().filter_map(newest).collect();
+        let mut ego = ego.clone();
+        if let Some(loops) = &self.loops {
+            loops.offsets.camera(row, &mut ego);
+            vehicles.iter_mut().for_each(|v| loops.offsets.vehicle(&mut v.state));
+        }
+        Some(Estimate { frame: frame.clone(), ego, speed_mps, vehicles })
     }
 
     /// Ends the drive: every frame and vehicle as it was estimated when it came.
     pub fn finish(
-        self,
+        mut self,
         mut record: FrontEndRecord,
         settings: &Settings,
         progress: &dyn Progress,
@@ -200,13 +226,20 @@ impl SlidingEstimator {
             )
         });
         let unit = self.unit.iter().map(Unit::to_string);
-        let warnings = self.warnings.into_iter().chain(unit).chain(unknown).collect();
+        let loops = self.loops.take().map_or_else(Loops::default, |loops| {
+            let states = self.vehicles.values_mut().flat_map(|v| &mut v.states);
+            states.for_each(|state| loops.offsets.vehicle(state));
+            self.ego.iter_mut().enumerate().for_each(|(row, frame)| loops.offsets.camera(row, frame));
+            loops.loops
+        });
+        let told = loops.describe();
+        let warnings = self.warnings.into_iter().chain(unit).chain(unknown).chain(told).collect();
         let estimated = Estimated {
             camera: settings.camera,
             ego: EgoTrajectory { frames: self.ego, height_m: settings.height_m, noise: Vec::new() },
             vehicles: self.vehicles.into_values().collect(),
             graph: None,
-            loops: Loops::default(),
+            loops,
             warnings,
             metric: settings.metric() || self.unit.is_some(),
         };
@@ -293,36 +326,7 @@ impl SlidingEstimator {
 
     fn remember(&mut self, segment: usize, newest: Option<&EgoFrame>, height_m: f64) {
         let Some(frame) = newest.filter(|f| f.scale_measured) else { return };
-        let up = frame.road_normal;
-        let state = RoadState {
-            log_inverse_height: (frame.scale / height_m).ln(),
-            pitch_rad: (up.z / up.y).atan(),
-            roll_rad: (up.x / up.y).atan(),
-        };
-        let mut covariance = frame.road_tilt_covariance;
-        // Pitch and roll stand in the upper left there.
-        covariance = nalgebra::Matrix3::new(
-            frame.scale_sigma.powi(2),
-            0.0,
-            0.0,
-            0.0,
-            covariance[(0, 0)],
-            covariance[(0, 1)],
-            0.0,
-            covariance[(1, 0)],
-            covariance[(1, 1)],
-        );
-        let measurement = RoadMeasurement {
-            frame: 0,
-            reference: 0,
-            state,
-            baseline: 1.0,
-            covariance,
-            curvature: None,
-            agreement: 1.0,
-            pixels: 0,
-        };
-        self.remembered = Some(Remembered { segment, measurement });
+        self.remembered = Some(Remembered::of(segment, frame, height_m));
     }
 
     /// Moves a window to where its first frame, `first` among the estimated rows, is in the world.
