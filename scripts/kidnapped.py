@@ -37,7 +37,7 @@ seconds, worst, missed = [], 0.0, 0
 for start in np.linspace(0, len(truth) - options.frames - 1, options.starts).astype(int):
     out = options.out / f"{start:05d}"
     detections = options.training / "detections/0000.txt"
-    command = [options.program, "run", options.training, "--sequence", "0000", "--camera", "2", "--models", "none", "--detections", detections,
+    command = [options.program.resolve(), "run", options.training, "--sequence", "0000", "--camera", "2", "--models", "none", "--detections", detections,
                "--frames", f"{start}..{start + options.frames}", "--map", options.map, "--out", out, "--progress", "none", "--force"]
     done = subprocess.run(list(map(str, command)), capture_output=True, text=True)
     if done.returncode:
