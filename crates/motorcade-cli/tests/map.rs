@@ -1,5 +1,7 @@
 //! Maps of places: kept, driven by, merged, exported, refused.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly too")]
+
 mod common;
 
 use std::fs;
