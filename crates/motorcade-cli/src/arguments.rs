@@ -26,7 +26,7 @@ pub use self::evaluate::EvaluateArguments;
 pub use self::export::ExportArguments;
 pub use self::graph::{CompareArguments, GraphCommand, InfoArguments, OptimiseArguments};
 pub use self::kernel::KernelChoice;
-pub use self::map::MapCommand;
+pub use self::map::{MapCommand, MapExportArguments, MapMergeArguments};
 pub use self::shape::ShapeCommand;
 pub use self::simulate::{DemoArguments, SimulateArguments, Training};
 pub use self::tables::TablesArguments;
@@ -70,7 +70,7 @@ pub enum Command {
     Draw(DrawArguments),
     /// A run on the map (GeoJSON, GPX, KML, KITTI's oxts) and as a scenario for simulators (OpenSCENARIO).
     Export(ExportArguments),
-    /// Places of a drive that were kept by `run --save-map`.
+    /// Places of drives that were kept by `run --save-map`: facts, files for other programs, two maps made one.
     #[command(subcommand)]
     Map(MapCommand),
     /// Frames and vehicles of many runs as one dataset of Parquet files, for pandas, polars and DuckDB.
@@ -215,6 +215,10 @@ Without any frame, from files alone (a KITTI split with calib/ but no images):
 With the estimates drawn into the frames:
   motorcade run drive.mp4 --calibration camera.toml --height 1.4 --out runs/drive --overlay runs/drive/overlay.mp4
 
+In the world of an earlier drive through the same streets:
+  motorcade run monday.mp4 --calibration camera.toml --height 1.4 --out runs/monday --save-map streets.map
+  motorcade run tuesday.mp4 --calibration camera.toml --height 1.4 --out runs/tuesday --map streets.map
+
 As it comes, from a camera of the network:
   motorcade run rtsp://192.168.1.20/stream --online --calibration camera.toml --height 1.4 --out runs/live
 
@@ -240,6 +244,10 @@ pub struct RunArguments {
     /// Also write the places of the drive, with landmarks and descriptors, into a file: `motorcade map` reads it.
     #[arg(long, value_name = "FILE.map", conflicts_with = "online")]
     pub save_map: Option<PathBuf>,
+    /// Places of an earlier drive through the same streets, as --save-map wrote them: where they are seen again, this drive is told in the
+    /// world of that one.
+    #[arg(long, value_name = "FILE.map", conflicts_with_all = ["online", "trajectory"])]
+    pub map: Option<PathBuf>,
     /// Also write frames.parquet and tracks.parquet: the tables with types, units and the camera's pose.
     #[arg(long)]
     pub parquet: bool,

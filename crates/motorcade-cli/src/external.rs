@@ -1,4 +1,5 @@
-//! Inputs from files in place of stages, or as help for them: `--trajectory`, `--speed`, `--gps`, `--vehicle-poses`, `--keypoints`.
+//! Inputs from files in place of stages, or as help for them: `--trajectory`, `--speed`, `--gps`, `--vehicle-poses`, `--keypoints`,
+//! `--map`.
 
 use motorcade::{External, ExternalFiles};
 
@@ -14,6 +15,7 @@ pub fn read(arguments: &RunArguments, numbers: &[u64], timestamps_ns: &[i64]) ->
         clock_offset: arguments.clock_offset,
         vehicle_poses: arguments.vehicle_poses.clone(),
         keypoints: arguments.keypoints.clone(),
+        map: arguments.map.clone(),
         shape_prior: arguments.shape_prior.clone(),
     };
     files.read(numbers, timestamps_ns)

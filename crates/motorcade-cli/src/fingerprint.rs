@@ -65,6 +65,10 @@ pub fn fingerprint(
     hash.add(&[u8::from(arguments.keep_perception)]);
     // Other files, as with --keep-perception; without them the fingerprint of earlier runs stays.
     arguments.save_map.iter().for_each(|path| hash.add(path.as_os_str().as_encoded_bytes()));
+    if let Some(path) = &arguments.map {
+        hash.add(b"map");
+        hash.add_path(path);
+    }
     if arguments.input.calibrates() {
         hash.add(b"calibration auto");
     }

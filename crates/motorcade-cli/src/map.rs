@@ -1,11 +1,9 @@
 //! `motorcade map`: places that were kept.
 
-use std::path::Path;
+use motorcade::{Config, Error, KeptMap, RunResult, merge_maps};
+use motorcade_map::places_geojson;
 
-use motorcade::{Error, PlaceMap, RunResult};
-use motorcade_dataset::regular_file;
-
-use crate::arguments::MapCommand;
+use crate::arguments::{MapCommand, MapExportArguments, MapMergeArguments};
 use crate::exit;
 use crate::files::OutFile;
 
@@ -13,7 +11,7 @@ use crate::files::OutFile;
 pub fn map(command: &MapCommand) -> anyhow::Result<u8> {
     match command {
         MapCommand::Info(arguments) => {
-            let (map, bytes) = read(&arguments.map)?;
+            let KeptMap { map, bytes, .. } = KeptMap::read(&arguments.map)?;
             let summary = map.summary();
             exit::print(&format!("keyframes          {}", summary.keyframes))?;
             exit::print(&format!("landmarks          {}", summary.landmarks))?;
@@ -29,20 +27,48 @@ pub fn map(command: &MapCommand) -> anyhow::Result<u8> {
                 c.width, c.height, c.fx
             ))?;
         }
-        MapCommand::Export(arguments) => {
-            let file = OutFile::create(&arguments.out)?;
-            file.write(read(&arguments.map)?.0.to_ply())?;
-            exit::say(&arguments.out.display().to_string());
-        }
+        MapCommand::Export(arguments) => export(arguments)?,
+        MapCommand::Merge(arguments) => merge(arguments)?,
     }
     Ok(exit::FINE)
 }
 
-/// A map and its size [bytes].
-fn read(path: &Path) -> Result<(PlaceMap, usize), Error> {
-    let problem = |e: &dyn std::fmt::Display| Error::Input(format!("{}: {e}", path.display()));
-    let bytes = regular_file::read(path).map_err(|e| problem(&e))?;
-    Ok((PlaceMap::from_bytes(&bytes).map_err(|e| problem(&e))?, bytes.len()))
+fn export(arguments: &MapExportArguments) -> anyhow::Result<()> {
+    let wants = |name: &str| arguments.out.extension().is_some_and(|e| e.eq_ignore_ascii_case(name));
+    let map = KeptMap::read(&arguments.map)?.map;
+    let text = match (&arguments.start, wants("ply"), wants("geojson") || wants("json")) {
+        (None, true, _) => map.to_ply(),
+        (Some(start), _, true) => places_geojson(&map, start),
+        (Some(_), true, _) => return Err(usage("--start belongs to a GeoJSON file: --out NAME.geojson")),
+        (None, _, true) => {
+            return Err(usage("a GeoJSON file needs --start: the map tells no place on the earth"));
+        }
+        _ => return Err(usage("--out must end in .ply or .geojson")),
+    };
+    let file = OutFile::create(&arguments.out)?;
+    file.write(text)?;
+    exit::say(&arguments.out.display().to_string());
+    Ok(())
+}
+
+fn usage(problem: &str) -> anyhow::Error {
+    Error::Config(problem.to_owned()).into()
+}
+
+fn merge(arguments: &MapMergeArguments) -> anyhow::Result<()> {
+    let [first, second] = [&arguments.first, &arguments.second].map(|path| KeptMap::read(path));
+    let (first, second) = (first?, second?);
+    let file = OutFile::create(&arguments.out)?;
+    let merged = merge_maps(&first.map, &second.map, &Config::default())?;
+    file.write(merged.map.to_bytes())?;
+    exit::print(&format!(
+        "{} of {} keyframes see places of the first map; the second was bent by up to {:.2} m",
+        merged.matches,
+        second.map.keyframes.len(),
+        merged.most_bent_m
+    ))?;
+    exit::say(&arguments.out.display().to_string());
+    Ok(())
 }
 
 /// Writes the map of a result.

@@ -132,9 +132,10 @@ fn draw_finished(arguments: &RunArguments, drive: &Drive) -> anyhow::Result<u8> 
     Ok(exit::FINE)
 }
 
-/// The newest frame as a line on stdout.
+/// The newest frame as a line on stdout, after the corrections that it was told with.
 fn print_estimate(slam: &mut Motorcade, reporter: &Reporter) {
     if let Some(estimate) = slam.estimate() {
+        slam.take_revisions().iter().for_each(|revision| reporter.print(&revision.to_json()));
         reporter.print(&estimate.to_json());
     }
 }

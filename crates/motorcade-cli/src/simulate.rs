@@ -11,7 +11,7 @@ use motorcade_perception::VehicleClass;
 use motorcade_simulate::{
     DRIVE_RECORD, Drive, KeypointOptions, MeasureOptions, ReenactOptions, RenderOptions, Scenario,
     SensorOptions, VehicleCropOptions, WriteOptions, Written, labels_in_camera, reenact, scenarios,
-    simulate as plan, write_vehicle_crops_until,
+    simulate as plan, simulate_again, write_vehicle_crops_until,
 };
 
 use crate::arguments::{SimulateArguments, Training};
@@ -54,7 +54,8 @@ pub fn simulate(arguments: &SimulateArguments) -> anyhow::Result<u8> {
         (Some(trajectory), _) => real(trajectory, arguments)?,
         (None, Some(name)) => {
             let frames = arguments.frames.unwrap_or((SCENARIO_S * arguments.fps).round() as usize);
-            built_in(name, frames, arguments.seed, &render(arguments))?
+            let seeds = (arguments.seed, arguments.traffic_seed.unwrap_or(arguments.seed));
+            visited(name, frames, seeds, &render(arguments))?
         }
         (None, None) => bail!("--scenario or --trajectory is needed"),
     };
@@ -141,11 +142,23 @@ fn crops(arguments: &SimulateArguments, directory: &OutputDirectory, out: &Path)
 
 /// A built-in scenario driven.
 pub fn built_in(name: &str, frames: usize, seed: u64, render: &RenderOptions) -> anyhow::Result<Drive> {
+    Ok(plan(&scenario(name)?, frames, seed, render)?)
+}
+
+/// A built-in scenario driven, or driven again where the seed of the traffic is not that of the streets.
+fn visited(name: &str, frames: usize, seeds: (u64, u64), render: &RenderOptions) -> anyhow::Result<Drive> {
+    if seeds.0 == seeds.1 {
+        return built_in(name, frames, seeds.0, render);
+    }
+    Ok(simulate_again(&scenario(name)?, frames, seeds, render)?)
+}
+
+fn scenario(name: &str) -> anyhow::Result<Scenario> {
     let Some(scenario) = Scenario::by_name(name) else {
         let known: Vec<String> = scenarios().into_iter().map(|s| s.name).collect();
         bail!("unknown scenario `{name}`; known are {}", known.join(", "));
     };
-    Ok(plan(&scenario, frames, seed, render)?)
+    Ok(scenario)
 }
 
 fn render(arguments: &SimulateArguments) -> RenderOptions {
@@ -155,9 +168,9 @@ fn render(arguments: &SimulateArguments) -> RenderOptions {
         shutter_s: arguments.shutter,
         ..SensorOptions::default()
     };
+    let (weather, fps, hour) = (arguments.weather, arguments.fps, arguments.hour);
     let usual =
-        RenderOptions { weather: arguments.weather, sensor, fps: arguments.fps, ..RenderOptions::default() }
-            .with_width(arguments.width);
+        RenderOptions { weather, sensor, fps, hour, ..RenderOptions::default() }.with_width(arguments.width);
     arguments.view_deg.map_or(usual, |view| usual.with_view(view.to_radians()))
 }
 

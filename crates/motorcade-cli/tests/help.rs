@@ -29,6 +29,7 @@ fn every_command_shows_examples() {
         "map",
         "map info",
         "map export",
+        "map merge",
         "completions",
     ];
     for command in commands {

@@ -1,9 +1,8 @@
 //! Pose of a camera from three points: Grunert's quartic (Haralick, Lee, Ottenberg & Nölle, IJCV 13(3), 1994, eqs. 4–9).
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 
-use crate::alignment::umeyama;
-use crate::polynomial::sign_changes;
+use crate::polynomial::quartic_sign_changes;
 use crate::pose::{Frame, Pose};
 
 /// Largest ratio of two of the distances that is looked for.
@@ -21,6 +20,7 @@ pub fn p3p<C: Frame, P: Frame>(points: &[Point3<f64>; 3], rays: &[Vector3<f64>; 
     if !(coordinates.is_finite() && a2.min(b2).min(c2) > 1e-18 * coordinates) {
         return Vec::new();
     }
+    let Some(from_points) = axes(&points.map(|p| p.coords)) else { return Vec::new() };
     // Distances s₁, s₂ = u s₁, s₃ = v s₁; the quartic in v.
     let (difference, sum) = ((a2 - c2) / b2, (a2 + c2) / b2);
     let (a_b, c_b) = (a2 / b2, c2 / b2);
@@ -43,17 +43,32 @@ pub fn p3p<C: Frame, P: Frame>(points: &[Point3<f64>; 3], rays: &[Vector3<f64>; 
         let s1 = (b2 / (1.0 + v * v - 2.0 * v * cos_b)).sqrt();
         let usable = u.is_finite() && u > 0.0 && s1.is_finite() && denominator.abs() > 1e-12;
         let seen = usable.then(|| [j[0] * s1, j[1] * (u * s1), j[2] * (v * s1)])?;
-        let moved = umeyama(&points.map(|p| p.coords), &seen, false)?;
-        Some(Pose::from_parts(moved.rotation, moved.translation))
+        let rotation = axes(&seen)? * from_points.transpose();
+        let [centre_seen, centre] = [seen, points.map(|p| p.coords)].map(|p| (p[0] + p[1] + p[2]) / 3.0);
+        let orthonormal = Rotation3::from_matrix_unchecked(rotation);
+        let translation = centre_seen - rotation * centre;
+        Some(Pose::from_parts(UnitQuaternion::from_rotation_matrix(&orthonormal), translation))
     };
-    sign_changes(&quartic, MOST_RATIO).into_iter().filter_map(pose).collect()
+    let (roots, count) = quartic_sign_changes(&quartic, MOST_RATIO);
+    roots.into_iter().take(count).filter_map(pose).collect()
+}
+
+/// Orthonormal axes of a triangle: along its first side, across it, and normal to both; `None` of points on a line.
+fn axes(triangle: &[Vector3<f64>; 3]) -> Option<Matrix3<f64>> {
+    let (u, v) = (triangle[1] - triangle[0], triangle[2] - triangle[0]);
+    let normal = u.cross(&v);
+    if normal.norm_squared() <= 1e-18 * u.norm_squared() * v.norm_squared() {
+        return None;
+    }
+    let (x, z) = (u.normalize(), normal.normalize());
+    Some(Matrix3::from_columns(&[x, z.cross(&x), z]))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::pose::{Camera, World};
-    use nalgebra::{UnitQuaternion, Vector6};
+    use nalgebra::Vector6;
     use rand::{Rng, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 

@@ -45,6 +45,15 @@ impl std::str::FromStr for Anchor {
     }
 }
 
+impl Anchor {
+    /// Rotation of right, forward, up of the first camera into east, north, up.
+    pub(crate) fn turn(&self) -> Matrix3<f64> {
+        // Clockwise from north.
+        let (sin, cos) = self.heading_deg.to_radians().sin_cos();
+        Matrix3::new(cos, sin, 0.0, -sin, cos, 0.0, 0.0, 0.0, 1.0)
+    }
+}
+
 /// A run with its place on the map.
 pub struct Placed<'a> {
     /// The run.
@@ -69,10 +78,7 @@ pub(crate) fn level_axes(run: &RecordedRun) -> Option<Matrix3<f64>> {
 impl<'a> Placed<'a> {
     /// Puts a run in its place; `None` for a run without frames.
     pub fn new(run: &'a RecordedRun, anchor: Anchor) -> Option<Self> {
-        let (sin, cos) = anchor.heading_deg.to_radians().sin_cos();
-        // Clockwise from north: right and forward turned into east and north.
-        let turned = Matrix3::new(cos, sin, 0.0, -sin, cos, 0.0, 0.0, 0.0, 1.0);
-        Some(Self { run, anchor, enu_from_world: turned * level_axes(run)? })
+        Some(Self { run, anchor, enu_from_world: anchor.turn() * level_axes(run)? })
     }
 
     /// East, north, up of a point of the world, from the first camera \[m\].

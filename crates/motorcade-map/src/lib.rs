@@ -14,4 +14,4 @@ pub use align::{Alignment, align};
 pub use anchor::{Anchor, Placed};
 pub use error::Error;
 pub use scenario::Scenario;
-pub use write::{geojson, gpx, kml, oxts, xosc};
+pub use write::{geojson, gpx, kml, oxts, places_geojson, xosc};

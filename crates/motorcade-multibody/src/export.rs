@@ -26,9 +26,13 @@ impl MultibodyGraph {
             ids.insert(*id, copy);
         }
         let copy = |id: &VariableId| ids.get(id).copied().ok_or(GraphError::UnknownVariable(*id));
+        // Keyframes of a kept map are no poses of this drive.
+        let within = |a: &VariableId, b: &VariableId| ids.contains_key(a) && ids.contains_key(b);
         let mut edges = Vec::new();
         for (_, factor) in source.factors() {
-            if let ([a, b], Some(relative)) = (factor.variables(), factor.relative_pose()) {
+            if let ([a, b], Some(relative)) = (factor.variables(), factor.relative_pose())
+                && within(a, b)
+            {
                 edges.push(Between::new(copy(a)?, copy(b)?, *relative.measurement, *relative.information)?);
             }
         }

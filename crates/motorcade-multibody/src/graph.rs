@@ -11,7 +11,7 @@ use nalgebra::Isometry3;
 use crate::classes::{ClassGroups, EdgeClass};
 use crate::edges::{self, EdgeContext, TrackNodes};
 use crate::estimates::Solution;
-use crate::loops::{LoopEdge, LoopOptions};
+use crate::loops::{LoopOptions, PlaceEdges};
 use crate::nodes::{Node, PoseNodes, VehicleNodes};
 use crate::options::{CameraCoupling, GraphOptions};
 use crate::start;
@@ -51,8 +51,8 @@ pub struct MultibodyGraph {
     /// Edges from which covariances are re-estimated.
     counted: Vec<(FactorId, EdgeClass)>,
     variance_factors: Vec<VarianceFactor>,
-    /// Edges between visits of the same places.
-    loops: (Vec<LoopEdge>, LoopOptions),
+    /// Edges of places seen again.
+    places: (PlaceEdges, LoopOptions),
 }
 
 impl MultibodyGraph {
@@ -99,14 +99,14 @@ impl MultibodyGraph {
             groups,
             counted: Vec::new(),
             variance_factors: Vec::new(),
-            loops: (Vec::new(), LoopOptions::default()),
+            places: (PlaceEdges::default(), LoopOptions::default()),
         })
     }
 
-    /// Edges between visits of the same places, to stand in the graph of a drive with all others.
+    /// Edges of places seen again, to stand in the graph of a drive with all others.
     #[must_use]
-    pub fn with_loops(mut self, edges: Vec<LoopEdge>, options: &LoopOptions) -> Self {
-        self.loops = (edges, *options);
+    pub fn with_places(mut self, edges: PlaceEdges, options: &LoopOptions) -> Self {
+        self.places = (edges, *options);
         self
     }
 
@@ -226,9 +226,15 @@ impl MultibodyGraph {
         for edge in edges::of_cameras(context)? {
             self.window.graph_mut().add_boxed(edge.factor)?;
         }
-        let (loops, options) = &self.loops;
-        for edge in loops {
-            let node = |frame: usize| context.cameras.get(frame).copied();
+        let (places, options) = &self.places;
+        let node = |frame: usize| context.cameras.get(frame).copied();
+        for edge in &places.map {
+            if let Some(camera) = node(edge.frame) {
+                let factor = edge.factor(camera, self.window.graph_mut(), options)?;
+                self.window.graph_mut().add_factor(factor)?;
+            }
+        }
+        for edge in &places.loops {
             if let (Some(later), Some(earlier)) = (node(edge.later), node(edge.earlier)) {
                 self.window.graph_mut().add_factor(edge.factor(later, earlier, options)?)?;
             }

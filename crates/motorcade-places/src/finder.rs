@@ -22,43 +22,111 @@ pub struct SearchReport {
     pub supported: usize,
 }
 
-/// Places seen again, in order of the later visit, at most one earlier visit each; `may_join(later, earlier)` refuses pairs that odometry
-/// excludes.
+/// Keyframes of a drive with the places among them that were seen again.
+#[derive(Clone, Debug)]
+pub struct FoundPlaces {
+    /// The keyframes; features without a position are left out.
+    pub keyframes: Vec<PlacedKeyframe>,
+    /// Places seen again, in order of the later visit, at most one earlier visit each.
+    pub matches: Vec<PlaceMatch>,
+    /// Counts.
+    pub report: SearchReport,
+}
+
+/// Places seen again in a drive. `may_join(later, earlier, match)` refuses pairs that odometry excludes.
 pub fn find_places(
     camera: &PinholeCamera,
-    keyframes: &[PlacedKeyframe],
-    may_join: impl Fn(&PlaceMatch) -> bool,
+    keyframes: Vec<PlacedKeyframe>,
+    may_join: impl Fn(&PlacedKeyframe, &PlacedKeyframe, &PlaceMatch) -> bool,
     options: &PlaceOptions,
-) -> (Vec<PlaceMatch>, SearchReport) {
-    let mut index = Index::new(options.search);
-    let (mut report, mut found) = (SearchReport::default(), Vec::new());
-    for (query, keyframe) in keyframes.iter().enumerate() {
+) -> FoundPlaces {
+    let mut search = PlaceSearch::new(*camera, *options);
+    keyframes.into_iter().for_each(|keyframe| search.take(keyframe, &may_join));
+    search.finish()
+}
+
+/// A search that takes the keyframes of a drive one after another.
+#[derive(Clone, Debug)]
+pub struct PlaceSearch {
+    camera: PinholeCamera,
+    options: PlaceOptions,
+    index: Index,
+    keyframes: Vec<PlacedKeyframe>,
+    /// Matches that geometry verified.
+    verified: Vec<PlaceMatch>,
+    report: SearchReport,
+}
+
+impl PlaceSearch {
+    /// A search without any keyframe.
+    pub fn new(camera: PinholeCamera, options: PlaceOptions) -> Self {
+        let (keyframes, verified, report) = (Vec::new(), Vec::new(), SearchReport::default());
+        Self { camera, options, index: Index::new(options.search), keyframes, verified, report }
+    }
+
+    /// Keyframes so far.
+    pub fn keyframes(&self) -> &[PlacedKeyframe] {
+        &self.keyframes
+    }
+
+    /// Adds a keyframe that others are looked for among, without looking for it.
+    pub fn add(&mut self, mut keyframe: PlacedKeyframe) {
+        keyframe.forget_unplaced();
+        self.keyframes.push(keyframe);
+    }
+
+    /// Looks for a keyframe among those that the camera has left, and adds it.
+    pub fn take(
+        &mut self,
+        keyframe: PlacedKeyframe,
+        may_join: impl Fn(&PlacedKeyframe, &PlacedKeyframe, &PlaceMatch) -> bool,
+    ) {
         // Keyframes enter once the camera has left them, or their map has ended.
         let left = |k: &PlacedKeyframe| {
-            k.segment != keyframe.segment || keyframe.way_m - k.way_m >= options.search.least_way_m
+            k.segment != keyframe.segment || keyframe.way_m - k.way_m >= self.options.search.least_way_m
         };
-        while keyframes[..query].get(index.len()).is_some_and(left) {
-            index.push(descriptors(&keyframes[index.len()]));
+        while let Some(next) = self.keyframes.get(self.index.len()).filter(|k| left(k)) {
+            self.index.push(descriptors(next));
         }
-        if index.len() == 0 {
-            continue;
+        if self.index.len() > 0 {
+            self.report.queries += 1;
+            let scores = self.index.scores(descriptors(&keyframe));
+            let candidates = best(&scores, keyframe.landmarks.len(), &self.options);
+            self.report.candidates += candidates.len();
+            let query = (self.keyframes.len(), &keyframe);
+            let verified = candidates
+                .iter()
+                .filter_map(|c| verify(&self.camera, query, (*c, &self.keyframes[*c]), &self.options))
+                .filter(|found| may_join(&keyframe, &self.keyframes[found.candidate], found));
+            // Of equally good ones the first.
+            let best = verified.reduce(|a, b| if b.inliers > a.inliers { b } else { a });
+            self.report.verified += usize::from(best.is_some());
+            self.verified.extend(best);
         }
-        report.queries += 1;
-        let scores = index.scores(descriptors(keyframe));
-        let candidates = best(&scores, keyframe.landmarks.len(), options);
-        report.candidates += candidates.len();
-        let verified = candidates
-            .iter()
-            .filter_map(|c| verify(camera, (query, keyframe), (*c, &keyframes[*c]), options))
-            .filter(&may_join);
-        // Of equally good ones the first.
-        let best = verified.reduce(|a, b| if b.inliers > a.inliers { b } else { a });
-        report.verified += usize::from(best.is_some());
-        found.extend(best);
+        self.add(keyframe);
     }
-    let found = supported(keyframes, found, &options.sequence);
-    report.supported = found.len();
-    (found, report)
+
+    /// The matches so far that others along the way agree with.
+    pub fn supported(&self) -> Vec<PlaceMatch> {
+        supported(&self.keyframes, self.verified.clone(), &self.options.sequence)
+    }
+
+    /// Keyframes so far with a candidate that geometry verified.
+    pub fn verified(&self) -> usize {
+        self.verified.len()
+    }
+
+    /// Counts so far; none of them supported yet.
+    pub fn report(&self) -> SearchReport {
+        self.report
+    }
+
+    /// Ends the search: the matches that others along the way agree with.
+    pub fn finish(mut self) -> FoundPlaces {
+        let matches = supported(&self.keyframes, self.verified, &self.options.sequence);
+        self.report.supported = matches.len();
+        FoundPlaces { keyframes: self.keyframes, matches, report: self.report }
+    }
 }
 
 fn descriptors(keyframe: &PlacedKeyframe) -> impl Iterator<Item = Descriptor> {

@@ -6,35 +6,42 @@ use rand_chacha::ChaCha8Rng;
 use crate::features::Descriptor;
 use crate::options::SearchOptions;
 
-/// No entry.
+/// No entry, and no block.
 const NONE: u32 = u32::MAX;
 /// Seed of the choice of bits.
 const SEED: u64 = 0x0069_6e64_6578;
+/// Entries of a block.
+const BLOCK: usize = 7;
 
-/// A landmark of the index.
+/// Entries with the same key; together in memory, so that a look at all of them does not wait for each.
 #[derive(Clone, Copy, Debug)]
-struct Entry {
-    descriptor: Descriptor,
-    keyframe: u32,
+struct Block {
+    entries: [u32; BLOCK],
+    /// The block before, full, with the same key.
+    before: u32,
 }
 
-/// Chains of entries with the same key.
+/// The blocks of a key.
 #[derive(Clone, Copy, Debug)]
 struct Chain {
     newest: u32,
     length: u32,
 }
 
-/// Landmarks of keyframes, found by parts of their descriptors. 36 bytes and 4 a table for each landmark.
+/// Landmarks of keyframes, found by parts of their descriptors. 36 bytes and about 5 a table for each landmark.
 #[derive(Clone, Debug)]
 pub(crate) struct Index {
     options: SearchOptions,
     /// Bits of the key of each table; no two tables share one.
     bits: Vec<Vec<usize>>,
     chains: Vec<Vec<Chain>>,
-    entries: Vec<Entry>,
-    /// The entry before, with the same key, `tables` a landmark.
-    before: Vec<u32>,
+    /// Descriptor of each entry.
+    descriptors: Vec<Descriptor>,
+    /// Keyframe of each entry, apart from the descriptors: most entries are passed over by it.
+    keyframe_of: Vec<u32>,
+    blocks: Vec<Block>,
+    /// Blocks of keys that became too common.
+    free: Vec<u32>,
     keyframes: usize,
 }
 
@@ -46,7 +53,16 @@ impl Index {
             all.chunks(options.key_bits.max(1)).take(options.tables).map(<[usize]>::to_vec).collect();
         let empty = vec![Chain { newest: NONE, length: 0 }; 1 << options.key_bits];
         let chains = vec![empty; bits.len()];
-        Self { options, bits, chains, entries: Vec::new(), before: Vec::new(), keyframes: 0 }
+        Self {
+            options,
+            bits,
+            chains,
+            descriptors: Vec::new(),
+            keyframe_of: Vec::new(),
+            blocks: Vec::new(),
+            free: Vec::new(),
+            keyframes: 0,
+        }
     }
 
     /// Keyframes in it, numbered from 0 in the order they came.
@@ -59,14 +75,54 @@ impl Index {
         let keyframe = self.keyframes as u32;
         self.keyframes += 1;
         for descriptor in descriptors {
-            let entry = self.entries.len() as u32;
-            self.entries.push(Entry { descriptor, keyframe });
-            for (bits, chains) in self.bits.iter().zip(&mut self.chains) {
-                let chain = &mut chains[key(&descriptor, bits)];
-                self.before.push(chain.newest);
-                *chain = Chain { newest: entry, length: chain.length + 1 };
+            let entry = self.descriptors.len() as u32;
+            self.descriptors.push(descriptor);
+            self.keyframe_of.push(keyframe);
+            for table in 0..self.bits.len() {
+                self.link(table, key(&descriptor, &self.bits[table]), entry);
             }
         }
+    }
+
+    /// Adds an entry to a key. A key that became too common says nothing of a place any more: its blocks are given back.
+    fn link(&mut self, table: usize, key: usize, entry: u32) {
+        let Chain { newest, length } = self.chains[table][key];
+        let most = self.options.most_alike as u32;
+        let mut at = newest;
+        if length >= most {
+            while let Some(block) = self.blocks.get(at as usize) {
+                self.free.push(at);
+                at = block.before;
+            }
+            self.chains[table][key] = Chain { newest: NONE, length: most.saturating_add(1) };
+            return;
+        }
+        let within = length as usize % BLOCK;
+        if within == 0 {
+            let block = Block { entries: [NONE; BLOCK], before: newest };
+            at = self.free.pop().unwrap_or(self.blocks.len() as u32);
+            match self.blocks.get_mut(at as usize) {
+                Some(reused) => *reused = block,
+                None => self.blocks.push(block),
+            }
+        }
+        if let Some(block) = self.blocks.get_mut(at as usize) {
+            block.entries[within] = entry;
+        }
+        self.chains[table][key] = Chain { newest: at, length: length + 1 };
+    }
+
+    /// Entries with a key, the newest block first; none of a key that is too common.
+    fn alike(&self, table: usize, key: usize) -> impl Iterator<Item = (u32, &Descriptor)> {
+        let mut at = self.chains[table][key].newest;
+        let next = move || {
+            let block = self.blocks.get(at as usize)?;
+            at = block.before;
+            Some(&block.entries)
+        };
+        // Places of the newest block that are not taken hold no entry.
+        let entry = |k: &u32| Some((*self.keyframe_of.get(*k as usize)?, self.descriptors.get(*k as usize)?));
+        std::iter::from_fn(next).flatten().filter_map(entry)
     }
 
     /// Scores of all keyframes for these descriptors. Each descriptor shares a vote of at most 1 among the keyframes that hold one like it,
@@ -75,26 +131,17 @@ impl Index {
         let mut scores = vec![0.0_f32; self.keyframes];
         // The descriptor that voted last for a keyframe.
         let mut last = vec![NONE; self.keyframes];
-        let tables = self.bits.len();
         let whole = (1.0 + self.keyframes as f32).ln();
         let mut voted: Vec<u32> = Vec::new();
         for (k, descriptor) in descriptors.into_iter().enumerate() {
             voted.clear();
-            for (table, (bits, chains)) in self.bits.iter().zip(&self.chains).enumerate() {
-                let chain = chains[key(&descriptor, bits)];
-                if chain.length as usize > self.options.most_alike {
-                    continue;
-                }
-                let mut at = chain.newest;
-                while let Some(entry) = self.entries.get(at as usize) {
-                    let keyframe = entry.keyframe as usize;
-                    if last[keyframe] != k as u32
-                        && entry.descriptor.distance(&descriptor) <= self.options.most_distance
-                    {
-                        last[keyframe] = k as u32;
-                        voted.push(entry.keyframe);
+            for (table, bits) in self.bits.iter().enumerate() {
+                for (keyframe, own) in self.alike(table, key(&descriptor, bits)) {
+                    let last = &mut last[keyframe as usize];
+                    if *last != k as u32 && own.distance(&descriptor) <= self.options.most_distance {
+                        *last = k as u32;
+                        voted.push(keyframe);
                     }
-                    at = self.before[at as usize * tables + table];
                 }
             }
             let rarity = (whole - (1.0 + voted.len() as f32).ln()).max(0.0) / whole.max(1e-6);
@@ -157,5 +204,23 @@ mod tests {
         }
         assert!(index.scores([common]).iter().all(|s| *s < 0.01));
         assert_eq!(index.len(), 200);
+    }
+
+    #[test]
+    fn a_key_that_became_too_common_is_given_back() {
+        let mut rng = ChaCha8Rng::seed_from_u64(4);
+        let (common, rare) = (random(&mut rng), random(&mut rng));
+        let options = SearchOptions { most_alike: 20, ..SearchOptions::default() };
+        let mut index = Index::new(options);
+        (0..20).for_each(|_| index.push([]));
+        (0..20).for_each(|_| index.push([common]));
+        assert!(index.scores([common])[20..].iter().all(|s| *s > 0.1));
+        index.push([common]);
+        assert_eq!(index.scores([common]), vec![0.0; 41]);
+        let blocks = index.blocks.len();
+        // A place of its own takes the blocks again, one a table.
+        (0..3).for_each(|_| index.push([rare]));
+        assert!(index.scores([rare])[41..].iter().all(|s| *s > 0.3));
+        assert_eq!((index.blocks.len(), index.free.len()), (blocks, blocks - options.tables));
     }
 }

@@ -33,6 +33,20 @@ pub struct PlacedKeyframe {
     pub landmarks: Vec<Landmark>,
 }
 
+impl PlacedKeyframe {
+    /// Leaves out the features without a position: later keyframes are matched with landmarks alone.
+    pub(crate) fn forget_unplaced(&mut self) {
+        let known = |l: &Landmark| Some((*l, *self.features.get(l.feature as usize)?));
+        let (landmarks, features): (Vec<Landmark>, Vec<Feature>) =
+            self.landmarks.iter().filter_map(known).unzip();
+        self.features = features;
+        self.landmarks = landmarks;
+        self.features.shrink_to_fit();
+        self.landmarks.shrink_to_fit();
+        (0..).zip(&mut self.landmarks).for_each(|(k, landmark)| landmark.feature = k);
+    }
+}
+
 /// A feature with a position. 20 bytes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Landmark {
@@ -49,5 +63,30 @@ impl Landmark {
     pub fn point(&self) -> Point3<f64> {
         let [x, y, z] = self.point_in_camera.map(f64::from);
         Point3::new(x, y, z)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::features::Descriptor;
+
+    #[test]
+    fn landmarks_keep_their_features() {
+        let feature = |k: u64| Feature { descriptor: Descriptor([k; 4]), pixel: [0.0; 2], level: 0, turn: 0 };
+        let landmark = |feature| Landmark { feature, point_in_camera: [1.0; 3], depth_sigma: 0.1 };
+        let mut keyframe = PlacedKeyframe {
+            frame: 0,
+            segment: 0,
+            world_from_camera: Pose::identity(),
+            way_m: 0.0,
+            features: (0..6).map(feature).collect(),
+            // The last one has no feature.
+            landmarks: [1, 4, 5, 9].map(landmark).to_vec(),
+        };
+        keyframe.forget_unplaced();
+        let of = |l: &Landmark| keyframe.features[l.feature as usize].descriptor.0[0];
+        assert_eq!(keyframe.landmarks.iter().map(of).collect::<Vec<_>>(), [1, 4, 5]);
+        assert_eq!(keyframe.features.len(), 3);
     }
 }

@@ -20,14 +20,15 @@
 //! let keyframe = |frame: usize, features| PlaceKeyframe { frame, segment: 0, features };
 //! let keyframes: Vec<_> = (0..3).map(|k| keyframe(k, extractor.extract(&image, |_, _| true))).collect();
 //! let placement = |frame: usize| FramePlacement { world_from_camera: Pose::identity(), way_m: 50.0 * frame as f64 };
-//! let placed = place_keyframes(&camera, &keyframes, placement, &options);
+//! let placed = place_keyframes(&camera, keyframes, placement, &options);
 //! // A camera that does not move sees no depth, and nothing is joined.
-//! let (found, report) = find_places(&camera, &placed, |_| true, &options);
-//! assert!(found.is_empty() && report.queries == 2);
+//! let found = find_places(&camera, placed, |_, _, _| true, &options);
+//! assert!(found.matches.is_empty() && found.report.queries == 2);
 //! ```
 //!
-//! Modules, lowest first: `features`, `keyframe`, `landmarks`, `placement`, `index`, `verification`, `sequence`, `finder`, `map`.
+//! Modules, lowest first: `features`, `keyframe`, `landmarks`, `placement`, `index`, `by_turn`, `verification`, `sequence`, `finder`, `map`.
 
+mod by_turn;
 mod features;
 mod finder;
 mod index;
@@ -40,11 +41,11 @@ mod sequence;
 mod verification;
 
 pub use features::{Descriptor, Feature, FeatureExtractor};
-pub use finder::{SearchReport, find_places};
+pub use finder::{FoundPlaces, PlaceSearch, SearchReport, find_places};
 pub use keyframe::{Landmark, PlaceKeyframe, PlacedKeyframe};
 pub use map::{MapError, MapSummary, PlaceMap};
 pub use options::{
     FeatureOptions, LandmarkOptions, PlaceOptions, SearchOptions, SequenceOptions, VerificationOptions,
 };
-pub use placement::{FramePlacement, place_keyframes};
+pub use placement::{FramePlacement, place_keyframe, place_keyframes};
 pub use verification::PlaceMatch;

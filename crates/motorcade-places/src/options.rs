@@ -80,7 +80,7 @@ impl Default for SearchOptions {
             tables: 8,
             key_bits: 16,
             most_distance: 44,
-            most_alike: 400,
+            most_alike: 200,
             least_way_m: 40.0,
             candidates: 4,
             least_score: 0.02,

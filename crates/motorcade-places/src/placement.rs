@@ -2,7 +2,7 @@
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
 
-use crate::keyframe::{PlaceKeyframe, PlacedKeyframe};
+use crate::keyframe::{Landmark, PlaceKeyframe, PlacedKeyframe};
 use crate::landmarks::{Neighbour, landmarks};
 use crate::options::PlaceOptions;
 
@@ -18,32 +18,56 @@ pub struct FramePlacement {
 /// Puts keyframes where their frames are, and their landmarks where neighbouring keyframes of the same map see them.
 pub fn place_keyframes(
     camera: &PinholeCamera,
-    keyframes: &[PlaceKeyframe],
+    keyframes: Vec<PlaceKeyframe>,
     placement: impl Fn(usize) -> FramePlacement,
     options: &PlaceOptions,
 ) -> Vec<PlacedKeyframe> {
-    let placements: Vec<FramePlacement> = keyframes.iter().map(|k| placement(k.frame)).collect();
-    let place = |k: usize| {
-        let (keyframe, own) = (&keyframes[k], &placements[k]);
-        let reach = options.landmarks.neighbours;
-        let around = k.saturating_sub(reach)..(k + reach + 1).min(keyframes.len());
-        let neighbours: Vec<Neighbour<'_>> = around
-            .filter(|n| *n != k && keyframes[*n].segment == keyframe.segment)
-            .map(|n| Neighbour {
-                features: &keyframes[n].features,
-                neighbour_from_camera: placements[n].world_from_camera.inverse() * own.world_from_camera,
-            })
-            .collect();
-        let landmarks =
-            landmarks(camera, &keyframe.features, &neighbours, (&options.landmarks, &options.features));
-        PlacedKeyframe {
-            frame: keyframe.frame,
-            segment: keyframe.segment,
-            world_from_camera: own.world_from_camera,
-            way_m: own.way_m,
-            features: keyframe.features.clone(),
-            landmarks,
-        }
-    };
-    (0..keyframes.len()).map(place).collect()
+    let landmarks: Vec<Vec<Landmark>> =
+        (0..keyframes.len()).map(|k| landmarks_of(camera, &keyframes, k, &placement, options)).collect();
+    keyframes.into_iter().zip(landmarks).map(|(k, landmarks)| placed(k, &placement, landmarks)).collect()
+}
+
+/// The keyframe `k` of some that follow each other, as [`place_keyframes`] places it; `None` where there is none. Landmarks are known as well
+/// as among all once `options.landmarks.neighbours` keyframes follow it.
+pub fn place_keyframe(
+    camera: &PinholeCamera,
+    keyframes: &[PlaceKeyframe],
+    k: usize,
+    placement: impl Fn(usize) -> FramePlacement,
+    options: &PlaceOptions,
+) -> Option<PlacedKeyframe> {
+    let keyframe = keyframes.get(k)?.clone();
+    let landmarks = landmarks_of(camera, keyframes, k, &placement, options);
+    Some(placed(keyframe, &placement, landmarks))
+}
+
+fn landmarks_of(
+    camera: &PinholeCamera,
+    keyframes: &[PlaceKeyframe],
+    k: usize,
+    placement: &impl Fn(usize) -> FramePlacement,
+    options: &PlaceOptions,
+) -> Vec<Landmark> {
+    let (keyframe, reach) = (&keyframes[k], options.landmarks.neighbours);
+    let own = placement(keyframe.frame);
+    let around = k.saturating_sub(reach)..(k + reach + 1).min(keyframes.len());
+    let neighbours: Vec<Neighbour<'_>> = around
+        .filter(|n| *n != k && keyframes[*n].segment == keyframe.segment)
+        .map(|n| Neighbour {
+            features: &keyframes[n].features,
+            neighbour_from_camera: placement(keyframes[n].frame).world_from_camera.inverse()
+                * own.world_from_camera,
+        })
+        .collect();
+    landmarks(camera, &keyframe.features, &neighbours, (&options.landmarks, &options.features))
+}
+
+fn placed(
+    keyframe: PlaceKeyframe,
+    placement: &impl Fn(usize) -> FramePlacement,
+    landmarks: Vec<Landmark>,
+) -> PlacedKeyframe {
+    let FramePlacement { world_from_camera, way_m } = placement(keyframe.frame);
+    let PlaceKeyframe { frame, segment, features } = keyframe;
+    PlacedKeyframe { frame, segment, world_from_camera, way_m, features, landmarks }
 }

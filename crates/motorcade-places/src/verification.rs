@@ -6,9 +6,13 @@ use motorcade_geometry::{
 };
 use nalgebra::{Matrix2, Matrix2x3, Matrix6, Point2, Point3};
 
+use crate::by_turn::ByTurn;
 use crate::features::Feature;
 use crate::keyframe::{Landmark, PlacedKeyframe};
 use crate::options::{PlaceOptions, VerificationOptions};
+
+/// Levels of the pyramid that two views of a feature may be apart.
+const MOST_LEVELS: u8 = 2;
 
 /// Two visits of a place.
 #[derive(Clone, Debug)]
@@ -73,32 +77,40 @@ impl Verifier<'_> {
         self.level_scale.powi(i32::from(feature.level))
     }
 
+    /// Largest difference of orientation in 256ths of a turn.
+    fn most_turn(&self) -> u8 {
+        (self.options.most_turn_rad / std::f64::consts::TAU * 256.0) as u8
+    }
+
     fn may_match(&self, a: &Feature, b: &Feature) -> bool {
-        let most_turn = (self.options.most_turn_rad / std::f64::consts::TAU * 256.0) as u8;
-        a.level.abs_diff(b.level) <= 2 && a.turn_to(b) <= most_turn
+        a.level.abs_diff(b.level) <= MOST_LEVELS && a.turn_to(b) <= self.most_turn()
     }
 
     /// Pairs that look alike and like nothing else, one a feature of the query.
     fn look_alikes<'a>(&self, q: &'a PlacedKeyframe, c: &'a PlacedKeyframe) -> Vec<Pair<'a>> {
+        let by_turn = ByTurn::new(&q.features);
         let mut best: Vec<Option<(u32, &Landmark)>> = vec![None; q.features.len()];
         for landmark in &c.landmarks {
             let Some(own) = c.features.get(landmark.feature as usize) else { continue };
-            let (mut first, mut second, mut at) = (u32::MAX, u32::MAX, None);
-            for (k, feature) in q.features.iter().enumerate() {
-                if !self.may_match(own, feature) {
+            let (mut first, mut second, mut at) = (u32::MAX, u32::MAX, usize::MAX);
+            for (k, level, descriptor) in by_turn.around(own.turn, self.most_turn()) {
+                if level.abs_diff(own.level) > MOST_LEVELS {
                     continue;
                 }
-                let distance = own.descriptor.distance(&feature.descriptor);
-                if distance < first {
-                    (second, first, at) = (first, distance, Some(k));
+                let distance = own.descriptor.distance(&descriptor);
+                // Of equally near ones the first, in whatever order they come.
+                if (distance, k) < (first, at) {
+                    (second, first, at) = (first, distance, k);
                 } else if distance < second {
                     second = distance;
                 }
             }
             let clear = f64::from(first) <= self.options.ratio * f64::from(second);
-            let Some(k) = at.filter(|_| clear && first <= self.options.most_distance) else { continue };
-            if best[k].is_none_or(|(other, _)| first < other) {
-                best[k] = Some((first, landmark));
+            if !clear || first > self.options.most_distance {
+                continue;
+            }
+            if let Some(best) = best.get_mut(at).filter(|b| b.is_none_or(|(other, _)| first < other)) {
+                *best = Some((first, landmark));
             }
         }
         let pair = |(feature, found): (&'a Feature, &Option<(u32, &'a Landmark)>)| {

@@ -42,6 +42,7 @@ pub struct RunArguments {
     vehicle_poses: Vec<PathBuf>,
     keypoints: Option<PathBuf>,
     shape_prior: Option<PathBuf>,
+    map: Option<PathBuf>,
     keep_perception: bool,
     threads: usize,
     /// The same run on the command line, for the record.
@@ -151,6 +152,7 @@ impl RunArguments {
             vehicle_poses: self.vehicle_poses.clone(),
             keypoints: self.keypoints.clone(),
             shape_prior: self.shape_prior.clone(),
+            map: self.map.clone(),
         }
     }
 

@@ -1,5 +1,7 @@
 //! A drive with exact ground truth.
 
+use std::sync::Arc;
+
 use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle, World};
 
 use crate::motion::Road;
@@ -14,8 +16,12 @@ use crate::vehicle::SimulatedVehicle;
 pub struct Drive {
     /// Name of its scenario.
     pub name: String,
-    /// Seed of all random numbers.
+    /// Seed of the streets: houses, trees, textures, repairs.
     pub seed: u64,
+    /// Seed of all that is another one at the next visit: traffic, parked cars, suspension, noise of sensor and detector.
+    pub traffic_seed: u64,
+    /// The visit whose traffic has the seed of the streets, where this is another one: the houses stand where they left room for that one.
+    pub first_visit: Option<Arc<Drive>>,
     /// Camera, frame rate, weather and sensor.
     pub render: RenderOptions,
     /// Errors of the simulated detector.
@@ -50,7 +56,15 @@ impl Drive {
     }
     /// `world_from_camera` at each frame; the world is the first camera.
     pub fn world_from_camera(&self) -> Vec<Pose<World, Camera>> {
-        let Some(first) = self.site_from_camera.first() else { return Vec::new() };
+        self.site_from_camera.first().map_or_else(Vec::new, |first| self.as_seen_from(first))
+    }
+    /// As [`world_from_camera`](Self::world_from_camera), in the world of the first visit; `None` where this is it.
+    pub fn first_visit_from_camera(&self) -> Option<Vec<Pose<World, Camera>>> {
+        let first = self.first_visit.as_ref()?.site_from_camera.first()?;
+        Some(self.as_seen_from(first))
+    }
+    /// The poses in the world whose origin is a camera.
+    fn as_seen_from(&self, first: &Pose<Site, Camera>) -> Vec<Pose<World, Camera>> {
         let world_from_site: Pose<World, Site> = first.inverse().cast();
         self.site_from_camera.iter().map(|pose| world_from_site * *pose).collect()
     }

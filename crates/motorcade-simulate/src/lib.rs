@@ -44,6 +44,7 @@ mod simulate;
 mod site;
 mod training;
 mod vehicle;
+mod visit;
 mod weather;
 
 pub use drive::Drive;
@@ -58,7 +59,7 @@ pub use plan::{Driver, Plan, Rig, Route, Side, Staging, Twins};
 pub use reenact::{ReenactOptions, labels_in_camera, reenact};
 pub use render::{Picture, Renderer, VehicleView};
 pub use scenario::{Scenario, scenarios};
-pub use simulate::simulate;
+pub use simulate::{simulate, simulate_again};
 pub use site::Site;
 pub use training::{VehicleCropOptions, write_vehicle_crops, write_vehicle_crops_until};
 pub use vehicle::SimulatedVehicle;

@@ -1,6 +1,7 @@
 //! Options of rendering, and of the simulated detector.
 
 use motorcade_geometry::PinholeCamera;
+use nalgebra::Vector3;
 
 use crate::error::{Error, Result};
 use crate::weather::Weather;
@@ -48,6 +49,8 @@ pub struct RenderOptions {
     pub sensor: SensorOptions,
     /// Style of vehicles and light.
     pub look: Look,
+    /// Time of day \[h\], 6 to 18: where the sun stands in [`Look::Plain`].
+    pub hour: f64,
 }
 
 impl Default for RenderOptions {
@@ -58,11 +61,31 @@ impl Default for RenderOptions {
             weather: Weather::Clear,
             sensor: SensorOptions::default(),
             look: Look::Plain,
+            hour: NOON_H,
         }
     }
 }
 
+/// Hour at which the sun is highest.
+const NOON_H: f64 = 12.0;
+/// Towards the sun at that hour, in the site.
+const NOON_SUN: [f64; 3] = [0.45, -0.55, 0.70];
+
 impl RenderOptions {
+    /// Towards the sun, in the site: it goes round by 15° an hour and sinks towards the horizon.
+    pub(crate) fn sun(&self) -> Vector3<f64> {
+        let noon = Vector3::from(NOON_SUN).normalize();
+        let hours = self.hour - NOON_H;
+        if hours == 0.0 {
+            return noon;
+        }
+        let height = noon.z * (hours * std::f64::consts::FRAC_PI_2 / 6.5).cos();
+        let (sin, cos) = (-hours * 15.0_f64.to_radians()).sin_cos();
+        let along = Vector3::new(cos * noon.x - sin * noon.y, sin * noon.x + cos * noon.y, 0.0).normalize();
+        let flat = (1.0 - height * height).max(0.0).sqrt();
+        Vector3::new(flat * along.x, flat * along.y, height)
+    }
+
     /// A picture of another width \[px\] with the same view.
     #[must_use]
     pub fn with_width(mut self, width: u32) -> Self {
@@ -99,6 +122,9 @@ impl RenderOptions {
         let fine = self.fps.is_finite() && self.fps > 0.0 && self.fps <= 1000.0;
         if !fine {
             return Err(Error::Plan(format!("frames per second must lie in (0, 1000], got {}", self.fps)));
+        }
+        if !(6.0..=18.0).contains(&self.hour) {
+            return Err(Error::Plan(format!("the hour must lie in [6, 18], got {}", self.hour)));
         }
         if self.sensor.blur_samples == 0 {
             return Err(Error::Plan("at least one blur sample is needed".into()));

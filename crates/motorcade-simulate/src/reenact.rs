@@ -81,6 +81,8 @@ pub fn reenact(
     Ok(Drive {
         name: name.to_owned(),
         seed: options.seed,
+        traffic_seed: options.seed,
+        first_visit: None,
         render: *render,
         detector: DetectorOptions::default(),
         road,

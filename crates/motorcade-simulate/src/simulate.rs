@@ -1,5 +1,7 @@
 //! From a plan to a drive.
 
+use std::sync::Arc;
+
 use motorcade_geometry::{Camera, Pose, Vehicle};
 use motorcade_perception::VehicleClass;
 use nalgebra::{Matrix3, Point2, Vector3};
@@ -25,12 +27,38 @@ pub(crate) const MARGIN_M: (f64, f64) = (70.0, 260.0);
 /// # Errors
 /// No frames, an invalid camera, or a route over a crossing that the road does not have.
 pub fn simulate(scenario: &Scenario, frames: usize, seed: u64, render: &RenderOptions) -> Result<Drive> {
-    let plan = &scenario.plan;
+    driven(scenario, &scenario.plan, frames, (seed, seed), render)
+}
+
+/// Another visit of the streets that [`simulate`] drives with the seed `streets`: traffic, parked cars, suspension, speed and noise come
+/// from `traffic`, and the camera starts elsewhere and keeps another distance to the kerb.
+///
+/// # Errors
+/// As [`simulate`].
+pub fn simulate_again(
+    scenario: &Scenario,
+    frames: usize,
+    (streets, traffic): (u64, u64),
+    render: &RenderOptions,
+) -> Result<Drive> {
+    let first = simulate(scenario, frames, streets, render)?;
+    let plan = scenario.plan.another_visit(traffic);
+    let again = driven(scenario, &plan, frames, (streets, traffic), render)?;
+    Ok(Drive { first_visit: Some(Arc::new(first)), ..again })
+}
+
+fn driven(
+    scenario: &Scenario,
+    plan: &Plan,
+    frames: usize,
+    (seed, traffic_seed): (u64, u64),
+    render: &RenderOptions,
+) -> Result<Drive> {
     render.validate()?;
     if frames == 0 {
         return Err(Error::Plan("a drive needs at least one frame".into()));
     }
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut rng = ChaCha8Rng::seed_from_u64(traffic_seed);
     let distance_m = plan.ego_speed.distance_m(frames as f64 / render.fps);
     let road = Road::build(&plan.road, -MARGIN_M.0, distance_m + MARGIN_M.1);
 
@@ -56,6 +84,8 @@ pub fn simulate(scenario: &Scenario, frames: usize, seed: u64, render: &RenderOp
     Ok(Drive {
         name: scenario.name.clone(),
         seed,
+        traffic_seed,
+        first_visit: None,
         render: *render,
         detector: scenario.detector,
         road,

@@ -4,10 +4,10 @@
 
 use image::DynamicImage;
 use motorcade_places::{
-    FeatureExtractor, FramePlacement, PlaceKeyframe, PlaceMatch, PlaceOptions, PlacedKeyframe, find_places,
-    place_keyframes,
+    FeatureExtractor, FoundPlaces, FramePlacement, PlaceKeyframe, PlaceMatch, PlaceOptions, PlaceSearch,
+    PlacedKeyframe, find_places, place_keyframes,
 };
-use motorcade_simulate::{Drive, RenderOptions, Renderer, Scenario, simulate};
+use motorcade_simulate::{Drive, RenderOptions, Renderer, Scenario, simulate, simulate_again};
 
 fn driven(name: &str, frames: usize) -> Drive {
     simulate(&Scenario::by_name(name).unwrap(), frames, 3, &RenderOptions::default().with_width(828)).unwrap()
@@ -28,7 +28,7 @@ fn keyframes(drive: &Drive, visits: &[&[usize]], maps: bool, options: &PlaceOpti
     let poses = drive.world_from_camera();
     let placement =
         |frame: usize| FramePlacement { world_from_camera: poses[frame], way_m: 0.7 * frame as f64 };
-    place_keyframes(&drive.camera(), &all, placement, options)
+    place_keyframes(&drive.camera(), all, placement, options)
 }
 
 /// Error of a match's position \[m\] and orientation \[rad\].
@@ -53,7 +53,8 @@ fn the_second_round_finds_the_first() {
     let first: Vec<usize> = (0..7).map(|k| 60 + 5 * k).collect();
     let second: Vec<usize> = first.iter().map(|f| again(&drive, *f) + 2).collect();
     let placed = keyframes(&drive, &[&first, &second], false, &options);
-    let (found, report) = find_places(&drive.camera(), &placed, |_| true, &options);
+    let FoundPlaces { keyframes: placed, matches: found, report } =
+        find_places(&drive.camera(), placed, |_, _, _| true, &options);
     assert!(found.len() >= 6, "{report:?}");
     for m in &found {
         let (way_m, turn_rad) = error(m, &placed);
@@ -77,10 +78,37 @@ fn twin_houses_are_two_places() {
     let second: Vec<usize> = first.iter().map(|f| f + 112).collect();
     let placed = keyframes(&drive, &[&first, &second], true, &options);
     // Odometry may not help: the two visits are maps of their own.
-    let (found, report) = find_places(&drive.camera(), &placed, |_| true, &options);
+    let FoundPlaces { matches: found, report, .. } =
+        find_places(&drive.camera(), placed, |_, _, _| true, &options);
     assert!(found.is_empty(), "{report:?}: {found:?}");
     // The houses do look alike: it is the short way that tells.
     assert!(report.verified >= 3, "{report:?}");
+}
+
+#[test]
+fn another_visit_at_another_hour_finds_the_places_of_the_first() {
+    let render = RenderOptions::default().with_width(828);
+    let scenario = Scenario::by_name("block").unwrap();
+    let first = simulate(&scenario, 300, 3, &render).unwrap();
+    let evening = RenderOptions { hour: 15.0, ..render };
+    let again = simulate_again(&scenario, 300, (3, 4), &evening).unwrap();
+    let options = PlaceOptions::default();
+    let frames: Vec<usize> = (0..16).map(|k| 10 + 5 * k).collect();
+    let known = keyframes(&first, &[&frames], false, &options);
+    let mut search = PlaceSearch::new(first.camera(), options);
+    known.into_iter().for_each(|keyframe| search.add(keyframe));
+    let later = |k: PlacedKeyframe| PlacedKeyframe { segment: 1, ..k };
+    for keyframe in keyframes(&again, &[&frames], false, &options).into_iter().map(later) {
+        search.take(keyframe, |_, _, _| true);
+    }
+    let FoundPlaces { keyframes: placed, matches, report } = search.finish();
+    assert!(matches.len() >= 8, "{report:?}");
+    let truth = again.first_visit_from_camera().unwrap();
+    for m in &matches {
+        let expected = truth[placed[m.query].frame].inverse() * placed[m.candidate].world_from_camera;
+        let apart = expected.inverse() * m.query_from_candidate;
+        assert!(apart.translation().norm() < 0.4 && apart.rotation().angle() < 0.015, "{m:?}");
+    }
 }
 
 #[test]
@@ -90,7 +118,8 @@ fn the_opposite_direction_is_another_place() {
     let first: Vec<usize> = (0..8).map(|k| 20 + 5 * k).collect();
     let back: Vec<usize> = (0..8).map(|k| 285 + 5 * k).collect();
     let placed = keyframes(&drive, &[&first, &back], true, &options);
-    let (found, report) = find_places(&drive.camera(), &placed, |_| true, &options);
+    let FoundPlaces { keyframes: placed, matches: found, report } =
+        find_places(&drive.camera(), placed, |_, _, _| true, &options);
     assert!(found.is_empty(), "{report:?}");
     // Each visit has landmarks: it is not for want of them.
     assert!(placed.iter().all(|k| k.landmarks.len() > 40));

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly too")]
 
-use motorcade_simulate::{Drive, RenderOptions, Scenario, scenarios, simulate};
+use motorcade_simulate::{Drive, RenderOptions, Scenario, scenarios, simulate, simulate_again};
 use nalgebra::{Point2, Point3};
 
 fn driven(name: &str, frames: usize, seed: u64) -> Drive {
@@ -136,9 +136,31 @@ fn rounds_come_to_the_same_place_and_the_tunnel_is_dark() {
             assert!(way < 0.6 && turn < 0.05, "{name}: frame {frame}: {way} m, {turn} rad");
         }
     }
+    let drive = driven("town-10min", 2600, 1);
+    let start = drive.site_from_camera[0];
+    let near = (1000..2600).map(|k| start.inverse() * drive.site_from_camera[k]);
+    let again = near.map(|apart| apart.translation().norm() + apart.rotation().angle());
+    assert!(again.fold(f64::INFINITY, f64::min) < 0.9);
     let drive = driven("tunnel", 700, 1);
     assert!(!drive.is_dark(549) && drive.is_dark(550) && drive.is_dark(649) && !drive.is_dark(650));
     assert!((0..700).all(|frame| !driven("block", 1, 1).is_dark(frame)));
+}
+
+#[test]
+fn another_visit_sees_the_same_streets_with_other_traffic() {
+    let scenario = Scenario::by_name("block").unwrap();
+    let options = RenderOptions::default().with_width(64);
+    let (first, same) = (driven("block", 40, 1), simulate_again(&scenario, 40, (1, 1), &options).unwrap());
+    let again = simulate_again(&scenario, 40, (1, 2), &options).unwrap();
+    assert_eq!((again.seed, again.road.round_m()), (first.seed, first.road.round_m()));
+    assert!(first.first_visit_from_camera().is_none() && same.first_visit.is_some());
+    // In the world of the first visit it starts a few metres on, in the same direction.
+    let start = again.first_visit_from_camera().unwrap()[0];
+    assert!((0.0..12.5).contains(&start.translation().z) && start.translation().x.abs() < 1.0, "{start:?}");
+    let parked = |drive: &Drive| {
+        drive.vehicles.iter().filter_map(|v| v.poses[0].map(|p| p.translation())).collect::<Vec<_>>()
+    };
+    assert_ne!(parked(&first), parked(&again));
 }
 
 #[test]

@@ -30,6 +30,7 @@ mod estimate;
 mod external;
 mod ground;
 mod joint_size;
+mod met_again;
 mod motion;
 mod observed_box;
 mod options;
@@ -49,6 +50,7 @@ pub use external::{
 };
 pub use ground::GroundFrame;
 pub use joint_size::SizeByRoad;
+pub use met_again::join_met_again;
 pub use motion::{KinematicState, PositionMeasurement, probability_moving, smooth_motion, static_position};
 pub use motorcade_shape::{Dimensions, SizePrior};
 pub use observed_box::ObservedBox;

@@ -1,9 +1,15 @@
 //! Loops of a drive.
 
 use std::fmt;
+use std::ops::RangeInclusive;
 
-use motorcade_multibody::LoopEdge;
+use motorcade_multibody::{LoopEdge, PlaceEdges};
 use motorcade_places::PlaceMap;
+
+use crate::kept_map::MapUse;
+
+/// Frames before and after a vehicle was seen in which a loop still tells where it stands: a second or two.
+const NEAR_FRAMES: usize = 15;
 
 /// Two frames that see the same place.
 #[derive(Clone, Debug)]
@@ -37,6 +43,10 @@ pub struct Loops {
     pub odometry_factor: f64,
     /// Farthest that a camera was moved by the correction \[m\].
     pub most_moved_m: f64,
+    /// Passes by standing vehicles that were joined to earlier passes by the same ones.
+    pub vehicles_met_again: usize,
+    /// A kept map that the drive was given, and where it was met.
+    pub kept: Option<MapUse>,
     /// The places of the drive, in its corrected world; `None` of drives whose places are not kept.
     pub map: Option<PlaceMap>,
     /// Reason why the trajectory was not corrected, where it was not.
@@ -49,10 +59,30 @@ impl Loops {
         self.all.iter().filter(|l| l.closed)
     }
 
-    /// A sentence for the user; `None` where there is nothing to say.
-    pub(crate) fn describe(&self) -> Option<String> {
+    /// True where a loop joins two spans of frames, each with some frames before and after it.
+    pub(crate) fn join(&self, earlier: &RangeInclusive<usize>, later: &RangeInclusive<usize>) -> bool {
+        let near = |span: &RangeInclusive<usize>, frame: usize| {
+            (span.start().saturating_sub(NEAR_FRAMES)..=span.end() + NEAR_FRAMES).contains(&frame)
+        };
+        self.closed().any(|l| near(earlier, l.edge.earlier) && near(later, l.edge.later))
+    }
+
+    /// Edges that hold.
+    pub(crate) fn edges(&self) -> PlaceEdges {
+        let map = self.kept.iter().flat_map(MapUse::held).map(|m| m.edge.clone()).collect();
+        PlaceEdges { loops: self.closed().map(|l| l.edge.clone()).collect(), map }
+    }
+
+    /// True where the world is that of a kept map.
+    pub fn in_world_of_map(&self) -> bool {
+        self.kept.as_ref().is_some_and(MapUse::met)
+    }
+
+    /// Sentences for the user.
+    pub(crate) fn describe(&self) -> impl Iterator<Item = String> {
         let any = !self.all.is_empty() || self.problem.is_some();
-        any.then(|| self.to_string())
+        let own = any.then(|| self.to_string());
+        own.into_iter().chain(self.kept.iter().map(MapUse::to_string))
     }
 }
 

@@ -79,7 +79,7 @@ fn vehicle(vehicle: &VehicleEstimate) -> Value {
 }
 
 /// Position, orientation, and standard deviations along the axes of the body itself.
-fn pose<To, From>(pose: &Pose<To, From>, covariance: &Matrix6<f64>) -> Value {
+pub(crate) fn pose<To, From>(pose: &Pose<To, From>, covariance: &Matrix6<f64>) -> Value {
     let (t, q) = (pose.translation(), pose.rotation());
     let sigma = |k: usize| rounded(covariance[(k, k)].max(0.0).sqrt());
     json!({
@@ -91,6 +91,6 @@ fn pose<To, From>(pose: &Pose<To, From>, covariance: &Matrix6<f64>) -> Value {
 }
 
 /// To a millionth, and never a minus before a zero.
-fn rounded(x: f64) -> f64 {
+pub(crate) fn rounded(x: f64) -> f64 {
     (x * 1e6).round() / 1e6 + 0.0
 }

@@ -5,6 +5,7 @@ use motorcade_perception::KeypointTable;
 use motorcade_shape::ShapePrior;
 
 use crate::distances::Distances;
+use crate::kept_map::KeptMap;
 use crate::motion_source::ExternalTrajectory;
 
 /// Inputs from files in place of stages, or as help for them; all absent by default.
@@ -18,6 +19,8 @@ pub struct External {
     pub vehicles: Option<Vec<ExternalVehiclePose>>,
     /// Keypoints of vehicles, by frame number.
     pub keypoints: Option<KeypointTable>,
+    /// Places of an earlier drive, in whose world this one is told.
+    pub map: Option<KeptMap>,
     /// Shape prior in place of the built-in one for keypoints of its number.
     pub shape_prior: Option<ShapePrior>,
 }

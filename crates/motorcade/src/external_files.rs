@@ -10,6 +10,7 @@ use motorcade_shape::ShapePrior;
 use crate::distances::Distances;
 use crate::error::{Error, Result};
 use crate::external::External;
+use crate::kept_map::KeptMap;
 use crate::motion_source::ExternalTrajectory;
 
 /// Files in place of stages, or as help for them; all absent by default.
@@ -29,6 +30,8 @@ pub struct ExternalFiles {
     pub vehicle_poses: Vec<PathBuf>,
     /// Keypoints of vehicles, by frame number.
     pub keypoints: Option<PathBuf>,
+    /// Map of places that an earlier drive kept.
+    pub map: Option<PathBuf>,
     /// Shape prior in place of the built-in one for keypoints of its number.
     pub shape_prior: Option<PathBuf>,
 }
@@ -49,6 +52,7 @@ impl ExternalFiles {
             distances: self.read_distances(timestamps_ns)?,
             vehicles,
             keypoints: self.keypoints.as_deref().map(KeypointTable::read).transpose()?,
+            map: self.map.as_deref().map(KeptMap::read).transpose()?,
             shape_prior: self.shape_prior.as_deref().map(ShapePrior::read).transpose()?,
         })
     }

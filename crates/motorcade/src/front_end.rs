@@ -8,7 +8,7 @@ use motorcade_perception::{BoundingBox, Observations};
 use crate::config::VehicleMask;
 use crate::motion_source::MotionSource;
 use crate::place_recorder::{Candidate, PlaceRecorder};
-use crate::record::{FrameInfo, FrontEndRecord, FrontEndView};
+use crate::record::{FrameInfo, FrontEndRecord, FrontEndView, known_places};
 use crate::scale_source::ScaleSource;
 use crate::settings::Settings;
 
@@ -121,6 +121,7 @@ impl FrontEnd {
             keypoints: &self.record.keypoints,
             motion: self.motion.trajectory(),
             road_measurements: &measurements[..known],
+            places: self.places.as_ref().map_or(&[], |places| known_places(places.keyframes(), rows)),
         }
     }
 
@@ -141,6 +142,11 @@ impl FrontEnd {
              new maps were started; speeds shortly before may be wrong",
             renewals.len()
         ))
+    }
+
+    /// Drops the features of the first `count` keyframes of places, which nobody asks for again.
+    pub(crate) fn forget_places(&mut self, count: usize) {
+        self.places.iter_mut().for_each(|places| places.forget(count));
     }
 
     /// Ends the drive.

@@ -21,6 +21,7 @@ use crate::progress::{NoProgress, Progress};
 use crate::record::{FrameInfo, FrontEndRecord};
 use crate::repeated_frames::RepeatedFrames;
 use crate::result::RunResult;
+use crate::revision::Revision;
 use crate::settings::Settings;
 
 /// Monocular multi-body SLAM on the frames of one camera.
@@ -183,8 +184,15 @@ impl Motorcade {
         if settings.config.online.enabled {
             let needed = sliding.put_away(&front_end.view(front_end.len()), settings);
             front_end.forget_before(needed);
+            front_end.forget_places(sliding.places_done(settings));
         }
         sliding.newest(&front_end.view(front_end.len()))
+    }
+
+    /// Corrections of an online run by places seen again, since the last call: [`estimate`](Self::estimate) tells frames from
+    /// [`Revision::frame`] on in the corrected world. None without places seen again, or where `online.enabled` is false.
+    pub fn take_revisions(&mut self) -> Vec<Revision> {
+        self.sliding.take_revisions()
     }
 
     /// Ends the drive and estimates it as a whole. With `online.enabled`, once frames were estimated, as [`finish_online`](Self::finish_online):
@@ -390,6 +398,11 @@ impl MotorcadeBuilder {
                 "speeds and GPS tracks help a scale that is smoothed over time: not a trajectory in metres, not scale.smoothed = false \
                  (preset paper)"
                     .to_owned(),
+            ));
+        }
+        if external.map.is_some() && !config.loops.enabled {
+            return Err(Error::Config(
+                "a map needs places, which loops.enabled = false (preset paper) switches off".to_owned(),
             ));
         }
         let settings = Settings { camera, height_m, height_unknown, config, external, threads };

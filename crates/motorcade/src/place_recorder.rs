@@ -35,9 +35,9 @@ pub(crate) struct Candidate<'a> {
 }
 
 impl PlaceRecorder {
-    /// For drives that are estimated as a whole with their own odometry; `None` for others.
+    /// For drives with their own odometry; `None` for others.
     pub(crate) fn new(config: &Config, own_odometry: bool) -> Option<Self> {
-        let wanted = config.loops.enabled && own_odometry && !config.online.enabled;
+        let wanted = config.loops.enabled && own_odometry;
         wanted.then(|| Self {
             options: config.loops,
             extractor: FeatureExtractor::new(config.places.features),
@@ -73,6 +73,18 @@ impl PlaceRecorder {
             None => (candidate.timestamp_ns - last.timestamp_ns) as f64 * 1e-9 >= self.options.spacing_s,
         };
         far || step.rotation().angle() >= self.options.spacing_rad
+    }
+
+    /// The keyframes so far.
+    pub(crate) fn keyframes(&self) -> &[PlaceKeyframe] {
+        &self.keyframes
+    }
+
+    /// Drops the features of the first `count` keyframes.
+    pub(crate) fn forget(&mut self, count: usize) {
+        // Those before the last one with features have none already.
+        let held = self.keyframes.iter_mut().take(count).rev().take_while(|k| !k.features.is_empty());
+        held.for_each(|keyframe| keyframe.features = Vec::new());
     }
 
     /// Ends the drive.

@@ -47,7 +47,7 @@ pub struct FrontEndRecord {
     pub forgotten_measurements: usize,
     /// True once the motion of the oldest rows is forgotten: the drive can no longer be estimated as a whole.
     pub forgotten: bool,
-    /// Keyframes of places; none of online runs and external trajectories.
+    /// Keyframes of places; none of external trajectories.
     pub places: Vec<PlaceKeyframe>,
     /// Times.
     pub stopwatch: Stopwatch,
@@ -108,8 +108,14 @@ impl FrontEndRecord {
             keypoints: &self.keypoints,
             motion: &self.motion,
             road_measurements: &self.road_measurements[..known],
+            places: known_places(&self.places, rows),
         }
     }
+}
+
+/// The keyframes of places among the first `rows` frames.
+pub(crate) fn known_places(places: &[PlaceKeyframe], rows: usize) -> &[PlaceKeyframe] {
+    &places[..places.partition_point(|k| k.frame < rows)]
 }
 
 /// Everything the front end knows after some frame.
@@ -125,4 +131,6 @@ pub struct FrontEndView<'a> {
     pub motion: &'a OdometryTrajectory,
     /// Measurements of the road, in order of frames.
     pub road_measurements: &'a [RoadMeasurement],
+    /// Keyframes of places, in order of frames.
+    pub places: &'a [PlaceKeyframe],
 }

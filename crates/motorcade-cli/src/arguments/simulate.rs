@@ -20,6 +20,7 @@ pub enum Training {
   motorcade simulate --list
   motorcade simulate --scenario demo --frames 120 --seed 1 --out drives/demo
   motorcade simulate --scenario dense --weather rain --keypoints --depth --out drives/rain
+  motorcade simulate --scenario block --frames 980 --traffic-seed 2 --hour 16 --out drives/block-again
   motorcade simulate --scenario dense --geometry-only --out drives/measurements
   motorcade simulate --training vehicle --count 40000 --seed 1 --out crops
   motorcade simulate --trajectory kitti/training/gt_poses/0005.txt --labels kitti/training/label_02/0005.txt \\
@@ -67,6 +68,13 @@ pub struct SimulateArguments {
     /// Seed of all that is random.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
+    /// Seed of traffic, parked cars, speed and noise of another visit to the streets of --seed, whose camera starts elsewhere; poses in the
+    /// world of the first visit are written too. The first visit has as many frames and, by default, this seed: that of --seed.
+    #[arg(long, value_name = "SEED", conflicts_with_all = ["trajectory", "training"])]
+    pub traffic_seed: Option<u64>,
+    /// Time of day, 6 to 18: where the sun stands.
+    #[arg(long, default_value_t = 12.0)]
+    pub hour: f64,
     /// Folder the drive goes to, in the shape of KITTI tracking.
     #[arg(long, required_unless_present = "list")]
     pub out: Option<PathBuf>,

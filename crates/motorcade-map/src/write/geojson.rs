@@ -57,11 +57,11 @@ fn feature(placed: &Placed<'_>, way: &[(i64, Geodetic)], mut properties: Value) 
 }
 
 /// Longitude, latitude, altitude: to about a centimetre.
-fn position(at: &Geodetic) -> [f64; 3] {
+pub(super) fn position(at: &Geodetic) -> [f64; 3] {
     let digits = |value: f64, power: f64| (value * power).round() / power;
     [digits(at.longitude_deg, 1e7), digits(at.latitude_deg, 1e7), digits(at.altitude_m, 1e2)]
 }
 
-fn round(value: f64) -> f64 {
+pub(super) fn round(value: f64) -> f64 {
     (value * 1e3).round() / 1e3
 }

@@ -4,6 +4,7 @@ mod geojson;
 mod gpx;
 mod kml;
 mod oxts;
+mod places;
 mod xml;
 mod xosc;
 
@@ -11,6 +12,7 @@ pub use geojson::geojson;
 pub use gpx::gpx;
 pub use kml::kml;
 pub use oxts::oxts;
+pub use places::places_geojson;
 pub use xosc::xosc;
 
 use motorcade::{RecordedFrame, RecordedVehicle};

@@ -118,3 +118,38 @@ fn a_scenario_has_rear_axles_on_the_road_and_vehicles_for_the_time_they_are_seen
     // The camera is at the origin, its car's rear axle 1.62 m behind it.
     assert!(text.contains(r#"<WorldPosition x="0.000" y="-1.620" z="0.000""#));
 }
+
+#[test]
+fn the_way_of_a_map_of_places_is_on_the_earth() {
+    let camera = motorcade_geometry::PinholeCamera {
+        fx: 700.0,
+        fy: 700.0,
+        cx: 320.0,
+        cy: 120.0,
+        width: 640,
+        height: 240,
+    };
+    // Two metres ahead a keyframe; the last one belongs to another map.
+    let keyframe = |k: usize| motorcade_places::PlacedKeyframe {
+        frame: 5 * k,
+        segment: k / 3,
+        world_from_camera: Pose::from_parts(
+            UnitQuaternion::identity(),
+            Vector3::new(0.0, 0.0, 2.0 * k as f64),
+        ),
+        way_m: 2.0 * k as f64,
+        features: Vec::new(),
+        landmarks: Vec::new(),
+    };
+    let map = motorcade::PlaceMap { camera, height_m: 1.65, keyframes: (0..4).map(keyframe).collect() };
+    let east: Anchor = "49,8,90".parse().unwrap();
+    let text: serde_json::Value = serde_json::from_str(&places_geojson(&map, &east)).unwrap();
+    let features = text["features"].as_array().unwrap();
+    assert_eq!(features.len(), 2);
+    assert_eq!(features[0]["properties"]["rows"], serde_json::json!([0, 5, 10]));
+    let line = features[0]["geometry"]["coordinates"].as_array().unwrap();
+    let degrees = |k: usize, axis: usize| line[k][axis].as_f64().unwrap();
+    // A degree of longitude is 73 km there.
+    assert!(((degrees(2, 0) - 8.0) * 73_172.0 - 4.0).abs() < 0.05 && (degrees(2, 1) - 49.0).abs() < 1e-6);
+    assert_eq!(features[1]["geometry"]["type"], "Point");
+}

@@ -89,8 +89,13 @@ fn measurements(
 /// Factor on the variances of a camera–vehicle edge: errors of neighbouring frames are correlated.
 fn inflation(vehicle: &VehicleTrajectory, state: &VehicleState, context: &EdgeContext<'_>) -> f64 {
     let correlated = context.options.inflation(context.times.interval(state.frame));
-    // All measurements of a static vehicle share their errors of slope, and of size where that is no variable.
-    let seen = || vehicle.states.iter().filter(|s| s.measurement.is_some()).count() as f64;
+    // All measurements of a pass by a static vehicle share their errors of slope, and of size where that is no variable. Another pass,
+    // after frames without a state, has errors of its own.
+    let seen = || {
+        let passes = vehicle.states.chunk_by(|a, b| a.frame + 1 == b.frame);
+        let own = passes.into_iter().find(|pass| pass.last().is_some_and(|s| s.frame >= state.frame));
+        own.map_or(0, |pass| pass.iter().filter(|s| s.measurement.is_some()).count()) as f64
+    };
     if is_static(vehicle, context.options) { correlated.max(seen()) } else { correlated }
 }
 

@@ -7,7 +7,7 @@ use motorcade_graph::{
 };
 use motorcade_odometry::EgoTrajectory;
 
-use super::edge::LoopEdge;
+use super::edge::PlaceEdges;
 use super::options::LoopOptions;
 use super::report::LoopReport;
 use super::{loosen, segments, steps, write};
@@ -15,13 +15,13 @@ use crate::options::GraphOptions;
 
 /// Corrects a trajectory by edges between visits of the same places. Edges are switched off by graduated non-convexity where the others
 /// and the odometry contradict them (Yang et al., RA-L 2020), after the odometry's covariance was enlarged to what most of them show. Poses and covariances are written back; the road, which is known relative to
-/// the camera, moves with it. Without edges nothing changes.
+/// the camera, moves with it. Without edges nothing changes. Where no edge to a map holds, the world stays that of the drive.
 ///
 /// # Errors
 /// A graph that cannot be solved, edges to frames that there are not. The trajectory then stays as it was.
 pub fn close_loops(
     ego: &mut EgoTrajectory,
-    edges: &[LoopEdge],
+    edges: &PlaceEdges,
     options: &LoopOptions,
     graph_options: &GraphOptions,
     threads: usize,
@@ -33,7 +33,7 @@ pub fn close_loops(
     let mut graph = Graph::new();
     let starts = segments::joined(ego, edges);
     let cameras: Vec<VariableId> = starts.iter().map(|pose| graph.add_variable(*pose.isometry())).collect();
-    if let Some(first) = cameras.first() {
+    if let Some(first) = cameras.first().filter(|_| edges.map.is_empty()) {
         graph.fix(*first)?;
     }
     let odometry = graph.add_group();
@@ -51,9 +51,15 @@ pub fn close_loops(
         let size = GraphError::Size { what: "frames of a loop", expected: cameras.len(), found: frame };
         cameras.get(frame).copied().ok_or(size)
     };
-    let mut ids: Vec<FactorId> = Vec::with_capacity(edges.len());
-    for edge in edges {
-        let factor = edge.factor(node(edge.later)?, node(edge.earlier)?, options)?;
+    let mut factors: Vec<Between> = Vec::with_capacity(edges.loops.len() + edges.map.len());
+    for edge in &edges.loops {
+        factors.push(edge.factor(node(edge.later)?, node(edge.earlier)?, options)?);
+    }
+    for edge in &edges.map {
+        factors.push(edge.factor(node(edge.frame)?, &mut graph, options)?);
+    }
+    let mut ids: Vec<FactorId> = Vec::with_capacity(factors.len());
+    for factor in factors {
         let id = graph.add_factor(Robust::new(factor, kernel))?;
         graph.assign(id, group)?;
         ids.push(id);
@@ -63,10 +69,21 @@ pub fn close_loops(
     let odometry_factor = loosen::odometry(&mut graph, odometry, &ids, options, &solver)?;
     let schedule = GraduateOptions { c: options.kernel_scale, ..GraduateOptions::default() };
     graduate(&mut graph, group, &solver, &schedule, &Control::default())?;
-    let weights: Vec<f64> =
+    let mut weights: Vec<f64> =
         ids.iter().map(|id| graph.loss(*id).map(|l| l.weight)).collect::<Result<_, _>>()?;
-    let closed = weights.iter().map(|weight| *weight >= options.least_weight).collect();
+    let holds = |weight: &f64| *weight >= options.least_weight;
+    let map: Vec<(f64, bool)> =
+        weights.split_off(edges.loops.len()).into_iter().map(|w| (w, holds(&w))).collect();
+    let met = edges.map.iter().zip(&map).filter(|(_, (_, holds))| *holds);
+    let met: Vec<usize> = met.map(|(edge, _)| edge.frame).collect();
+    if !edges.map.is_empty() && met.is_empty() {
+        // The map was the only anchor of that graph.
+        let own = PlaceEdges { loops: edges.loops.clone(), map: Vec::new() };
+        let report = close_loops(ego, &own, options, graph_options, threads)?;
+        return Ok(LoopReport { map, ..report });
+    }
+    let closed = weights.iter().map(holds).collect();
     let marginals = Marginals::new(&graph)?;
-    let most_moved_m = write::back(&graph, &marginals, &cameras, ego)?;
-    Ok(LoopReport { weights, closed, odometry_factor, most_moved_m })
+    let most_moved_m = write::back(&graph, &marginals, (&cameras, &met), ego)?;
+    Ok(LoopReport { weights, closed, map, odometry_factor, most_moved_m })
 }

@@ -1,8 +1,8 @@
-//! The edge of a loop.
+//! Edges of places seen again.
 
-use motorcade_geometry::{Camera, Pose};
+use motorcade_geometry::{Camera, Pose, World};
 use motorcade_graph::factors::Between;
-use motorcade_graph::{GraphError, VariableId};
+use motorcade_graph::{Graph, GraphError, VariableId};
 use nalgebra::Matrix6;
 
 use super::options::LoopOptions;
@@ -22,13 +22,6 @@ pub struct LoopEdge {
 }
 
 impl LoopEdge {
-    /// The covariance with the errors that neighbouring edges share and those that no pixel tells.
-    pub(crate) fn inflated(&self, options: &LoopOptions) -> Matrix6<f64> {
-        let [turn, place] = [options.least_sigma_rad, options.least_sigma_m].map(|sigma| sigma * sigma);
-        let least = Matrix6::from_diagonal(&[turn, turn, turn, place, place, place].into());
-        self.covariance * options.correlation + least
-    }
-
     /// The edge between two nodes, the later camera first.
     pub(crate) fn factor(
         &self,
@@ -36,6 +29,67 @@ impl LoopEdge {
         earlier: VariableId,
         options: &LoopOptions,
     ) -> Result<Between, GraphError> {
-        Between::new(later, earlier, *self.later_from_earlier.isometry(), inverse(&self.inflated(options)))
+        factor([later, earlier], &self.later_from_earlier, &self.covariance, options)
     }
+}
+
+/// The pose of a frame relative to a keyframe of a kept map.
+#[derive(Clone, Debug)]
+pub struct MapEdge {
+    /// The frame.
+    pub frame: usize,
+    /// Pose of the keyframe in the world of the map, which is fixed \[m\].
+    pub world_from_keyframe: Pose<World, Camera>,
+    /// The frame's camera from the keyframe \[m\].
+    pub camera_from_keyframe: Pose<Camera, Camera>,
+    /// Its covariance (6×6 `[ω, ν]`, right perturbation).
+    pub covariance: Matrix6<f64>,
+}
+
+impl MapEdge {
+    /// The pose of the frame's camera as the keyframe tells it.
+    pub(crate) fn world_from_camera(&self) -> Pose<World, Camera> {
+        self.world_from_keyframe * self.camera_from_keyframe.inverse()
+    }
+
+    /// The edge between a camera and a fixed node that is added for the keyframe.
+    pub(crate) fn factor(
+        &self,
+        camera: VariableId,
+        graph: &mut Graph,
+        options: &LoopOptions,
+    ) -> Result<Between, GraphError> {
+        let keyframe = graph.add_variable(*self.world_from_keyframe.isometry());
+        graph.fix(keyframe)?;
+        factor([camera, keyframe], &self.camera_from_keyframe, &self.covariance, options)
+    }
+}
+
+/// Edges of places seen again.
+#[derive(Clone, Debug, Default)]
+pub struct PlaceEdges {
+    /// Edges between frames of the drive.
+    pub loops: Vec<LoopEdge>,
+    /// Edges to keyframes of a kept map. With any of them the world is that of the map.
+    pub map: Vec<MapEdge>,
+}
+
+impl PlaceEdges {
+    /// True without any edge.
+    pub fn is_empty(&self) -> bool {
+        self.loops.is_empty() && self.map.is_empty()
+    }
+}
+
+/// An edge whose covariance holds the errors that neighbouring edges share and those that no pixel tells.
+fn factor(
+    [later, earlier]: [VariableId; 2],
+    later_from_earlier: &Pose<Camera, Camera>,
+    covariance: &Matrix6<f64>,
+    options: &LoopOptions,
+) -> Result<Between, GraphError> {
+    let [turn, place] = [options.least_sigma_rad, options.least_sigma_m].map(|sigma| sigma * sigma);
+    let least = Matrix6::from_diagonal(&[turn, turn, turn, place, place, place].into());
+    let inflated = covariance * options.correlation + least;
+    Between::new(later, earlier, *later_from_earlier.isometry(), inverse(&inflated))
 }

@@ -12,6 +12,6 @@ mod tests;
 mod write;
 
 pub use close::close_loops;
-pub use edge::LoopEdge;
+pub use edge::{LoopEdge, MapEdge, PlaceEdges};
 pub use options::LoopOptions;
 pub use report::LoopReport;

@@ -7,6 +7,8 @@ pub struct LoopReport {
     pub weights: Vec<f64>,
     /// True for edges that hold.
     pub closed: Vec<bool>,
+    /// The same two for edges to a kept map: weight, and whether it holds.
+    pub map: Vec<(f64, bool)>,
     /// Factor on the covariance of the odometry, 1 where nine tenths of the edges agree with it as it is.
     pub odometry_factor: f64,
     /// Farthest that a camera was moved by the correction \[m\].

@@ -3,7 +3,7 @@
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_odometry::EgoTrajectory;
 
-use super::edge::LoopEdge;
+use super::edge::{LoopEdge, MapEdge, PlaceEdges};
 
 type WorldFromCamera = Pose<World, Camera>;
 
@@ -13,30 +13,36 @@ fn breaks(ego: &EgoTrajectory) -> Vec<usize> {
     (1..ego.frames.len().saturating_sub(1)).filter(|k| unmeasured(*k) && !unmeasured(k + 1)).collect()
 }
 
-/// Poses in which each map after a break stands where most of its loops to earlier maps put it. Odometry does not know the motion across
-/// a break, and a robust kernel would take all loops over it for outliers.
-pub(super) fn joined(ego: &EgoTrajectory, edges: &[LoopEdge]) -> Vec<WorldFromCamera> {
+/// Poses in which the drive stands where most of its edges to a kept map put it, and each map after a break where most of its edges to
+/// earlier maps do. Odometry does not know the motion across a break, and a robust kernel would take all edges over it for outliers.
+pub(super) fn joined(ego: &EgoTrajectory, edges: &PlaceEdges) -> Vec<WorldFromCamera> {
     let mut poses: Vec<WorldFromCamera> = ego.frames.iter().map(|f| f.world_from_camera).collect();
+    let known = |edge: &MapEdge| (edge.frame, edge.world_from_camera());
+    let of_map: Vec<(usize, WorldFromCamera)> = edges.map.iter().map(known).collect();
+    put(&mut poses, 0, &of_map);
     for begin in breaks(ego) {
-        let over: Vec<&LoopEdge> = edges.iter().filter(|e| e.earlier < begin && e.later >= begin).collect();
-        let moves: Vec<Pose<World, World>> = over
-            .iter()
-            .map(|e| poses[e.earlier] * e.later_from_earlier.inverse() * poses[e.later].inverse())
-            .collect();
-        // The edge whose move brings most of the others' frames nearest to where they belong.
-        let cost = |m: &Pose<World, World>| -> f64 {
-            let off = |e: &&LoopEdge| {
-                let there = *m * poses[e.later];
-                (there.inverse() * poses[e.earlier] * e.later_from_earlier.inverse())
-                    .translation()
-                    .norm()
-                    .min(10.0)
-            };
-            over.iter().map(off).sum()
-        };
-        let best = moves.iter().map(|m| (cost(m), *m)).min_by(|a, b| a.0.total_cmp(&b.0));
-        let Some((_, moved)) = best else { continue };
-        poses[begin..].iter_mut().for_each(|pose| *pose = moved * *pose);
+        let over = edges.loops.iter().filter(|e| e.earlier < begin && e.later >= begin);
+        let place = |e: &LoopEdge| Some((e.later, *poses.get(e.earlier)? * e.later_from_earlier.inverse()));
+        let mut places: Vec<(usize, WorldFromCamera)> = over.filter_map(place).collect();
+        places.extend(of_map.iter().filter(|(frame, _)| *frame >= begin));
+        put(&mut poses, begin, &places);
     }
     poses
+}
+
+/// Moves the poses from `begin` on by the move of the one place that brings most of the other frames nearest to where they belong.
+fn put(poses: &mut [WorldFromCamera], begin: usize, places: &[(usize, WorldFromCamera)]) {
+    let places: Vec<(WorldFromCamera, WorldFromCamera)> =
+        places.iter().filter_map(|(frame, there)| Some((*poses.get(*frame)?, *there))).collect();
+    let cost = |m: &Pose<World, World>| -> f64 {
+        let off = |(here, there): &(WorldFromCamera, WorldFromCamera)| {
+            ((*m * *here).inverse() * *there).translation().norm().min(10.0)
+        };
+        places.iter().map(off).sum()
+    };
+    let moves = places.iter().map(|(here, there)| *there * here.inverse());
+    let best = moves.map(|m| (cost(&m), m)).min_by(|a, b| a.0.total_cmp(&b.0));
+    if let Some((_, moved)) = best {
+        poses.iter_mut().skip(begin).for_each(|pose| *pose = moved * *pose);
+    }
 }

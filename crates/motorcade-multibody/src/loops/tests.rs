@@ -6,7 +6,7 @@ use nalgebra::{Matrix6, Vector6};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::{LoopEdge, LoopOptions, close_loops};
+use super::{LoopEdge, LoopOptions, LoopReport, MapEdge, PlaceEdges, close_loops};
 use crate::options::GraphOptions;
 
 const ROUND: usize = 160;
@@ -49,6 +49,11 @@ fn edge(truth: &[Pose<World, Camera>], earlier: usize, later: usize, rng: &mut C
     LoopEdge { earlier, later, later_from_earlier, covariance }
 }
 
+fn close(ego: &mut EgoTrajectory, loops: &[LoopEdge], threads: usize) -> LoopReport {
+    let edges = PlaceEdges { loops: loops.to_vec(), map: Vec::new() };
+    close_loops(ego, &edges, &LoopOptions::default(), &GraphOptions::default(), threads).unwrap()
+}
+
 fn ate_m(ego: &EgoTrajectory, truth: &[Pose<World, Camera>]) -> f64 {
     let squares = ego
         .frames
@@ -65,7 +70,7 @@ fn loops_take_the_drift_and_shrink_the_covariance() {
     let (before, covariance) = (ate_m(&ego, &truth), ego.frames[2 * ROUND - 1].covariance);
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let edges: Vec<LoopEdge> = (0..ROUND).step_by(4).map(|k| edge(&truth, k, k + ROUND, &mut rng)).collect();
-    let report = close_loops(&mut ego, &edges, &LoopOptions::default(), &GraphOptions::default(), 1).unwrap();
+    let report = close(&mut ego, &edges, 1);
     let after = ate_m(&ego, &truth);
     assert_eq!(report.closed_count(), edges.len());
     // Both rounds drift alike: only the closing tells of it.
@@ -84,7 +89,7 @@ fn a_false_loop_among_true_ones_is_switched_off() {
     let mut false_edge = edge(&truth, 20, ROUND + 20, &mut rng);
     false_edge.later = ROUND + 60;
     edges.push(false_edge);
-    let report = close_loops(&mut ego, &edges, &LoopOptions::default(), &GraphOptions::default(), 1).unwrap();
+    let report = close(&mut ego, &edges, 1);
     assert!(!report.closed[edges.len() - 1] && report.closed_count() == edges.len() - 1, "{report:?}");
     assert!(ate_m(&ego, &truth) < 1.2, "{}", ate_m(&ego, &truth));
 }
@@ -93,9 +98,6 @@ fn a_false_loop_among_true_ones_is_switched_off() {
 fn no_loops_change_no_bit_and_threads_none_either() {
     let truth = truth();
     let (untouched, mut ego) = (drifted(&truth), drifted(&truth));
-    let close = |ego: &mut EgoTrajectory, edges: &[LoopEdge], threads: usize| {
-        close_loops(ego, edges, &LoopOptions::default(), &GraphOptions::default(), threads).unwrap()
-    };
     close(&mut ego, &[], 1);
     let same = |a: &EgoTrajectory, b: &EgoTrajectory| {
         a.frames
@@ -133,7 +135,7 @@ fn a_map_after_a_break_is_put_where_its_loops_say() {
     let edges: Vec<LoopEdge> =
         (to - ROUND + 2..ROUND - 1).step_by(4).map(|k| edge(&truth, k, k + ROUND, &mut rng)).collect();
     let before = ate_m(&ego, &truth);
-    let report = close_loops(&mut ego, &edges, &LoopOptions::default(), &GraphOptions::default(), 1).unwrap();
+    let report = close(&mut ego, &edges, 1);
     assert_eq!(report.closed_count(), edges.len(), "{report:?}");
     // As good as the odometry of the first round, which nothing corrects.
     let apart = |k: usize| {
@@ -142,4 +144,54 @@ fn a_map_after_a_break_is_put_where_its_loops_say() {
         (found.inverse() * right).translation().norm()
     };
     assert!(before > 10.0 && (to + 4..2 * ROUND - 2).all(|k| apart(k) < 0.3), "{before}");
+}
+
+/// The world of a map, and edges to it from the frames of the drive.
+fn map_edges(
+    truth: &[Pose<World, Camera>],
+    frames: impl Iterator<Item = usize>,
+    rng: &mut ChaCha8Rng,
+) -> (Pose<World, World>, Vec<MapEdge>) {
+    let map_from_drive = Pose::exp(&Vector6::new(0.02, 0.8, -0.01, 30.0, 1.0, -12.0));
+    let beside: Pose<Camera, Camera> = Pose::exp(&Vector6::new(0.0, 0.05, 0.0, 0.6, 0.0, -0.4));
+    let of = |frame: usize| {
+        let noise = edge(truth, 0, 0, rng);
+        MapEdge {
+            frame,
+            world_from_keyframe: map_from_drive * truth[frame] * beside,
+            camera_from_keyframe: beside * noise.later_from_earlier,
+            covariance: noise.covariance,
+        }
+    };
+    (map_from_drive, frames.map(of).collect())
+}
+
+#[test]
+fn a_map_moves_the_drive_into_its_world_and_takes_the_drift() {
+    let truth = truth();
+    let mut ego = drifted(&truth);
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let (map_from_drive, map) = map_edges(&truth, (0..2 * ROUND).step_by(5), &mut rng);
+    let edges = PlaceEdges { loops: Vec::new(), map };
+    let report = close_loops(&mut ego, &edges, &LoopOptions::default(), &GraphOptions::default(), 1).unwrap();
+    assert!(report.map.iter().all(|(_, holds)| *holds), "{report:?}");
+    let there: Vec<Pose<World, Camera>> = truth.iter().map(|pose| map_from_drive * *pose).collect();
+    let error = ate_m(&ego, &there);
+    assert!(error < 0.06, "{error} m");
+    // The frames at the end are known as well as those at the start.
+    let sigma = |k: usize| ego.frames[k].covariance.fixed_view::<3, 3>(3, 3).trace().sqrt();
+    assert!(sigma(0) < 0.15 && sigma(2 * ROUND - 1) < 0.25, "{} {}", sigma(0), sigma(2 * ROUND - 1));
+}
+
+#[test]
+fn a_false_edge_to_a_map_is_switched_off_and_false_ones_alone_change_nothing() {
+    let truth = truth();
+    let mut rng = ChaCha8Rng::seed_from_u64(6);
+    let (map_from_drive, mut map) = map_edges(&truth, (20..120).step_by(8), &mut rng);
+    map[4].world_from_keyframe = map_from_drive * truth[200];
+    let mut ego = drifted(&truth);
+    let edges = PlaceEdges { loops: Vec::new(), map };
+    let report = close_loops(&mut ego, &edges, &LoopOptions::default(), &GraphOptions::default(), 1).unwrap();
+    let off: Vec<usize> = (0..edges.map.len()).filter(|k| !report.map[*k].1).collect();
+    assert_eq!(off, [4], "{report:?}");
 }

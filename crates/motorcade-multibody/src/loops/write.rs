@@ -3,22 +3,27 @@
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_graph::{Graph, GraphError, Marginals, VariableId};
 use motorcade_odometry::EgoTrajectory;
-use nalgebra::{Isometry3, Matrix6, Vector6};
+use nalgebra::{Isometry3, Matrix6, Vector3, Vector6};
 
-/// Writes poses and covariances; returns how far the camera was moved at most \[m\].
+/// Writes poses and covariances; returns how far the camera was moved at most \[m\]. `met` are the frames at which a kept map was met.
 pub(super) fn back(
     graph: &Graph,
     marginals: &Marginals,
-    cameras: &[VariableId],
+    (cameras, met): (&[VariableId], &[usize]),
     ego: &mut EgoTrajectory,
 ) -> Result<f64, GraphError> {
     let mut estimates: Vec<(Pose<World, Camera>, Matrix6<f64>)> = Vec::with_capacity(cameras.len());
-    for (id, frame) in cameras.iter().zip(&ego.frames) {
+    for (k, (id, frame)) in cameras.iter().zip(&ego.frames).enumerate() {
         let pose: Pose<World, Camera> = Pose::new(*graph.values().get::<Isometry3<f64>>(*id)?);
         let dense = marginals.covariance(*id)?;
         let own = Matrix6::from_fn(|r, c| dense[(r, c)]);
-        // No loop tells an error of scale that the whole drive shares: positions are wrong by a share of themselves.
-        let from_start = pose.rotation().inverse() * pose.translation() * frame.scale_bias_sigma;
+        // No loop tells an error of scale that the whole drive shares: positions are wrong by a share of their distance from where they
+        // are known, the start of the world or the frame nearest in time at which the map was met.
+        let known = match met.iter().min_by_key(|m| m.abs_diff(k)).and_then(|m| cameras.get(*m)) {
+            Some(id) => graph.values().get::<Isometry3<f64>>(*id)?.translation.vector,
+            None => Vector3::zeros(),
+        };
+        let from_start = pose.rotation().inverse() * (pose.translation() - known) * frame.scale_bias_sigma;
         let shared = Vector6::new(0.0, 0.0, 0.0, from_start.x, from_start.y, from_start.z);
         estimates.push((pose, own + shared * shared.transpose()));
     }

@@ -72,7 +72,7 @@ def command(
     """The same run on the command line: `motorcade draw` finds the frames of a saved run by it."""
     words = ["motorcade", "run", arguments["input"]]
     names = ["format", "sequence", "camera", "calibration", "fps", "ignore", "models", "detections"]
-    names += ["road_masks", "trajectory", "speed", "gps", "keypoints", "shape_prior"]
+    names += ["road_masks", "trajectory", "speed", "gps", "keypoints", "shape_prior", "map"]
     for name in names:
         if arguments[name] is not None:
             words += [f"--{name.replace('_', '-')}", str(arguments[name])]

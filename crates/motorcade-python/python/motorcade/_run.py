@@ -40,6 +40,7 @@ def run(
     vehicle_poses: PathArgument | Sequence[PathArgument] = (),
     keypoints: PathArgument | None = None,
     shape_prior: PathArgument | None = None,
+    map: PathArgument | None = None,
     online: bool = False,
     preset: str = "default",
     config: PathArgument | None = None,
@@ -74,6 +75,8 @@ def run(
         clock_offset: From the clock of the frames to that of `speed` or `gps` [s], or with its standard deviation.
         vehicle_poses: Files of vehicle poses in place of own localisation.
         keypoints, shape_prior: File of keypoints of vehicles, and the prior of the shapes they belong to.
+        map: Places of an earlier drive through the same streets, as `motorcade run --save-map` wrote them: where they are seen again,
+            the drive is told in the world of that one.
         online: Every frame is estimated from it and the frames before it alone, and stays so.
         preset: "default" or "paper".
         config: Settings of a TOML file or of the run.json of an earlier run.
@@ -97,6 +100,8 @@ def run(
         vehicle_poses = [vehicle_poses]
     if online and not (speed is None and gps is None):
         raise _native.SettingsError("speed and gps are used at the end of a drive only, not with online=True")
+    if map is not None and (online or trajectory is not None):
+        raise _native.SettingsError("map is met by a drive's own odometry at its end: not with online=True, not with trajectory")
     if trajectory_scale not in ("unknown", "metric"):
         raise _native.SettingsError("trajectory_scale must be 'unknown' or 'metric'")
     rig, described = _arguments.rig(camera), None
@@ -127,6 +132,7 @@ def run(
         "vehicle_poses": [_arguments.path(path) for path in vehicle_poses],
         "keypoints": _arguments.path(keypoints),
         "shape_prior": _arguments.path(shape_prior),
+        "map": _arguments.path(map),
         "keep_perception": keep_perception,
         "threads": _arguments.whole("threads", threads, 0),
         "settings": _settings.arguments(preset, config, online, seed, settings),

@@ -12,7 +12,7 @@ use crate::render::VehicleView;
 /// Detections of a frame as KITTI result lines, with track −1: detectors give no identities.
 pub(crate) fn of_frame(drive: &Drive, frame: usize, views: &[VehicleView]) -> Vec<Label> {
     // One random stream per frame, so that frames can be simulated in any order.
-    let mut rng = ChaCha8Rng::seed_from_u64(hash::mix(drive.seed ^ 0xde7ec7) ^ frame as u64);
+    let mut rng = ChaCha8Rng::seed_from_u64(hash::mix(drive.traffic_seed ^ 0xde7ec7) ^ frame as u64);
     let (camera, options) = (drive.camera(), &drive.detector);
     let mut found = Vec::new();
     for (vehicle, view) in drive.vehicles.iter().zip(views) {
@@ -74,7 +74,7 @@ fn on_walls(drive: &Drive, frame: usize) -> Vec<Label> {
             let Some(p) = camera.project(&seen).filter(|_| seen.z > 4.0) else { continue };
             let (w, h) = (camera.fx * width_m / seen.z, camera.fy * height_m / seen.z);
             let wobble = |k: i64| {
-                f64::from(hash::normal(hash::mix(drive.seed ^ frame as u64) ^ (cell * 8 + k) as u64))
+                f64::from(hash::normal(hash::mix(drive.traffic_seed ^ frame as u64) ^ (cell * 8 + k) as u64))
             };
             let edges =
                 [p.x - 0.5 * w + wobble(0), p.y - h + wobble(1), p.x + 0.5 * w + wobble(2), p.y + wobble(3)];

@@ -89,7 +89,7 @@ pub(crate) fn of_frame(
     options: &KeypointOptions,
     hidden: &dyn Fn(usize, &Point2<f64>, f64) -> bool,
 ) -> Vec<KeypointMeasurement> {
-    let mut noise = Noise::of(drive.seed, 0x6e79, frame);
+    let mut noise = Noise::of(drive.traffic_seed, 0x6e79, frame);
     let camera = outlines.camera;
     let mut out = Vec::new();
     for vehicle_view in &outlines.vehicles {

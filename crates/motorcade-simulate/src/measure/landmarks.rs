@@ -64,7 +64,7 @@ pub(super) fn observe(
 ) -> Vec<PointObservation> {
     let Some(pose) = drive.site_from_camera.get(frame) else { return Vec::new() };
     let camera_from_site = pose.inverse();
-    let mut noise = Noise::of(drive.seed, 0x70c4, frame);
+    let mut noise = Noise::of(drive.traffic_seed, 0x70c4, frame);
     let mut out = Vec::new();
     for (point, landmark) in landmarks.iter().enumerate() {
         let seen = camera_from_site.transform_point(landmark);
@@ -93,7 +93,7 @@ pub(super) fn road(
 ) -> Vec<RoadMatch> {
     let poses = &drive.site_from_camera;
     let (Some(first), Some(second)) = (poses.get(frame), poses.get(frame + 1)) else { return Vec::new() };
-    let mut noise = Noise::of(drive.seed, 0x40ad, frame);
+    let mut noise = Noise::of(drive.traffic_seed, 0x40ad, frame);
     let eye = Point3::from(first.translation());
     let ahead = first.transform_vector(&Vector3::z());
     let left = Vector3::new(-ahead.y, ahead.x, 0.0);

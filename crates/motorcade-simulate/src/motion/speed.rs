@@ -17,6 +17,11 @@ impl SpeedPlan {
         knots.sort_by(|a, b| a.0.total_cmp(&b.0));
         Self { knots }
     }
+    /// The same plan with all speeds multiplied by a factor.
+    #[must_use]
+    pub(crate) fn times(&self, factor: f64) -> Self {
+        Self { knots: self.knots.iter().map(|(time_s, speed)| (*time_s, speed * factor)).collect() }
+    }
     /// Speed \[m/s\] at a time \[s\].
     pub fn at(&self, time_s: f64) -> f64 {
         let after = self.knots.partition_point(|k| k.0 <= time_s);

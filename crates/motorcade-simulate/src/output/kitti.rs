@@ -178,6 +178,13 @@ impl Drive {
         write_kitti(&mut out, &self.world_from_camera())
             .and_then(|()| out.flush())
             .map_err(Error::io(&poses))?;
+        if let Some(poses) = self.first_visit_from_camera() {
+            let path = file("gt_first_visit_poses");
+            let io = || Error::io(&path);
+            path.parent().map_or(Ok(()), fs::create_dir_all).map_err(io())?;
+            let mut out = BufWriter::new(File::create(&path).map_err(io())?);
+            write_kitti(&mut out, &poses).and_then(|()| out.flush()).map_err(io())?;
+        }
         Ok(Written {
             sequence: name.clone(),
             detections: file("detections"),

@@ -59,7 +59,7 @@ impl<'a> Renderer<'a> {
         let looks: Vec<VehicleLook> = match drive.render.look {
             Look::Plain => Vec::new(),
             Look::Varied => {
-                drive.vehicles.iter().map(|v| VehicleLook::of(drive.seed, v.id, v.class)).collect()
+                drive.vehicles.iter().map(|v| VehicleLook::of(drive.traffic_seed, v.id, v.class)).collect()
             }
         };
         let mesh = |(i, vehicle): (usize, &crate::vehicle::SimulatedVehicle)| match looks.get(i) {
@@ -116,7 +116,7 @@ impl<'a> Renderer<'a> {
         if self.drive.is_dark(frame) {
             light.par_iter_mut().for_each(|c| *c = [0.0; 3]);
         }
-        picture.rgb = sensor::expose(&light, options, self.drive.seed, frame);
+        picture.rgb = sensor::expose(&light, options, self.drive.traffic_seed, frame);
         Some(picture)
     }
 
@@ -154,9 +154,7 @@ impl<'a> Renderer<'a> {
             forms: &self.forms,
             air,
             shadows: Shadows::new(&self.drive.vehicles.iter().filter_map(caster).collect::<Vec<_>>()),
-            sun: varied
-                .as_ref()
-                .map_or_else(|| Vector3::new(0.45, -0.55, 0.70).normalize(), |v| v.lighting.sun),
+            sun: varied.as_ref().map_or_else(|| self.drive.render.sun(), |v| v.lighting.sun),
             varied,
         }
     }

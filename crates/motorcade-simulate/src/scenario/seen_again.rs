@@ -20,6 +20,44 @@ pub(super) fn block() -> Plan {
     plan
 }
 
+/// Round eight blocks of a town of straight streets: six corners to the right, two to the left.
+pub(super) fn town() -> Plan {
+    const CORNER_M: f64 = 25.0;
+    let quarter = std::f64::consts::FRAC_PI_2;
+    // From corner to corner, and the turn at its end: 1 to the left, -1 to the right.
+    let sides = [
+        (200.0, -1.0),
+        (120.0, -1.0),
+        (80.0, 1.0),
+        (120.0, -1.0),
+        (200.0, -1.0),
+        (140.0, -1.0),
+        (80.0, 1.0),
+        (100.0, -1.0),
+    ];
+    let cut_m = 2.0 * CORNER_M / quarter;
+    let mut plan = street(SpeedPlan::through(&town_speeds()));
+    plan.road.bends = sides
+        .into_iter()
+        .flat_map(|(side_m, turn)| [bend(side_m - cut_m, 0.0), bend(CORNER_M, turn * quarter / CORNER_M)])
+        .collect();
+    plan.road.closed = true;
+    plan.ego_route = Route::Along { start_m: 30.0, offsets_m: vec![(0.0, -1.75)] };
+    plan.drivers = (1..6).map(|k| coming(Car, 170.0 * f64::from(k), 5.0 + f64::from(k % 3))).collect();
+    plan.parked_chance = 0.12;
+    plan
+}
+
+/// A stop at a light every 75 s, else 8 m/s.
+fn town_speeds() -> Vec<(f64, f64)> {
+    (0..8)
+        .flat_map(|k| {
+            let start_s = 75.0 * f64::from(k);
+            [(0.0, 8.0), (50.0, 8.0), (55.0, 0.0), (59.0, 0.0), (64.0, 8.0)].map(|(t, v)| (start_s + t, v))
+        })
+        .collect()
+}
+
 /// Two loops of 270°, one to the left and one to the right, that cross at a right angle.
 pub(super) fn figure_eight() -> Plan {
     let turn = 1.5 * std::f64::consts::PI;

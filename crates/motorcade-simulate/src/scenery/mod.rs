@@ -20,6 +20,8 @@ pub(crate) const PAVEMENT_M: f64 = 2.6;
 
 /// Meshes of the static scenery, and the appearance of the buildings.
 pub(crate) fn build(drive: &Drive) -> (Vec<Chunk>, Vec<Building>) {
+    // At another visit the streets are those of the first one.
+    let drive = drive.first_visit.as_deref().unwrap_or(drive);
     // Scenery has its own random stream: it does not depend on the traffic.
     let mut rng = ChaCha8Rng::seed_from_u64(drive.seed ^ 0x5ce9e);
     let mut chunks = ground::chunks(&drive.road);

@@ -98,6 +98,8 @@ impl Street {
         let drive = Drive {
             name,
             seed,
+            traffic_seed: seed,
+            first_visit: None,
             render,
             detector,
             road,

@@ -3,7 +3,7 @@
 use motorcade_graph::{GraphError, Report};
 use motorcade_multibody::{MultibodyGraph, WindowFrames};
 use motorcade_odometry::EgoTrajectory;
-use motorcade_vehicles::{VehicleTrajectory, track_vehicles};
+use motorcade_vehicles::{VehicleTrajectory, join_met_again, track_vehicles};
 
 use super::camera_height::HeightByVehicles;
 use super::distances::{self, DistanceFit};
@@ -30,11 +30,12 @@ pub fn estimate_drive(mut record: FrontEndRecord, settings: &Settings, progress:
     let (mut known, by_vehicles) = stopwatch.time("vehicles", || known_height(&record, settings));
     let (mut ego, fit) = stopwatch.time("scale", || metric_trajectory(&record, &known));
     known.height_m = ego.height_m;
-    let loops = stopwatch.time("loops", || loops::close(&record, &mut ego, &known));
+    let mut loops = stopwatch.time("loops", || loops::close(&mut record, &mut ego, &known));
     let settings = &known;
     progress.begin("vehicles", None);
     let mut vehicles = stopwatch.time("vehicles", || vehicles_of_drive(&record, &ego, settings));
     let unit = stopwatch.time("vehicles", || estimate_unit(&record, settings, &mut ego, &mut vehicles));
+    (vehicles, loops.vehicles_met_again) = met_again(vehicles, &loops);
     progress.begin("graph", None);
     let solved = stopwatch.time("graph", || solve_graph(&record, &mut ego, &mut vehicles, &loops, settings));
     let mut warnings: Vec<String> = unit.iter().map(Unit::to_string).collect();
@@ -51,6 +52,14 @@ pub fn estimate_drive(mut record: FrontEndRecord, settings: &Settings, progress:
         Estimated { camera: settings.camera, ego, vehicles, graph, loops, warnings, metric },
         progress,
     )
+}
+
+/// Standing vehicles that were passed in several visits of a place as one each, and the number of passes joined.
+fn met_again(vehicles: Vec<VehicleTrajectory>, loops: &Loops) -> (Vec<VehicleTrajectory>, usize) {
+    if loops.closed().next().is_none() {
+        return (vehicles, 0);
+    }
+    join_met_again(vehicles, |earlier, later| loops.join(earlier, later))
 }
 
 /// Settings with the height that vehicles tell where it is unknown, and what there is to say of it.
@@ -183,8 +192,7 @@ fn solve_graph(
         return Ok(None);
     }
     let mut graph = MultibodyGraph::drive(options, settings.threads)?;
-    let edges = loops.closed().map(|l| l.edge.clone()).collect();
-    graph = graph.with_loops(edges, &settings.config.loops);
+    graph = graph.with_places(loops.edges(), &settings.config.loops);
     let times_s = times_s(&record.frames);
     let report = graph.update(&WindowFrames { first: 0, times_s: &times_s }, ego, vehicles)?;
     Ok(Some((graph, report)))

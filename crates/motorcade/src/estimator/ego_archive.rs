@@ -33,6 +33,10 @@ impl EgoArchive {
     pub fn get(&self, row: usize) -> Option<&EgoFrame> {
         self.rows.get(row)
     }
+    /// The newest frame.
+    pub fn newest(&self) -> Option<&EgoFrame> {
+        self.rows.last()
+    }
     /// Adds the next frame.
     pub fn push(&mut self, frame: EgoFrame) {
         self.rows.push(frame);

@@ -1,52 +1,130 @@
-//! Loops of a drive: places seen again, and the trajectory corrected by them.
+//! Places seen again in a drive, those of a kept map too, and the trajectory corrected by them.
 
-use motorcade_multibody::{LoopEdge, close_loops};
+use motorcade_multibody::{LoopEdge, LoopReport, MapEdge, PlaceEdges, close_loops};
 use motorcade_odometry::EgoTrajectory;
-use motorcade_places::{FramePlacement, PlaceMap, PlaceMatch, PlacedKeyframe, find_places, place_keyframes};
+use motorcade_places::{
+    FoundPlaces, FramePlacement, PlaceKeyframe, PlaceMap, PlaceMatch, PlaceSearch, PlacedKeyframe,
+    place_keyframes,
+};
 
 use crate::closed_loop::{ClosedLoop, Loops};
+use crate::kept_map::{MapMatch, MapUse};
 use crate::record::FrontEndRecord;
 use crate::settings::Settings;
 
-/// Finds the loops of a drive and corrects the trajectory by them. A drive without any stays as it is, to the last bit.
-pub(super) fn close(record: &FrontEndRecord, ego: &mut EgoTrajectory, settings: &Settings) -> Loops {
+/// Finds the places of a drive that were seen before and corrects the trajectory by them. A drive without any stays as it is, to the last
+/// bit.
+pub(super) fn close(record: &mut FrontEndRecord, ego: &mut EgoTrajectory, settings: &Settings) -> Loops {
     let config = &settings.config;
     let mut loops = Loops { keyframes: record.places.len(), ..Loops::default() };
+    let kept = settings.external.map.as_ref();
+    loops.kept = kept.map(|kept| MapUse {
+        digest: kept.digest.clone(),
+        keyframes: kept.map.keyframes.len(),
+        matches: Vec::new(),
+    });
     if record.places.is_empty() {
         return loops;
     }
+    // The features are not held twice.
+    let found = search(std::mem::take(&mut record.places), ego, settings);
+    (loops.candidates, loops.verified) = (found.report.candidates, found.report.verified);
+    let of_map = kept.map_or(0, |kept| kept.map.keyframes.len());
+    let edges = edges(&found, of_map);
+    match close_loops(ego, &edges, &config.loops, &config.graph, settings.threads) {
+        Ok(corrected) => put_down(&mut loops, (&found, of_map), edges, &corrected),
+        Err(error) => loops.problem = Some(error.to_string()),
+    }
+    let mut keyframes = found.keyframes;
+    let mut own = keyframes.split_off(of_map);
+    correct(&mut own, ego);
+    join(&mut own, &loops);
+    loops.map = Some(PlaceMap { camera: settings.camera, height_m: settings.height_m, keyframes: own });
+    loops
+}
+
+/// Looks for the keyframes of a drive among earlier ones of it and those of the kept map, which come first in the answer.
+fn search(taken: Vec<PlaceKeyframe>, ego: &EgoTrajectory, settings: &Settings) -> FoundPlaces {
+    let options = &settings.config.places;
     let way_m = ways_m(ego);
     let placement = |frame: usize| FramePlacement {
         world_from_camera: ego.frames[frame].world_from_camera,
         way_m: way_m[frame],
     };
-    let mut placed = place_keyframes(&settings.camera, &record.places, placement, &config.places);
-    let may_join = |found: &PlaceMatch| within_drift(found, &placed, settings);
-    let (found, report) = find_places(&settings.camera, &placed, may_join, &config.places);
-    (loops.candidates, loops.verified) = (report.candidates, report.verified);
-    let edges: Vec<LoopEdge> = found.iter().map(|m| edge(m, &placed)).collect();
-    match close_loops(ego, &edges, &config.loops, &config.graph, settings.threads) {
-        Ok(corrected) => {
-            loops.most_moved_m = corrected.most_moved_m;
-            loops.odometry_factor = corrected.odometry_factor;
-            let closed = found.iter().zip(edges).zip(corrected.weights.iter().zip(&corrected.closed));
-            loops.all = closed
-                .map(|((found, edge), (weight, closed))| ClosedLoop {
-                    edge,
-                    inliers: found.inliers,
-                    share: found.share,
-                    rms_px: found.rms_px,
-                    weight: *weight,
-                    closed: *closed,
-                })
-                .collect();
-        }
-        Err(error) => loops.problem = Some(error.to_string()),
+    let placed = place_keyframes(&settings.camera, taken, placement, options);
+    let mut search = PlaceSearch::new(settings.camera, *options);
+    // Numbers of maps that the drive itself has not.
+    let free = placed.iter().map(|k| k.segment + 1).max().unwrap_or(0);
+    for keyframe in settings.external.map.iter().flat_map(|kept| &kept.map.keyframes) {
+        search.add(PlacedKeyframe { segment: free + keyframe.segment, ..keyframe.clone() });
     }
-    correct(&mut placed, ego);
-    join(&mut placed, &loops);
-    loops.map = Some(PlaceMap { camera: settings.camera, height_m: settings.height_m, keyframes: placed });
-    loops
+    for keyframe in placed {
+        search.take(keyframe, |later, earlier, found| within_drift(found, (later, earlier), settings));
+    }
+    search.finish()
+}
+
+/// The matches as edges; the first `of_map` keyframes are those of the map.
+fn edges(found: &FoundPlaces, of_map: usize) -> PlaceEdges {
+    let mut edges = PlaceEdges::default();
+    for m in &found.matches {
+        let (query, candidate) = (&found.keyframes[m.query], &found.keyframes[m.candidate]);
+        if m.candidate < of_map {
+            edges.map.push(MapEdge {
+                frame: query.frame,
+                world_from_keyframe: candidate.world_from_camera,
+                camera_from_keyframe: m.query_from_candidate,
+                covariance: m.covariance,
+            });
+        } else {
+            edges.loops.push(LoopEdge {
+                earlier: candidate.frame,
+                later: query.frame,
+                later_from_earlier: m.query_from_candidate,
+                covariance: m.covariance,
+            });
+        }
+    }
+    edges
+}
+
+/// Puts down the edges with their weights.
+fn put_down(
+    loops: &mut Loops,
+    (found, of_map): (&FoundPlaces, usize),
+    edges: PlaceEdges,
+    report: &LoopReport,
+) {
+    (loops.most_moved_m, loops.odometry_factor) = (report.most_moved_m, report.odometry_factor);
+    let (to_map, own): (Vec<&PlaceMatch>, Vec<&PlaceMatch>) =
+        found.matches.iter().partition(|m| m.candidate < of_map);
+    let weighted = report.weights.iter().zip(&report.closed);
+    let closed = own.into_iter().zip(edges.loops).zip(weighted);
+    loops.all = closed
+        .map(|((found, edge), (weight, closed))| ClosedLoop {
+            edge,
+            inliers: found.inliers,
+            share: found.share,
+            rms_px: found.rms_px,
+            weight: *weight,
+            closed: *closed,
+        })
+        .collect();
+    let held = to_map.into_iter().zip(edges.map).zip(&report.map);
+    let matches = held
+        .map(|((m, edge), (weight, holds))| MapMatch {
+            edge,
+            map_frame: found.keyframes[m.candidate].frame,
+            inliers: m.inliers,
+            share: m.share,
+            rms_px: m.rms_px,
+            weight: *weight,
+            holds: *holds,
+        })
+        .collect();
+    if let Some(kept) = &mut loops.kept {
+        kept.matches = matches;
+    }
 }
 
 /// Puts the keyframes where the corrected trajectory has them.
@@ -72,15 +150,6 @@ fn join(placed: &mut [PlacedKeyframe], loops: &Loops) {
     }
 }
 
-fn edge(found: &PlaceMatch, placed: &[PlacedKeyframe]) -> LoopEdge {
-    LoopEdge {
-        earlier: placed[found.candidate].frame,
-        later: placed[found.query].frame,
-        later_from_earlier: found.query_from_candidate,
-        covariance: found.covariance,
-    }
-}
-
 /// Way driven to each frame \[m\].
 fn ways_m(ego: &EgoTrajectory) -> Vec<f64> {
     let mut way_m = 0.0;
@@ -94,8 +163,11 @@ fn ways_m(ego: &EgoTrajectory) -> Vec<f64> {
 }
 
 /// False where odometry excludes that the two frames see the same place. Between maps it does not know.
-fn within_drift(found: &PlaceMatch, placed: &[PlacedKeyframe], settings: &Settings) -> bool {
-    let (later, earlier) = (&placed[found.query], &placed[found.candidate]);
+pub(super) fn within_drift(
+    found: &PlaceMatch,
+    (later, earlier): (&PlacedKeyframe, &PlacedKeyframe),
+    settings: &Settings,
+) -> bool {
     if later.segment != earlier.segment {
         return true;
     }

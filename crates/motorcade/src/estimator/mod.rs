@@ -1,7 +1,7 @@
 //! The estimator: from what the front end knows to metric trajectories of camera and vehicles.
 //!
 //! One estimator over two windows. [`drive`] takes the whole drive, [`sliding`] the last seconds after every frame; both go
-//! through the same steps: metric trajectory, in a drive [`loops`], [`vehicles`], [`unit`] of an external trajectory, multi-object graph. At high frame
+//! through the same steps: metric trajectory, [`loops`] in a drive and [`online_loops`] beside the last seconds, [`vehicles`], [`unit`] of an external trajectory, multi-object graph. At high frame
 //! rates the last seconds are estimated every few frames, and [`prediction`] covers those between.
 
 pub(crate) mod camera_height;
@@ -9,6 +9,7 @@ mod distances;
 pub(crate) mod drive;
 mod ego_archive;
 mod loops;
+mod online_loops;
 pub(crate) mod prediction;
 mod remembered;
 pub(crate) mod sliding;

@@ -5,6 +5,8 @@
 //! frame costs the same from start to end of a drive. Windows are times: where frames come faster than
 //! [`OnlineOptions::interval_s`], only some are estimated in full ("estimated rows"), those between are predicted from the last.
 
+mod results;
+
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
 use std::time::Instant;
@@ -15,18 +17,15 @@ use motorcade_odometry::{EgoFrame, EgoTrajectory, RoadMeasurement, Uncertainty};
 use motorcade_vehicles::{GroundFrame, KeypointFitters, KeypointTrack, Tracker, VehicleTrajectory};
 
 use super::ego_archive::EgoArchive;
+use super::online_loops::OnlineLoops;
 use super::prediction;
 use super::remembered::Remembered;
 use super::unit::{Unit, UnitEstimator};
 use super::vehicles::{
     KnownKeypoints, VehicleInput, estimate_vehicles, ground_frames, keypoint_fitters, times_s,
 };
-use crate::assembly::Estimated;
-use crate::closed_loop::Loops;
-use crate::estimate::{Estimate, VehicleEstimate};
-use crate::progress::Progress;
-use crate::record::{FrameInfo, FrontEndRecord, FrontEndView};
-use crate::result::RunResult;
+use crate::record::{FrameInfo, FrontEndView};
+use crate::revision::Revision;
 use crate::scale_source;
 use crate::settings::Settings;
 use crate::timing::Stopwatch;
@@ -62,6 +61,10 @@ pub struct SlidingEstimator {
     vehicles: BTreeMap<usize, VehicleTrajectory>,
     stopwatch: Stopwatch,
     warnings: Vec<String>,
+    /// Places seen again; poses above stay in the world before their corrections.
+    loops: Option<OnlineLoops>,
+    /// Corrections that nobody took yet.
+    revisions: Vec<Revision>,
 }
 
 /// Poses of a window before its graph.
@@ -101,7 +104,19 @@ impl SlidingEstimator {
             vehicles: BTreeMap::new(),
             stopwatch: Stopwatch::default(),
             warnings: Vec::new(),
+            loops: OnlineLoops::new(settings),
+            revisions: Vec::new(),
         }
+    }
+
+    /// Corrections since the last call.
+    pub fn take_revisions(&mut self) -> Vec<Revision> {
+        std::mem::take(&mut self.revisions)
+    }
+
+    /// Number of keyframes of places whose features are not needed any more.
+    pub(crate) fn places_done(&self, settings: &Settings) -> usize {
+        self.loops.as_ref().map_or(0, |loops| loops.done(settings))
     }
 
     /// Frames taken so far.
@@ -116,6 +131,13 @@ impl SlidingEstimator {
 
     /// Takes the newest frame of a view: frames are taken one by one, each with all before it.
     pub fn advance(&mut self, view: &FrontEndView<'_>, settings: &Settings) {
+        self.advance_window(view, settings);
+        if let (Some(loops), Some(newest)) = (&mut self.loops, self.ego.newest()) {
+            self.revisions.extend(self.stopwatch.time("loops", || loops.advance(view, newest, settings)));
+        }
+    }
+
+    fn advance_window(&mut self, view: &FrontEndView<'_>, settings: &Settings) {
         let mut clock = Instant::now();
         let mut lap = || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64() * 1e3;
         if let Some(camera) = self.between(view, settings) {
@@ -172,25 +194,6 @@ impl SlidingEstimator {
         ego.frames.into_iter().for_each(|frame| self.ego.push(frame));
     }
 
-    /// The estimate of the newest frame taken; `None` before the first.
-    pub fn newest(&self, view: &FrontEndView<'_>) -> Option<Estimate> {
-        let row = self.ego.len().checked_sub(1)?;
-        let (ego, frame) = (self.ego.get(row)?, view.frames.get(row)?);
-        let speed_mps = row.checked_sub(1).map_or(0.0, |before| {
-            let Some(before_ego) = self.ego.get(before) else { return 0.0 };
-            let step = ego.world_from_camera.translation() - before_ego.world_from_camera.translation();
-            let seconds = (frame.timestamp_ns - view.frames[before].timestamp_ns) as f64 * 1e-9;
-            if seconds > 0.0 { step.norm() / seconds } else { 0.0 }
-        });
-        let newest = |v: &VehicleTrajectory| {
-            let state = v.states.last().filter(|s| s.frame == row)?.clone();
-            let VehicleTrajectory { id, class, size, size_covariance, p_moving, .. } = *v;
-            Some(VehicleEstimate { id, class, size, size_covariance, p_moving, state })
-        };
-        let vehicles = self.vehicles.values().filter_map(newest).collect();
-        Some(Estimate { frame: frame.clone(), ego: ego.clone(), speed_mps, vehicles })
-    }
-
     /// Moves older estimates out of memory; returns the first row that later estimates need.
     pub fn put_away(&mut self, view: &FrontEndView<'_>, settings: &Settings) -> usize {
         let options = &settings.config.online;
@@ -204,36 +207,6 @@ impl SlidingEstimator {
         let row = row.min(oldest);
         self.ego.put_away_before(row);
         row
-    }
-
-    /// Ends the drive: every frame and vehicle as it was estimated when it came.
-    pub fn finish(
-        self,
-        mut record: FrontEndRecord,
-        settings: &Settings,
-        progress: &dyn Progress,
-    ) -> RunResult {
-        record.stopwatch.join(&self.stopwatch);
-        let unknown = settings.height_unknown.then(|| {
-            format!(
-                "height of the camera guessed, {:.2} m: it is estimated at the end of a drive only",
-                settings.height_m
-            )
-        });
-        let unit = self.unit.iter().map(Unit::to_string);
-        let warnings = self.warnings.into_iter().chain(unit).chain(unknown);
-        let (frames, lost) = self.ego.into_frames();
-        let warnings = lost.into_iter().chain(warnings).collect();
-        let estimated = Estimated {
-            camera: settings.camera,
-            ego: EgoTrajectory { frames, height_m: settings.height_m, noise: Vec::new() },
-            vehicles: self.vehicles.into_values().collect(),
-            graph: None,
-            loops: Loops::default(),
-            warnings,
-            metric: settings.metric() || self.unit.is_some(),
-        };
-        RunResult::new(record, estimated, progress)
     }
 
     /// Metres and road of the last frames, in the world of the graph.

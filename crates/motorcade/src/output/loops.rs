@@ -1,18 +1,28 @@
-//! `loops.csv`: places seen again.
+//! `loops.csv`: places seen again; `map_matches.csv`: places of a kept map.
 
 use std::io::{self, Write};
 use std::path::Path;
 
+use motorcade_geometry::{Camera, Pose};
+use nalgebra::Matrix6;
+
 use super::file;
+use crate::closed_loop::ClosedLoop;
 use crate::error::Result;
+use crate::kept_map::MapMatch;
 use crate::result::RunResult;
 
-/// Writes the table where there is a loop.
+/// Writes the tables where there is something in them.
 pub(super) fn write(folder: &Path, result: &RunResult) -> Result<()> {
-    if result.loops.all.is_empty() {
-        return Ok(());
+    let loops = &result.loops.all;
+    if !loops.is_empty() {
+        file(&folder.join("loops.csv"), |out| table(out, result))?;
     }
-    file(&folder.join("loops.csv"), |out| table(out, result))
+    let matches = result.loops.kept.as_ref().map_or(&[][..], |kept| &kept.matches);
+    if !matches.is_empty() {
+        file(&folder.join("map_matches.csv"), |out| map_table(out, result, matches))?;
+    }
+    Ok(())
 }
 
 fn table(out: &mut impl Write, result: &RunResult) -> io::Result<()> {
@@ -20,31 +30,42 @@ fn table(out: &mut impl Write, result: &RunResult) -> io::Result<()> {
         out,
         "later_frame,earlier_frame,tx,ty,tz,qx,qy,qz,qw,sigma_m,sigma_rad,inliers,share,rms_px,weight,closed"
     )?;
+    let number = |row: usize| result.frames.get(row).map_or(row as u64, |f| f.number);
     for l in &result.loops.all {
-        let number = |row: usize| result.frames.get(row).map_or(row as u64, |f| f.number);
-        let pose = &l.edge.later_from_earlier;
-        let (t, q) = (pose.translation(), pose.rotation());
-        let block = |at: usize| l.edge.covariance.fixed_view::<3, 3>(at, at).trace().max(0.0).sqrt();
-        writeln!(
-            out,
-            "{},{},{:.6},{:.6},{:.6},{:.9},{:.9},{:.9},{:.9},{:.5},{:.6},{},{:.3},{:.3},{:.4},{}",
-            number(l.edge.later),
-            number(l.edge.earlier),
-            t.x,
-            t.y,
-            t.z,
-            q.i,
-            q.j,
-            q.k,
-            q.w,
-            block(3),
-            block(0),
-            l.inliers,
-            l.share,
-            l.rms_px,
-            l.weight,
-            l.closed
-        )?;
+        let edge = relative(&l.edge.later_from_earlier, &l.edge.covariance);
+        let (later, earlier) = (number(l.edge.later), number(l.edge.earlier));
+        let ClosedLoop { inliers, share, rms_px, weight, closed, .. } = l;
+        writeln!(out, "{later},{earlier},{edge},{inliers},{share:.3},{rms_px:.3},{weight:.4},{closed}")?;
     }
     Ok(())
+}
+
+fn map_table(out: &mut impl Write, result: &RunResult, matches: &[MapMatch]) -> io::Result<()> {
+    writeln!(out, "frame,map_row,tx,ty,tz,qx,qy,qz,qw,sigma_m,sigma_rad,inliers,share,rms_px,weight,holds")?;
+    for m in matches {
+        let row = m.edge.frame;
+        let number = result.frames.get(row).map_or(row as u64, |f| f.number);
+        let edge = relative(&m.edge.camera_from_keyframe, &m.edge.covariance);
+        let MapMatch { map_frame, inliers, share, rms_px, weight, holds, .. } = m;
+        writeln!(out, "{number},{map_frame},{edge},{inliers},{share:.3},{rms_px:.3},{weight:.4},{holds}")?;
+    }
+    Ok(())
+}
+
+/// A relative pose and its standard deviations, as columns.
+fn relative(pose: &Pose<Camera, Camera>, covariance: &Matrix6<f64>) -> String {
+    let (t, q) = (pose.translation(), pose.rotation());
+    let block = |at: usize| covariance.fixed_view::<3, 3>(at, at).trace().max(0.0).sqrt();
+    format!(
+        "{:.6},{:.6},{:.6},{:.9},{:.9},{:.9},{:.9},{:.5},{:.6}",
+        t.x,
+        t.y,
+        t.z,
+        q.i,
+        q.j,
+        q.k,
+        q.w,
+        block(3),
+        block(0)
+    )
 }

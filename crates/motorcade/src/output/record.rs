@@ -22,7 +22,7 @@ pub(super) fn record(result: &RunResult, context: &RunContext, files: &[ListedFi
         "configuration": context.config,
         "input": context.input,
         "camera_height_m": result.ego.height_m,
-        "world": "camera frame of the first processed frame: x right, y down, z forward, metres",
+        "world": world(result),
         "perception": {"vehicles": context.perception.0, "road": context.perception.1},
         "interrupted": result.interrupted,
         "counters": {
@@ -51,7 +51,27 @@ pub(super) fn record(result: &RunResult, context: &RunContext, files: &[ListedFi
             "verified": loops.verified,
             "odometry_factor": loops.odometry_factor,
             "most_moved_m": loops.most_moved_m,
+            "vehicles_met_again": loops.vehicles_met_again,
+        });
+    }
+    if let Some(kept) = &result.loops.kept {
+        let number = |row: usize| result.frames.get(row).map_or(row as u64, |f| f.number);
+        record["map"] = json!({
+            "digest": kept.digest,
+            "keyframes": kept.keyframes,
+            "matches": kept.held().count(),
+            "switched_off": kept.matches.len() - kept.held().count(),
+            "first_frame": kept.held().next().map(|m| number(m.edge.frame)),
         });
     }
     record
+}
+
+/// The world of all poses in words.
+fn world(result: &RunResult) -> &'static str {
+    if result.loops.in_world_of_map() {
+        "world of the map given by --map, the camera frame of its own first frame: x right, y down, z forward, metres"
+    } else {
+        "camera frame of the first processed frame: x right, y down, z forward, metres"
+    }
 }

@@ -1,0 +1,182 @@
+//! Standing vehicles that are passed a second time.
+
+use std::ops::RangeInclusive;
+
+use nalgebra::{Matrix2, Vector2};
+
+use crate::trajectory::{PoseObservation, VehicleState, VehicleTrajectory};
+
+/// Farthest that two passes may see a vehicle apart \[m\]: half a car, less than from one parked car to the next.
+const MOST_APART_M: f64 = 2.0;
+/// Quantile of χ² with two degrees of freedom at 99.7 %.
+const CHI_SQUARED: f64 = 11.8;
+/// Probability of moving from which on a vehicle does not stand.
+const STANDING: f64 = 0.5;
+/// Largest difference of headings, front and rear exchanged or not, as a cosine: 30°.
+const LEAST_COSINE: f64 = 0.866;
+/// Least size of one pass as a share of that of the other.
+const LEAST_SIZE: f64 = 0.75;
+
+/// Makes one vehicle of those that stand in the same place in several passes, with the identity of the first pass. `joined(earlier, later)`
+/// tells of two spans of frames whether places seen again join them: without that, drift would put one vehicle into the place of
+/// another. Also returns how many passes were joined to earlier ones.
+pub fn join_met_again(
+    vehicles: Vec<VehicleTrajectory>,
+    joined: impl Fn(&RangeInclusive<usize>, &RangeInclusive<usize>) -> bool,
+) -> (Vec<VehicleTrajectory>, usize) {
+    let mut in_time: Vec<VehicleTrajectory> = vehicles;
+    in_time.sort_by_key(|v| (v.states.first().map_or(usize::MAX, |s| s.frame), v.id));
+    let (mut out, mut count): (Vec<VehicleTrajectory>, usize) = (Vec::with_capacity(in_time.len()), 0);
+    for vehicle in in_time {
+        let candidates = out.iter().enumerate().filter_map(|(k, earlier)| {
+            let (before, after) = (last_pass(earlier)?, last_pass(&vehicle)?);
+            let apart_m = same_place(earlier, &vehicle)?;
+            (before.end() + 1 < *after.start() && joined(&before, &after)).then_some((apart_m, k))
+        });
+        let nearest = candidates.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        match nearest.and_then(|(_, k)| out.get_mut(k)) {
+            Some(earlier) => {
+                join(earlier, vehicle);
+                count += 1;
+            }
+            None => out.push(vehicle),
+        }
+    }
+    out.sort_by_key(|v| v.id);
+    (out, count)
+}
+
+/// The frames of the last pass: states have one a frame, so that a gap ends a pass.
+fn last_pass(vehicle: &VehicleTrajectory) -> Option<RangeInclusive<usize>> {
+    let pass = vehicle.states.chunk_by(|a, b| a.frame + 1 == b.frame).next_back()?;
+    Some(pass.first()?.frame..=pass.last()?.frame)
+}
+
+/// The state that is known best.
+fn best(vehicle: &VehicleTrajectory) -> Option<&VehicleState> {
+    let variance = |s: &VehicleState| s.covariance.fixed_view::<3, 3>(3, 3).trace();
+    vehicle.states.iter().min_by(|a, b| variance(a).total_cmp(&variance(b)))
+}
+
+/// Distance of two standing vehicles that may be one \[m\]; `None` of others.
+fn same_place(a: &VehicleTrajectory, b: &VehicleTrajectory) -> Option<f64> {
+    if a.p_moving >= STANDING || b.p_moving >= STANDING {
+        return None;
+    }
+    let (p, q) = (best(a)?, best(b)?);
+    let apart = p.world_from_vehicle.inverse() * q.world_from_vehicle;
+    let rotation = apart.rotation_matrix();
+    let turn: Matrix2<f64> = rotation.fixed_view::<2, 2>(0, 0).into_owned();
+    let across: Vector2<f64> = apart.translation().xy();
+    let block = |s: &VehicleState| -> Matrix2<f64> { s.covariance.fixed_view::<2, 2>(3, 3).into_owned() };
+    let covariance = block(p) + turn * block(q) * turn.transpose();
+    let squared = across.dot(&(covariance.try_inverse()? * across));
+    let sizes = [a.size.length_m / b.size.length_m, a.size.height_m / b.size.height_m];
+    let alike = sizes.iter().all(|ratio| (LEAST_SIZE..=1.0 / LEAST_SIZE).contains(ratio));
+    let near = across.norm() <= MOST_APART_M && squared <= CHI_SQUARED;
+    (near && alike && rotation[(0, 0)].abs() >= LEAST_COSINE).then(|| across.norm())
+}
+
+/// Adds the states of a later pass to those of the earlier ones, for one size.
+fn join(earlier: &mut VehicleTrajectory, mut later: VehicleTrajectory) {
+    let (variance, other) = (earlier.scale_variance(), later.scale_variance());
+    let apart = (later.size.height_m / earlier.size.height_m).ln();
+    // The better known size counts: both have the same prior, so that they do not confirm each other.
+    if other < variance {
+        shift(&mut earlier.states, apart);
+        earlier.rescale(apart, other);
+        earlier.size_by_road = later.size_by_road;
+    } else {
+        shift(&mut later.states, -apart);
+    }
+    let odds = |p: f64| p / (1.0 - p).max(1e-9);
+    let both = odds(earlier.p_moving) * odds(later.p_moving);
+    earlier.p_moving = both / (1.0 + both);
+    earlier.states.append(&mut later.states);
+}
+
+/// Observations as they are when the logarithm of the size is larger by `by`.
+fn shift(states: &mut [VehicleState], by: f64) {
+    let moved = |o: &mut PoseObservation| {
+        o.camera_from_vehicle = o.camera_from_vehicle.retract(&(o.scale_derivative * by));
+    };
+    states.iter_mut().flat_map(|s| &mut s.observations).for_each(moved);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trajectory::Source;
+    use motorcade_geometry::Pose;
+    use motorcade_perception::VehicleClass;
+    use motorcade_shape::Dimensions;
+    use nalgebra::{Matrix3, Matrix6, Vector6};
+
+    fn vehicle(id: usize, frames: std::ops::Range<usize>, at: [f64; 2], p_moving: f64) -> VehicleTrajectory {
+        let state = |frame| VehicleState {
+            frame,
+            world_from_vehicle: Pose::exp(&Vector6::new(0.0, 0.0, 0.0, at[0], at[1], 0.0)),
+            covariance: Matrix6::identity() * 0.09,
+            bbox: None,
+            score: 1.0,
+            speed_mps: 0.0,
+            speed_sigma_mps: 0.1,
+            yaw_rate_radps: 0.0,
+            source: Source::Box,
+            measurement: None,
+            observations: Vec::new(),
+        };
+        VehicleTrajectory {
+            id,
+            class: VehicleClass::Car,
+            size: Dimensions { length_m: 4.2, width_m: 1.8, height_m: 1.5 },
+            size_covariance: Matrix3::identity() * 0.01,
+            size_by_road: None,
+            p_moving,
+            states: frames.map(state).collect(),
+        }
+    }
+
+    fn ids(vehicles: &[VehicleTrajectory]) -> Vec<(usize, usize)> {
+        vehicles.iter().map(|v| (v.id, v.states.len())).collect()
+    }
+
+    #[test]
+    fn a_parked_car_passed_again_is_the_same_one() {
+        let all = vec![
+            vehicle(1, 10..20, [0.0, 3.0], 0.1),
+            vehicle(2, 15..25, [7.0, 3.0], 0.1),
+            vehicle(7, 500..512, [0.4, 3.2], 0.1),
+            vehicle(9, 900..904, [-0.3, 2.9], 0.1),
+        ];
+        let (found, count) = join_met_again(all, |_, _| true);
+        assert_eq!((ids(&found), count), (vec![(1, 26), (2, 10)], 2));
+        assert!(found[0].p_moving < 0.01);
+    }
+
+    #[test]
+    fn other_vehicles_stay_others() {
+        let first = || vehicle(1, 10..20, [0.0, 3.0], 0.1);
+        let turned = |mut v: VehicleTrajectory| {
+            let across = Pose::exp(&Vector6::new(0.0, 0.0, 1.4, 0.0, 0.0, 0.0));
+            v.states.iter_mut().for_each(|s| s.world_from_vehicle = s.world_from_vehicle * across);
+            v
+        };
+        let larger = |mut v: VehicleTrajectory| {
+            v.size.length_m = 9.0;
+            v
+        };
+        for (name, second) in [
+            ("beside it", vehicle(2, 500..510, [2.3, 3.0], 0.1)),
+            ("beyond its deviations", vehicle(2, 500..510, [0.0, 4.7], 0.1)),
+            ("it moves", vehicle(2, 500..510, [0.0, 3.0], 0.8)),
+            ("at the same time", vehicle(2, 15..30, [0.0, 3.0], 0.1)),
+            ("across", turned(vehicle(2, 500..510, [0.0, 3.0], 0.1))),
+            ("a lorry", larger(vehicle(2, 500..510, [0.0, 3.0], 0.1))),
+        ] {
+            assert_eq!(join_met_again(vec![first(), second], |_, _| true).1, 0, "{name}");
+        }
+        let unjoined = join_met_again(vec![first(), vehicle(2, 500..510, [0.0, 3.0], 0.1)], |_, _| false);
+        assert_eq!(unjoined.1, 0);
+    }
+}

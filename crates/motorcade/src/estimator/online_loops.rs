@@ -1,0 +1,243 @@
+//! Places seen again while the camera drives.
+//!
+//! The estimator over the last seconds goes on in its own world, which drifts. Loops are closed among the keyframes of places alone, and
+//! their correction is a move of that world ([`Offsets`]) from the frame on at which it became known.
+
+use motorcade_geometry::{Camera, Pose, World};
+use motorcade_multibody::{LoopEdge, PlaceEdges, close_loops};
+use motorcade_odometry::{EgoFrame, EgoTrajectory, Rows};
+use motorcade_places::{FramePlacement, PlaceKeyframe, PlaceMatch, PlaceSearch, place_keyframe};
+use motorcade_vehicles::VehicleState;
+
+use super::loops::within_drift;
+use crate::closed_loop::{ClosedLoop, Loops};
+use crate::record::FrontEndView;
+use crate::revision::{RevisedKeyframe, Revision};
+use crate::settings::Settings;
+
+/// Way driven between two corrections \[m\]: each solves the graph of all keyframes.
+const LEAST_WAY_M: f64 = 20.0;
+/// Move of a keyframe beyond which a correction names it \[m\], \[rad\].
+const LEAST_MOVE: (f64, f64) = (0.05, 0.002);
+
+/// Moves of the world of the estimator over the last seconds, by the first row they hold for.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Offsets(Vec<(usize, Pose<World, World>)>);
+
+impl Offsets {
+    /// The move at a row; `None` before the first.
+    fn at(&self, row: usize) -> Option<&Pose<World, World>> {
+        let after = self.0.partition_point(|(first, _)| *first <= row);
+        after.checked_sub(1).and_then(|k| self.0.get(k)).map(|(_, offset)| offset)
+    }
+
+    /// The camera of a row as it is told.
+    pub(super) fn camera(&self, row: usize, frame: &mut EgoFrame) {
+        if let Some(offset) = self.at(row) {
+            frame.world_from_camera = *offset * frame.world_from_camera;
+        }
+    }
+
+    /// A vehicle as it is told.
+    pub(super) fn vehicle(&self, state: &mut VehicleState) {
+        if let Some(offset) = self.at(state.frame) {
+            state.world_from_vehicle = *offset * state.world_from_vehicle;
+        }
+    }
+}
+
+/// Places seen again while the camera drives.
+pub(super) struct OnlineLoops {
+    search: PlaceSearch,
+    /// Cameras of the rows that keyframes to come need.
+    ego: Rows<EgoFrame>,
+    /// Way driven to each row \[m\].
+    way_m: Vec<f64>,
+    /// Cameras of the keyframes; the step to each goes from the one before.
+    trajectory: Vec<EgoFrame>,
+    /// Loops that the last correction was made of.
+    known: usize,
+    /// Way at the last correction \[m\].
+    corrected_m: f64,
+    /// Pose of each keyframe as it was told last.
+    told: Vec<Pose<World, Camera>>,
+    pub(super) offsets: Offsets,
+    pub(super) loops: Loops,
+    revisions: usize,
+}
+
+impl OnlineLoops {
+    /// For runs that look for loops as they go; `None` for others.
+    pub(super) fn new(settings: &Settings) -> Option<Self> {
+        let config = &settings.config;
+        let wanted = config.online.enabled && config.loops.enabled && settings.external.trajectory.is_none();
+        wanted.then(|| Self {
+            search: PlaceSearch::new(settings.camera, config.places),
+            ego: Rows::default(),
+            way_m: Vec::new(),
+            trajectory: Vec::new(),
+            known: 0,
+            corrected_m: f64::NEG_INFINITY,
+            told: Vec::new(),
+            offsets: Offsets::default(),
+            loops: Loops::default(),
+            revisions: 0,
+        })
+    }
+
+    /// Number of keyframes whose features are not needed any more.
+    pub(super) fn done(&self, settings: &Settings) -> usize {
+        self.search.keyframes().len().saturating_sub(settings.config.places.landmarks.neighbours)
+    }
+
+    /// Takes the newest row and the keyframes that became complete with it; returns the correction where there is one.
+    pub(super) fn advance(
+        &mut self,
+        view: &FrontEndView<'_>,
+        newest: &EgoFrame,
+        settings: &Settings,
+    ) -> Option<Revision> {
+        self.push(newest);
+        let reach = settings.config.places.landmarks.neighbours;
+        let before = self.search.keyframes().len();
+        while self.search.keyframes().len() + reach < view.places.len() {
+            self.take(view.places, settings)?;
+        }
+        let taken = self.search.keyframes().len() > before;
+        let newest_m = *self.way_m.last()?;
+        if !taken || self.search.verified() == 0 || newest_m - self.corrected_m < LEAST_WAY_M {
+            return None;
+        }
+        let matches = self.search.supported();
+        if matches.len() <= self.known {
+            return None;
+        }
+        (self.known, self.corrected_m) = (matches.len(), newest_m);
+        self.correct(&matches, view, settings)
+    }
+
+    fn push(&mut self, newest: &EgoFrame) {
+        let step_m = self.ego.last().map_or(0.0, |before| {
+            (newest.world_from_camera.translation() - before.world_from_camera.translation()).norm()
+        });
+        self.way_m.push(self.way_m.last().unwrap_or(&0.0) + step_m);
+        self.ego.push(newest.clone());
+    }
+
+    /// Looks for the next keyframe.
+    fn take(&mut self, places: &[PlaceKeyframe], settings: &Settings) -> Option<()> {
+        let k = self.search.keyframes().len();
+        let reach = settings.config.places.landmarks.neighbours;
+        let from = k.saturating_sub(reach);
+        let around = &places[from..(k + reach + 1).min(places.len())];
+        let placement = |row: usize| FramePlacement {
+            world_from_camera: self.ego[row].world_from_camera,
+            way_m: self.way_m[row],
+        };
+        let options = &settings.config.places;
+        let placed = place_keyframe(&settings.camera, around, k - from, placement, options)?;
+        self.trajectory.push(self.step_to(placed.frame, settings)?);
+        let mut told = self.ego[placed.frame].clone();
+        self.offsets.camera(placed.frame, &mut told);
+        self.told.push(told.world_from_camera);
+        let needed = places.get((k + 1).saturating_sub(reach)).map_or(placed.frame, |first| first.frame);
+        drop(self.ego.forget_before(needed.min(placed.frame + 1)));
+        self.search.take(placed, |later, earlier, found| within_drift(found, (later, earlier), settings));
+        Some(())
+    }
+
+    /// The camera of the next keyframe, with the step from the one before.
+    fn step_to(&self, row: usize, settings: &Settings) -> Option<EgoFrame> {
+        let first = self.search.keyframes().last().map_or(0, |before| before.frame + 1);
+        let frames = (first..=row).map(|row| self.ego[row].clone()).collect();
+        let way = EgoTrajectory { frames, height_m: settings.height_m, noise: Vec::new() };
+        way.of_rows(&[row.checked_sub(first)?]).frames.pop()
+    }
+
+    /// Closes the loops among the keyframes; `None` where no loop holds or the graph was not solved.
+    fn correct(
+        &mut self,
+        matches: &[PlaceMatch],
+        view: &FrontEndView<'_>,
+        settings: &Settings,
+    ) -> Option<Revision> {
+        let config = &settings.config;
+        let rows: Vec<usize> = self.search.keyframes().iter().map(|k| k.frame).collect();
+        let last = self.trajectory.last()?.world_from_camera;
+        let mut corrected =
+            EgoTrajectory { frames: self.trajectory.clone(), height_m: settings.height_m, noise: Vec::new() };
+        let edge = |m: &PlaceMatch| LoopEdge {
+            earlier: m.candidate,
+            later: m.query,
+            later_from_earlier: m.query_from_candidate,
+            covariance: m.covariance,
+        };
+        let edges = PlaceEdges { loops: matches.iter().map(edge).collect(), map: Vec::new() };
+        let report = match close_loops(&mut corrected, &edges, &config.loops, &config.graph, settings.threads)
+        {
+            Ok(report) => report,
+            Err(error) => {
+                self.loops.problem = Some(error.to_string());
+                return None;
+            }
+        };
+        let weighted = report.weights.iter().zip(&report.closed);
+        let all = edges.loops.into_iter().zip(matches).zip(weighted);
+        self.loops.all = all
+            .map(|((edge, m), (weight, closed))| ClosedLoop {
+                edge: LoopEdge { earlier: rows[edge.earlier], later: rows[edge.later], ..edge },
+                inliers: m.inliers,
+                share: m.share,
+                rms_px: m.rms_px,
+                weight: *weight,
+                closed: *closed,
+            })
+            .collect();
+        let counts = self.search.report();
+        (self.loops.keyframes, self.loops.candidates) = (rows.len(), counts.candidates);
+        (self.loops.verified, self.loops.odometry_factor) = (counts.verified, report.odometry_factor);
+        self.loops.most_moved_m = report.most_moved_m;
+        let closed = report.closed_count();
+        if closed == 0 {
+            return None;
+        }
+        let newest = view.frames.len() - 1;
+        let offset = corrected.frames.last()?.world_from_camera * last.inverse();
+        let before = self.offsets.at(newest).copied().unwrap_or_default();
+        self.offsets.0.push((newest, offset));
+        self.revisions += 1;
+        Some(Revision {
+            number: self.revisions,
+            frame: view.frames[newest].clone(),
+            closed,
+            switched_off: report.closed.len() - closed,
+            corrected_from_told: offset * before.inverse(),
+            keyframes: self.revised(&corrected, &rows, view),
+        })
+    }
+
+    /// The keyframes that stand elsewhere than was told of them last; they are told now.
+    fn revised(
+        &mut self,
+        corrected: &EgoTrajectory,
+        rows: &[usize],
+        view: &FrontEndView<'_>,
+    ) -> Vec<RevisedKeyframe> {
+        let mut out = Vec::new();
+        for ((frame, told), row) in corrected.frames.iter().zip(&mut self.told).zip(rows) {
+            let moved = told.inverse() * frame.world_from_camera;
+            if moved.translation().norm() > LEAST_MOVE.0 || moved.rotation().angle() > LEAST_MOVE.1 {
+                *told = frame.world_from_camera;
+                out.push(RevisedKeyframe {
+                    number: view.frames[*row].number,
+                    world_from_camera: frame.world_from_camera,
+                    covariance: frame.covariance,
+                });
+            }
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests;

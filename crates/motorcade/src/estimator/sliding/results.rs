@@ -1,0 +1,77 @@
+//! Results of the estimator over the last seconds.
+
+use motorcade_odometry::EgoTrajectory;
+use motorcade_vehicles::VehicleTrajectory;
+
+use super::SlidingEstimator;
+use crate::assembly::Estimated;
+use crate::closed_loop::Loops;
+use crate::estimate::{Estimate, VehicleEstimate};
+use crate::estimator::unit::Unit;
+use crate::progress::Progress;
+use crate::record::{FrontEndRecord, FrontEndView};
+use crate::result::RunResult;
+use crate::settings::Settings;
+
+impl SlidingEstimator {
+    /// The estimate of the newest frame taken; `None` before the first.
+    pub fn newest(&self, view: &FrontEndView<'_>) -> Option<Estimate> {
+        let row = self.ego.len().checked_sub(1)?;
+        let (ego, frame) = (self.ego.get(row)?, view.frames.get(row)?);
+        let speed_mps = row.checked_sub(1).map_or(0.0, |before| {
+            let Some(before_ego) = self.ego.get(before) else { return 0.0 };
+            let step = ego.world_from_camera.translation() - before_ego.world_from_camera.translation();
+            let seconds = (frame.timestamp_ns - view.frames[before].timestamp_ns) as f64 * 1e-9;
+            if seconds > 0.0 { step.norm() / seconds } else { 0.0 }
+        });
+        let newest = |v: &VehicleTrajectory| {
+            let state = v.states.last().filter(|s| s.frame == row)?.clone();
+            let VehicleTrajectory { id, class, size, size_covariance, p_moving, .. } = *v;
+            Some(VehicleEstimate { id, class, size, size_covariance, p_moving, state })
+        };
+        let mut vehicles: Vec<VehicleEstimate> = self.vehicles.values().filter_map(newest).collect();
+        let mut ego = ego.clone();
+        if let Some(loops) = &self.loops {
+            loops.offsets.camera(row, &mut ego);
+            vehicles.iter_mut().for_each(|v| loops.offsets.vehicle(&mut v.state));
+        }
+        Some(Estimate { frame: frame.clone(), ego, speed_mps, vehicles })
+    }
+
+    /// Ends the drive: every frame and vehicle as it was estimated when it came.
+    pub fn finish(
+        mut self,
+        mut record: FrontEndRecord,
+        settings: &Settings,
+        progress: &dyn Progress,
+    ) -> RunResult {
+        record.stopwatch.join(&self.stopwatch);
+        let unknown = settings.height_unknown.then(|| {
+            format!(
+                "height of the camera guessed, {:.2} m: it is estimated at the end of a drive only",
+                settings.height_m
+            )
+        });
+        let unit = self.unit.iter().map(Unit::to_string);
+        let (mut frames, lost) = self.ego.into_frames();
+        let loops = self.loops.take().map_or_else(Loops::default, |loops| {
+            let states = self.vehicles.values_mut().flat_map(|v| &mut v.states);
+            states.for_each(|state| loops.offsets.vehicle(state));
+            frames.iter_mut().enumerate().for_each(|(row, frame)| loops.offsets.camera(row, frame));
+            loops.loops
+        });
+        let told = loops.describe();
+        let warnings = self.warnings.into_iter().chain(unit).chain(unknown).chain(told);
+        let warnings = lost.into_iter().chain(warnings).collect();
+        let estimated = Estimated {
+            camera: settings.camera,
+            ego: EgoTrajectory { frames, height_m: settings.height_m, noise: Vec::new() },
+            vehicles: self.vehicles.into_values().collect(),
+            graph: None,
+            loops,
+            warnings,
+            metric: settings.metric() || self.unit.is_some(),
+        };
+        RunResult::new(record, estimated, progress)
+    }
+}

@@ -1,0 +1,61 @@
+//! Corrections of an online run by places seen again.
+
+use motorcade_geometry::{Camera, Pose, World};
+use nalgebra::Matrix6;
+use serde_json::{Value, json};
+
+use crate::estimate;
+use crate::record::FrameInfo;
+
+/// A correction of an online run: places seen again tell where the camera is and was. Estimates told before stay as they were told.
+#[derive(Clone, Debug)]
+pub struct Revision {
+    /// Number of the correction, from 1.
+    pub number: usize,
+    /// The first frame that is told in the corrected world.
+    pub frame: FrameInfo,
+    /// Loops that hold.
+    pub closed: usize,
+    /// Loops that odometry and the others contradict.
+    pub switched_off: usize,
+    /// Move of what would have been told of this frame without the correction.
+    pub corrected_from_told: Pose<World, World>,
+    /// Keyframes that stand elsewhere than was told of them last.
+    pub keyframes: Vec<RevisedKeyframe>,
+}
+
+/// A keyframe where a correction puts it.
+#[derive(Clone, Debug)]
+pub struct RevisedKeyframe {
+    /// Number of the frame.
+    pub number: u64,
+    /// Pose in the corrected world \[m\].
+    pub world_from_camera: Pose<World, Camera>,
+    /// Its covariance (6×6 `[ω, ν]`).
+    pub covariance: Matrix6<f64>,
+}
+
+impl Revision {
+    /// One line of JSON: `revision`, `frame`, `time_s`, `loops`, `corrected_from_told`, `keyframes`.
+    pub fn to_json(&self) -> String {
+        let keyframe = |k: &RevisedKeyframe| {
+            let mut out = estimate::pose(&k.world_from_camera, &k.covariance);
+            out["frame"] = json!(k.number);
+            out
+        };
+        let keyframes: Vec<Value> = self.keyframes.iter().map(keyframe).collect();
+        let (t, q) = (self.corrected_from_told.translation(), self.corrected_from_told.rotation());
+        json!({
+            "revision": self.number,
+            "frame": self.frame.number,
+            "time_s": estimate::rounded(self.frame.timestamp_ns as f64 * 1e-9),
+            "loops": {"closed": self.closed, "switched_off": self.switched_off},
+            "corrected_from_told": {
+                "position_m": ([t.x, t.y, t.z].map(estimate::rounded)),
+                "orientation_xyzw": ([q.i, q.j, q.k, q.w].map(estimate::rounded)),
+            },
+            "keyframes": keyframes,
+        })
+        .to_string()
+    }
+}
