@@ -2,6 +2,7 @@
 
 mod class;
 mod consistency;
+mod drive;
 mod headings;
 mod hypothesis;
 mod input;

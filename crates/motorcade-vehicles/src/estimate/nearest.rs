@@ -4,7 +4,7 @@
 //! weighs as much as that of near ones. The near boxes alone place a standing vehicle well, and tell which of the far ones are its own.
 
 use super::consistency::overlap_of_columns;
-use super::parts::Drive;
+use super::drive::Drive;
 use crate::external::ExternalTrack;
 use crate::track::{Track, TrackBox};
 use crate::trajectory::{VehicleState, VehicleTrajectory};

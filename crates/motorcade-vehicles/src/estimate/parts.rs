@@ -1,15 +1,13 @@
 //! The vehicles of a track: one, or several where a tracker joined their boxes.
 
-use motorcade_geometry::{BoundingBox, PinholeCamera};
+use motorcade_geometry::PinholeCamera;
 
-use super::consistency::{explained, overlap, parted};
-use super::estimate_track;
+use super::consistency::{overlap, parted};
+use super::drive::Drive;
 use super::nearest::nearest_vehicle;
 use crate::external::ExternalTrack;
 use crate::ground::GroundFrame;
-use crate::observed_box::ObservedBox;
-use crate::options::{HypothesisOptions, VehicleOptions};
-use crate::time::independent_views;
+use crate::options::VehicleOptions;
 use crate::track::{Track, TrackBox};
 use crate::trajectory::VehicleTrajectory;
 
@@ -61,46 +59,6 @@ pub fn estimate_consistently(
     }
     found.retain(|vehicle| mean_speed_mps(grounds, vehicle) <= options.advanced.motion.largest_speed_mps);
     found
-}
-
-/// What is known of a drive when the vehicles of a track are estimated.
-pub(super) struct Drive<'a, V> {
-    pub(super) camera: &'a PinholeCamera,
-    grounds: &'a [GroundFrame],
-    views: &'a V,
-    options: &'a VehicleOptions,
-}
-
-impl<V: Fn(&Track) -> ExternalTrack> Drive<'_, V> {
-    pub(super) fn hypothesis(&self) -> &HypothesisOptions {
-        &self.options.advanced.hypothesis
-    }
-
-    /// The estimate of a track as one vehicle.
-    pub(super) fn estimate(&self, track: &Track) -> Option<VehicleTrajectory> {
-        estimate_track(self.camera, self.grounds, track, &(self.views)(track), self.options)
-    }
-
-    /// For each box of a track whether a vehicle overlaps it by `least_iou`.
-    pub(super) fn explained(
-        &self,
-        overlap: fn(&BoundingBox, &ObservedBox) -> f64,
-        track: &Track,
-        vehicle: &VehicleTrajectory,
-        least_iou: f64,
-    ) -> Vec<bool> {
-        explained(overlap, self.camera, self.grounds, track, vehicle, least_iou)
-    }
-
-    /// True when boxes are enough for a vehicle.
-    pub(super) fn enough(&self, boxes: &[TrackBox]) -> bool {
-        let time_s =
-            |b: Option<&TrackBox>| b.and_then(|b| self.grounds.get(b.frame)).map_or(0.0, |g| g.time_s);
-        let duration_s = time_s(boxes.last()) - time_s(boxes.first());
-        let correlation_time_s = self.options.advanced.correlation_time_s;
-        let independent = independent_views(boxes.len(), duration_s, correlation_time_s, f64::MAX);
-        independent >= self.hypothesis().least_consistent_boxes
-    }
 }
 
 /// True when the boxes of a part of a track are in at least half of its frames: scattered ones are errors of the detector.

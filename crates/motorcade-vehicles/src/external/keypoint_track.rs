@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use motorcade_perception::VehicleClass;
 use motorcade_shape::{ShapeFit, TrackFit, TrackShape};
 
-use super::keypoint_views::FrameKeypoints;
+use super::frame_keypoints::FrameKeypoints;
 
 /// Frames before the window of which keypoints are kept.
 const MOST_EARLIER: usize = 48;
@@ -68,7 +68,7 @@ impl KeypointTrack {
 
     /// Keypoints of a layout, in order of rows.
     pub(super) fn of_layout(&self, layout: usize) -> Vec<&FrameKeypoints> {
-        self.frames.values().map(|known| &known.keypoints).filter(|k| k.layout() == layout).collect()
+        self.frames.values().map(|known| &known.keypoints).filter(|k| k.layout == layout).collect()
     }
 
     /// Takes the shapes of all known frames. Fits of a shape that came from few frames are dropped.

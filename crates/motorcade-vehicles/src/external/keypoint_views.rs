@@ -8,6 +8,7 @@ use motorcade_shape::{
 };
 use nalgebra::{Matrix3, Point3, Vector3};
 
+use super::frame_keypoints::FrameKeypoints;
 use super::heading_vote::{Vote, vote};
 use super::keypoint_track::KeypointTrack;
 use super::{ExternalTrack, ExternalView, SizeDependence};
@@ -17,7 +18,7 @@ use crate::size_prior::size_prior;
 use crate::track::{Track, TrackBox};
 use crate::trajectory::Source;
 
-/// Layouts that are fitted; indices of `fitters`.
+/// Layouts that are fitted; indices of `fitters` and of [`FrameKeypoints::layout`].
 const LAYOUTS: [Layout; 2] = [Layout::Car36, Layout::Car14];
 
 /// Fitters of the shape prior, one a layout of keypoints.
@@ -42,19 +43,6 @@ pub struct KeypointViews<'a> {
     options: &'a KeypointViewOptions,
     box_fit: &'a BoxFitOptions,
     fitters: &'a [ShapeFitter; 2],
-}
-
-/// The keypoints of a track in one frame, ready to be fitted.
-pub(super) struct FrameKeypoints {
-    /// Index in [`LAYOUTS`].
-    layout: usize,
-    observation: Observation,
-}
-
-impl FrameKeypoints {
-    pub(super) fn layout(&self) -> usize {
-        self.layout
-    }
 }
 
 impl<'a> KeypointViews<'a> {

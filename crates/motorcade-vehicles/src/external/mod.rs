@@ -1,5 +1,6 @@
 //! Views of vehicles from sources other than boxes: keypoints and poses of a file.
 
+mod frame_keypoints;
 mod heading_vote;
 mod keypoint_track;
 mod keypoint_views;
