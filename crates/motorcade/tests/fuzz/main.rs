@@ -64,11 +64,17 @@ fn fuzz(name: &str, samples: &[(&str, &[u8])], reader: impl Fn(&Path) -> bool) {
     let try_one = |file: &str, bytes: &[u8], which: &str| {
         let path = folder.path().join(file);
         std::fs::write(&path, bytes).unwrap();
-        let start = Instant::now();
-        let outcome = catch_unwind(AssertUnwindSafe(|| reader(&path)));
         let shown = || String::from_utf8_lossy(bytes).into_owned();
-        let accepted = outcome.unwrap_or_else(|_| panic!("{name}: panic on {which}: {:?}", shown()));
-        assert!(start.elapsed() < LONGEST, "{name}: {:?} on {which}: {:?}", start.elapsed(), shown());
+        let once = || {
+            let start = Instant::now();
+            let outcome = catch_unwind(AssertUnwindSafe(|| reader(&path)));
+            let accepted = outcome.unwrap_or_else(|_| panic!("{name}: panic on {which}: {:?}", shown()));
+            (accepted, start.elapsed())
+        };
+        let (accepted, first) = once();
+        // Other processes may have had the processor: a slow input is slow again.
+        let took = if first < LONGEST { first } else { once().1 };
+        assert!(took < LONGEST, "{name}: {took:?} on {which}: {:?}", shown());
         accepted
     };
     for (file, bytes) in samples {
