@@ -21,7 +21,8 @@ fn a_drive_is_told_in_the_world_of_the_map_that_it_meets() {
     let at = folder.path();
     answer(at, &format!("{RUN} --frames ..58 --out first --save-map first.map")).expect(0, &[]);
     // The second drive begins 6 m farther on.
-    answer(at, &format!("{RUN} --frames 6.. --out again --map first.map --save-map again.map")).expect(0, &[]);
+    answer(at, &format!("{RUN} --frames 6.. --out again --map first.map --save-map again.map"))
+        .expect(0, &[]);
     let again = record(&at.join("again"));
     assert!(again["map"]["matches"].as_u64().unwrap() >= 5, "{}", again["map"]);
     assert_eq!(again["map"]["digest"].as_str().unwrap().len(), 16);
