@@ -11,7 +11,7 @@ use crate::options::VehicleOptions;
 use crate::track::{Track, TrackBox};
 use crate::trajectory::VehicleTrajectory;
 
-/// Estimates a track as [`estimate_track`] does; boxes that no vehicle of it explains are another vehicle's. `views` gives the external views of
+/// Estimates a track as [`estimate_track`](super::estimate_track) does; boxes that no vehicle of it explains are another vehicle's. `views` gives the external views of
 /// a track. With `next_id` those boxes become tracks of their own with identities from there on, as long as they are enough; without,
 /// they are left out. What would have to drive faster than any vehicle is none.
 pub fn estimate_consistently(
