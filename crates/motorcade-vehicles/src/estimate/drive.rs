@@ -12,7 +12,7 @@ use crate::time::independent_views;
 use crate::track::{Track, TrackBox};
 use crate::trajectory::VehicleTrajectory;
 
-/// What is known of a drive when the vehicles of a track are estimated.
+/// The inputs that the estimates of all tracks of a drive share.
 pub(super) struct Drive<'a, V> {
     pub(super) camera: &'a PinholeCamera,
     pub(super) grounds: &'a [GroundFrame],
