@@ -5,12 +5,12 @@
 #[allow(dead_code, reason = "not every test uses all of it")]
 mod street;
 
-use motorcade_perception::{Detection, VehicleClass};
+use motorcade_perception::{BoundingBox, Detection, VehicleClass};
 use motorcade_testing::{CAMERA, CAMERA_HEIGHT_M};
 use motorcade_vehicles::{
     ExternalTrack, ObservedBox, Track, TrackBox, VehicleOptions, estimate_consistently,
 };
-use street::{car, grounds};
+use street::{car, detected, grounds};
 
 /// A tracker that went from one parked car to the next: no trajectory explains the boxes of both, each part has its own.
 #[test]
@@ -87,4 +87,34 @@ fn what_would_drive_faster_than_any_vehicle_is_none() {
     let track = Track::new(1, VehicleClass::Car, boxes.collect());
     let none = |_: &Track| ExternalTrack::default();
     assert!(estimate_consistently(&CAMERA, &grounds, &track, &none, &options, None).is_empty());
+}
+
+/// Houses 8 m high, 300 m away and 65 m aside: called cars, they would drive along with the camera, a metre above the road.
+#[test]
+fn a_building_in_the_background_is_no_vehicle() {
+    let frames = 40;
+    let grounds = grounds(frames, CAMERA_HEIGHT_M);
+    let mut options = VehicleOptions::default();
+    let found = |detection: &dyn Fn(f64) -> Detection, options: &VehicleOptions| {
+        let boxes = (0..frames).map(|frame| {
+            let driven_m = grounds[frame].world_from_camera.translation().z;
+            let observed = ObservedBox::new(&detection(driven_m), &CAMERA, &[], &options.advanced.box_fit);
+            TrackBox { frame, observed, score: 0.8 }
+        });
+        let track = Track::new(1, VehicleClass::Car, boxes.collect());
+        let none = |_: &Track| ExternalTrack::default();
+        estimate_consistently(&CAMERA, &grounds, &track, &none, options, Some(&mut 20))
+    };
+    let houses = |driven_m: f64| {
+        let px = |m: f64| CAMERA.fx * m / (300.0 - driven_m);
+        let (x, below) = (CAMERA.cx - px(65.0), CAMERA.cy + px(3.0));
+        detected(BoundingBox::new([x - px(10.0), below - px(8.0), x + px(10.0), below]))
+    };
+    assert!(found(&houses, &options).is_empty());
+    // A car that drives ahead at the camera's speed has the boxes of something infinitely far away, but for the road below it.
+    let ahead = found(&|_| car(30.0, 3.5).unwrap(), &options);
+    assert!(ahead.len() == 1 && ahead[0].p_moving > 0.9);
+    // Without the test of the road they are a vehicle.
+    options.advanced.hypothesis.hanging_sigmas = f64::MAX;
+    assert_eq!(found(&houses, &options).len(), 1);
 }

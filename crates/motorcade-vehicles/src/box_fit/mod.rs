@@ -15,12 +15,13 @@ use motorcade_shape::{Dimensions, SizePrior};
 use nalgebra::{Matrix3, Matrix6, Point3, Vector3, Vector6};
 
 use crate::box_fit::jacobian::{edge_by_point, edge_by_state};
-use crate::box_fit::noise::{edge_deviation_px, road_height_sigma_m};
+use crate::box_fit::noise::edge_deviation_px;
 use crate::ground::GroundFrame;
 use crate::observed_box::ObservedBox;
 use crate::options::BoxFitOptions;
 use crate::outline::{extreme_points, upright_pose};
 
+pub(crate) use noise::{edge_sigma_px, road_height_sigma_m};
 pub use single_view::SingleView;
 
 /// Smallest distance ahead at which a fit is a vehicle \[m\].

@@ -8,7 +8,7 @@ use crate::observed_box::ObservedBox;
 use crate::options::BoxFitOptions;
 
 /// Standard deviation of a measured edge (0 to 3: left, top, right, bottom) \[px\].
-fn edge_sigma_px(observed: &ObservedBox, edge: usize, options: &BoxFitOptions) -> f64 {
+pub(crate) fn edge_sigma_px(observed: &ObservedBox, edge: usize, options: &BoxFitOptions) -> f64 {
     let ObservedBox { bbox, class, convention, pixel_size, .. } = observed;
     let side = if edge.is_multiple_of(2) { bbox.width() } else { bbox.height() };
     let large = matches!(class, VehicleClass::Van | VehicleClass::Truck | VehicleClass::Bus);
@@ -51,7 +51,7 @@ pub(super) fn edge_deviation_px(
 
 /// Standard deviation of the road's height at a place (ahead, left), over the plane of the frame \[m\]: the plane's pitch, the change of
 /// the road's slope, and cross-fall beside the own lane.
-pub(super) fn road_height_sigma_m(
+pub(crate) fn road_height_sigma_m(
     ground: &GroundFrame,
     ahead_m: f64,
     left_m: f64,

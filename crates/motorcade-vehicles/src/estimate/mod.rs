@@ -1,5 +1,6 @@
 //! Trajectory of one vehicle from the boxes of its track and its external views.
 
+mod background;
 mod class;
 mod consistency;
 mod drive;
@@ -57,15 +58,25 @@ pub fn estimate_track(
         let track = track.as_class(class);
         let input = TrackInput { track: &track, external: &none, prior: size_prior(class), ..input };
         let found = best_headings(&input, &times)?;
-        Some((class_cost(&input, &found), trajectory(&input, &found)))
+        let vehicle = trajectory(&input, &found);
+        Some((class_cost(&input, &found), found, vehicle))
     };
     let own = if doubtful(&input, &best) { cost_as(track.class) } else { None };
     let preference = options.advanced.hypothesis.class_preference_chi2;
-    let better = own.and_then(|(own, _)| {
-        let others = class::others(&track.votes, track.class).into_iter().filter_map(cost_as);
-        others.filter(|(cost, _)| cost + preference < own).min_by(|a, b| a.0.total_cmp(&b.0))
+    let better = own.and_then(|own| {
+        let others = class::others(&track.votes, track.class).into_iter();
+        let others = others.filter_map(|class| cost_as(class).filter(|of| is_typical(&of.1, class, options)));
+        others.filter(|of| of.0 + preference < own.0).min_by(|a, b| a.0.total_cmp(&b.0))
     });
-    Some(better.map_or_else(|| trajectory(&input, &best), |(_, found)| found))
+    Some(better.map_or_else(|| trajectory(&input, &best), |(_, _, found)| found))
+}
+
+/// True when a size lies within the usual range of its class. What fits only as an unusually small lorry is none.
+fn is_typical(found: &TrackHypothesis, class: VehicleClass, options: &VehicleOptions) -> bool {
+    let prior = size_prior(class);
+    let difference = found.views.size.size.to_vector() - prior.mean.to_vector();
+    difference.component_div(&prior.sigma.to_vector()).amax()
+        <= options.advanced.hypothesis.typical_size_sigmas
 }
 
 /// True when the detector's class may be wrong: its votes disagree, or the boxes fit it badly.

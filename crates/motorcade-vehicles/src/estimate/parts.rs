@@ -2,6 +2,7 @@
 
 use motorcade_geometry::PinholeCamera;
 
+use super::background::is_background;
 use super::consistency::{overlap, parted};
 use super::drive::Drive;
 use super::nearest::nearest_vehicle;
@@ -13,7 +14,7 @@ use crate::trajectory::VehicleTrajectory;
 
 /// Estimates a track as [`estimate_track`](super::estimate_track) does; boxes that no vehicle of it explains are another vehicle's. `views` gives the external views of
 /// a track. With `next_id` those boxes become tracks of their own with identities from there on, as long as they are enough; without,
-/// they are left out. What would have to drive faster than any vehicle is none.
+/// they are left out. What would have to drive faster than any vehicle is none, nor is what stands far behind the traffic.
 pub fn estimate_consistently(
     camera: &PinholeCamera,
     grounds: &[GroundFrame],
@@ -28,6 +29,9 @@ pub fn estimate_consistently(
     let mut open = vec![(track.clone(), drive.hypothesis().splits)];
     while let Some((track, splits)) = open.pop() {
         let Some(estimate) = drive.estimate(&track) else { continue };
+        if is_background(&drive, &track, &estimate) {
+            continue;
+        }
         // A window of the last seconds has no boxes that are far against its near ones.
         let nearest =
             if splits > 0 && ids.is_some() { nearest_vehicle(&drive, &track, &estimate) } else { None };

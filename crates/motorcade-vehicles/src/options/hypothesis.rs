@@ -17,6 +17,9 @@ pub struct HypothesisOptions {
     /// χ² by which another class must be more probable than the detector's: errors of the road's plane are common to all
     /// boxes of a track.
     pub class_preference_chi2: f64,
+    /// Largest deviation of a size from the mean of a class other than the detector's, in standard deviations of that class: 95 % of its
+    /// vehicles. Sizes of a track are clamped to a wider range.
+    pub typical_size_sigmas: f64,
     /// Overlap (IoU) of a box with the projected vehicle below which it is another vehicle's. A neighbour in a row of parked cars
     /// overlaps by about a third; occluded and truncated edges are bounds.
     pub least_box_iou: f64,
@@ -30,6 +33,13 @@ pub struct HypothesisOptions {
     pub least_standing_iou: f64,
     /// Share of the boxes of a track that may be foreign without being parted from it.
     pub most_foreign_share: f64,
+    /// Standard deviations of the road's height by which the lower edges of something that stands in the background lie above the road, where a
+    /// vehicle of its class would drive: 93 % of the vehicles are lower.
+    pub hanging_sigmas: f64,
+    /// Share of the boxes of a track that one standing point must explain within two standard deviations.
+    pub background_share: f64,
+    /// Height above which nothing is a vehicle \[m\]: double-deck buses reach 4.4 m.
+    pub tallest_m: f64,
     /// Boxes below which a part of a track is no vehicle, counted as at most one per correlation time.
     pub least_consistent_boxes: f64,
     /// Times that a track is parted.
@@ -49,11 +59,15 @@ impl Default for HypothesisOptions {
             expected_chi2: 2.0,
             agreed_class_share: 0.8,
             class_preference_chi2: 2.0,
+            typical_size_sigmas: 2.0,
             least_box_iou: 0.3,
             near_share: 0.6,
             near_rad: 0.08,
             least_standing_iou: 0.45,
             most_foreign_share: 0.1,
+            hanging_sigmas: 1.5,
+            background_share: 0.6,
+            tallest_m: 4.5,
             least_consistent_boxes: 4.0,
             splits: 3,
             double_iou: 0.5,
