@@ -9,7 +9,7 @@ use crate::segment::Rectangle;
 use crate::text::width_px;
 use crate::vehicle::{Placed, colour};
 
-/// Vehicles lower than this in the image have one line \[capital heights\].
+/// Vehicles lower than this in the image, and faint ones, have one line \[capital heights\].
 const SMALL: f64 = 2.5;
 
 /// Margin around the text, width of the coloured bar at its left, distance of two baselines \[capital heights\].
@@ -54,7 +54,7 @@ impl<'a> Label<'a> {
         layout: &Layout,
         placement: &mut Placement,
     ) -> Option<Self> {
-        let small = placed.height_px < SMALL * layout.capital_px;
+        let small = placed.height_px < SMALL * layout.capital_px || placed.vehicle.faint;
         let lines = lines(placed.vehicle, road, small);
         let capital = if small { 0.85 } else { 1.0 } * layout.capital_px;
         let widest = lines.iter().map(|line| width_px(line, capital)).fold(0.0, f64::max);
@@ -81,7 +81,7 @@ impl<'a> Label<'a> {
         canvas.rectangle(place, BLACK.faded(0.6));
         let bar = Rectangle::new(place.x1, place.y1, place.x1 + 0.7 * BAR * capital, place.y2);
         canvas.rectangle(&bar, colour(self.placed.vehicle));
-        let ink = if self.placed.vehicle.predicted { WHITE.faded(0.75) } else { WHITE };
+        let ink = if self.placed.vehicle.faint { WHITE.faded(0.75) } else { WHITE };
         for (k, line) in self.lines.iter().enumerate() {
             let baseline = place.y1 + capital * (MARGIN + 1.0 + PITCH * k as f64);
             canvas.plain_text(line, [place.x1 + capital * (MARGIN + BAR), baseline], capital, ink);

@@ -10,9 +10,9 @@ use crate::scene::SceneVehicle;
 use crate::segment::{Pixel, Rectangle, Segment};
 use crate::view::View;
 
-/// Opacity of edges that the body hides, and of vehicles that were not seen in the frame.
+/// Opacity of edges that the body hides, and of faint vehicles.
 const HIDDEN: f64 = 0.35;
-const PREDICTED: f64 = 0.5;
+const FAINT: f64 = 0.5;
 
 /// Width of a vehicle's outline \[px\] by the standard deviation of its position on the road \[m\]: `line_px` where that is 0, `line_px`
 /// more for every metre of it, at most four times `line_px`, and at most a twelfth of the vehicle's height in the image but never
@@ -26,7 +26,7 @@ pub fn outline_width_px(sigma_m: f64, line_px: f64, height_px: f64) -> f64 {
 pub(crate) fn colour(vehicle: &SceneVehicle) -> Colour {
     let (saturation, lightness) = if vehicle.moving { (0.95, 0.58) } else { (0.55, 0.68) };
     let colour = Colour::from_hue(vehicle.hue_deg, saturation, lightness);
-    if vehicle.predicted { colour.faded(PREDICTED) } else { colour }
+    if vehicle.faint { colour.faded(FAINT) } else { colour }
 }
 
 /// A vehicle with its place in the image.

@@ -28,6 +28,7 @@ fn run() -> RecordedRun {
         speed_mps: 10.0,
         sigma_m: [0.3, 0.1, 0.05],
         predicted: false,
+        score: 0.8,
     });
     let vehicle = RecordedVehicle {
         id: 7,

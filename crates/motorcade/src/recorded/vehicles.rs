@@ -38,6 +38,8 @@ pub struct RecordedState {
     pub sigma_m: [f64; 3],
     /// True when it was not seen in this frame.
     pub predicted: bool,
+    /// Score of the detector in this frame; 0 where it was not seen.
+    pub score: f64,
 }
 
 pub(super) fn read(path: &Path, frames: &[RecordedFrame]) -> Result<Vec<RecordedVehicle>> {
@@ -85,5 +87,6 @@ fn state(row: &NamedRow<'_>, at: usize) -> Result<RecordedState> {
         speed_mps: row.number("speed_mps")?,
         sigma_m: row.numbers(["sigma_forward_m", "sigma_left_m", "sigma_up_m"])?,
         predicted: row.text("source")? == "predicted",
+        score: row.number("score")?,
     })
 }
