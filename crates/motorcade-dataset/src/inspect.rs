@@ -6,9 +6,8 @@ use motorcade_geometry::{Distortion, PinholeCamera};
 
 use crate::calibration::Calibration;
 use crate::fnv::Fnv;
-use crate::format::Format;
 use crate::input::Input;
-use crate::source::{Slot, Store};
+use crate::source::{Format, Slot, Store};
 
 /// Summary of a recognised input. Lengths in pixels, times in seconds.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -99,8 +98,8 @@ impl Summary {
         let names = |paths: &[std::path::PathBuf]| paths.iter().map(|path| name(path)).collect();
         Self {
             format: survey.format,
-            sequence: survey.sequence.clone(),
-            camera: survey.camera,
+            sequence: survey.contents.sequence.clone(),
+            camera: survey.contents.camera,
             frames: input.slots.len(),
             numbers: (first.map_or(0, |s| s.number), last.map_or(0, |s| s.number)),
             duration_s: span_ns as f64 * 1e-9,
@@ -122,8 +121,8 @@ impl Summary {
             lens: calibration.zip(input.camera.as_ref()).and_then(|(c, pinhole)| LensSummary::of(c, pinhole)),
             camera_from_cam0_m: shift.into(),
             gaps: survey.gaps.clone(),
-            duplicates: names(&survey.listing.duplicates),
-            unnumbered: names(&survey.listing.unnumbered),
+            duplicates: names(&survey.contents.listing.duplicates),
+            unnumbered: names(&survey.contents.listing.unnumbered),
             input_hash: fingerprint(input).to_string(),
         }
     }
@@ -143,13 +142,13 @@ fn fingerprint(input: &Input) -> Fnv {
             hash.add(&std::fs::metadata(path).map_or(0, |m| m.len()).to_le_bytes());
         }
     }
-    if let Store::Video(path) = &input.survey.store {
+    if let Store::Video(path) = &input.survey.contents.store {
         hash.add(name(path).as_bytes());
         hash.add(&std::fs::metadata(path).map_or(0, |m| m.len()).to_le_bytes());
     }
     let calibration = input.calibration.as_ref().map(|(_, calibration)| calibration.identity());
     hash.add(calibration.map_or("None".to_owned(), |text| format!("Some({text})")).as_bytes());
-    if let Store::Live(source) = &input.survey.store {
+    if let Store::Live(source) = &input.survey.contents.store {
         hash.add(format!("{source:?}").as_bytes());
     }
     if let Some(masks) = &input.masks {

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use crate::format::Format;
 use crate::selection::FrameRange;
+use crate::source::Format;
 
 /// Options of [`Sequence::open`](crate::Sequence::open). The default recognises the format and takes every frame.
 #[derive(Clone, Debug)]

@@ -7,14 +7,13 @@ use motorcade_geometry::{Camera, PinholeCamera, Pose};
 
 use crate::calibration::{Calibration, Cam0, FPS_RANGE, HEIGHT_RANGE_M};
 use crate::error::{Error, Result};
-use crate::format::Format;
 use crate::frame::Pixels;
 use crate::input::Input;
 use crate::inspect::Summary;
 use crate::live::Live;
 use crate::masks::IgnoreMasks;
 use crate::options::SequenceOptions;
-use crate::source::{Slot, Store, decode, video::VideoReader};
+use crate::source::{Format, Slot, Store, decode, video::VideoReader};
 use crate::stream::{Decoder, Frames};
 use crate::survey::{Survey, survey};
 use crate::undistort::Undistortion;
@@ -46,11 +45,11 @@ impl Sequence {
         let format = options.format.map_or_else(|| Format::recognise(path), Ok)?;
         let survey = survey(path, format, options)?;
         let calibration = match &survey.calibration {
-            Some(file) => Some((file.clone(), Calibration::read(file, survey.camera)?)),
+            Some(file) => Some((file.clone(), Calibration::read(file, survey.contents.camera)?)),
             None => None,
         };
         let calibrated_fps = calibration.as_ref().and_then(|(_, c)| c.fps);
-        let (slots, live, first) = match &survey.store {
+        let (slots, live, first) = match &survey.contents.store {
             Store::Live(source) => {
                 let (live, first) = Live::open(path, source, options)?;
                 (Vec::new(), Some(Arc::new(live)), first)
@@ -222,7 +221,7 @@ fn select(
 }
 
 fn first_pixels(survey: &Survey, slot: &Slot) -> Result<Pixels> {
-    match (&survey.store, &slot.path) {
+    match (&survey.contents.store, &slot.path) {
         (Store::Video(path), _) => Ok(Pixels::Rgb(VideoReader::open(path)?.frame(path, slot.number)?)),
         (Store::Files, Some(path)) => decode::read(path),
         (Store::Files | Store::Live(_), _) => Err(Error::input(

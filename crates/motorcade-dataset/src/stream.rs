@@ -99,7 +99,7 @@ impl Decoder {
     }
 
     fn raw(&mut self, slot: &Slot) -> Result<Pixels> {
-        let pixels = match (&self.input.survey.store, &slot.path) {
+        let pixels = match (&self.input.survey.contents.store, &slot.path) {
             (Store::Video(path), _) => {
                 let reader = match self.video.take() {
                     Some(reader) => reader,

@@ -268,6 +268,33 @@ fn kitti_raw_drives_bring_their_clock() {
 }
 
 #[test]
+fn tum_sequences_bring_their_times() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("rgb")).unwrap();
+    let list = folder.path().join("rgb.txt");
+    for n in 0..3 {
+        gray(n).save(folder.path().join(format!("rgb/{n}.png"))).unwrap();
+    }
+    let rows = "# color images\n# timestamp filename\n1305031102.175304 rgb/0.png\n1305031102.211214 rgb/1.png\n\
+                1305031102.243211 rgb/2.png\n";
+    std::fs::write(&list, rows).unwrap();
+    std::fs::write(folder.path().join("calibration.toml"), TOML).unwrap();
+    let drive = open(folder.path());
+    assert_eq!((drive.format(), drive.assumed_fps()), (Format::Tum, None));
+    let times: Vec<_> = drive.timestamps_ns().collect();
+    assert_eq!(times, [1_305_031_102_175_304_000, 1_305_031_102_211_214_000, 1_305_031_102_243_211_000]);
+    let frames: Vec<_> = drive.frames().map(Result::unwrap).collect();
+    assert_eq!(frames[2].gray().as_raw(), gray(2).as_raw());
+    // A picture that is listed and missing keeps its place; times that stand still are refused by their line.
+    std::fs::remove_file(folder.path().join("rgb/1.png")).unwrap();
+    let missing: Vec<_> = drive.frames().map(|f| f.is_err()).collect();
+    assert_eq!(missing, [false, true, false]);
+    std::fs::write(&list, rows.replace("102.243211", "102.211214")).unwrap();
+    let (message, code) = refusal(folder.path(), &SequenceOptions::default());
+    assert!(message.contains("rgb.txt") && message.contains('5') && code == 3, "{message}");
+}
+
+#[test]
 fn names_that_are_times_are_times() {
     let folder = folder(&[]);
     let times = [1_403_636_579_763_555_584_i64, 1_403_636_579_813_555_456, 1_403_636_579_963_555_584];

@@ -2,58 +2,90 @@
 
 use std::path::{Path, PathBuf};
 
+use super::layout::{Contents, Layout};
 use crate::error::{Error, Result};
-use crate::format::Format;
+use crate::options::SequenceOptions;
 use crate::text::TextFile;
 
-/// Files of one camera of one KITTI recording.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Layout {
-    pub images: PathBuf,
-    pub calibration: PathBuf,
-    pub camera: u8,
-    /// Times, one a line, when the recording has them.
-    pub times: Option<PathBuf>,
-    pub sequence: Option<String>,
-}
+/// A split of KITTI tracking.
+pub(crate) struct Tracking;
+/// A sequence of KITTI odometry.
+pub(crate) struct Odometry;
+/// A drive of KITTI raw.
+pub(crate) struct Raw;
 
-/// Finds the files; errors name the possible choices.
-pub(crate) fn layout(
-    root: &Path,
-    format: Format,
-    sequence: Option<&str>,
-    camera: Option<u8>,
-) -> Result<Layout> {
-    match format {
-        Format::KittiTracking => tracking(root, sequence, camera.unwrap_or(2)),
-        Format::KittiOdometry => {
-            let camera = camera.map_or_else(|| first_camera(root, "image_", 1), Ok)?;
-            Ok(Layout {
-                images: existing(root, format!("image_{camera}"))?,
-                calibration: root.join("calib.txt"),
-                camera,
-                times: Some(root.join("times.txt")).filter(|path| path.is_file()),
-                sequence: None,
-            })
-        }
-        _ => {
-            let camera = camera.map_or_else(|| first_camera(root, "image_", 2), Ok)?;
-            let folder = existing(root, format!("image_{camera:02}"))?;
-            let beside = root.parent().map(|day| day.join("calib_cam_to_cam.txt"));
-            Ok(Layout {
-                images: folder.join("data"),
-                calibration: beside
-                    .filter(|path| path.is_file())
-                    .unwrap_or_else(|| root.join("calib_cam_to_cam.txt")),
-                camera,
-                times: Some(folder.join("timestamps.txt")).filter(|path| path.is_file()),
-                sequence: None,
-            })
-        }
+impl Layout for Tracking {
+    fn name(&self) -> &'static str {
+        "kitti-tracking"
+    }
+
+    fn recognises(&self, folder: &Path) -> Result<bool> {
+        Ok(["image_02", "image_03"].iter().any(|name| folder.join(name).is_dir()))
+    }
+
+    fn contents(&self, root: &Path, options: &SequenceOptions) -> Result<Contents> {
+        tracking(root, options.sequence.as_deref(), options.camera.unwrap_or(2))
+    }
+
+    fn is_kitti(&self) -> bool {
+        true
     }
 }
 
-fn tracking(root: &Path, sequence: Option<&str>, camera: u8) -> Result<Layout> {
+impl Layout for Odometry {
+    fn name(&self) -> &'static str {
+        "kitti-odometry"
+    }
+
+    fn recognises(&self, folder: &Path) -> Result<bool> {
+        Ok((0..4).any(|camera| folder.join(format!("image_{camera}")).is_dir()))
+    }
+
+    fn contents(&self, root: &Path, options: &SequenceOptions) -> Result<Contents> {
+        let camera = options.camera.map_or_else(|| first_camera(root, "image_", 1), Ok)?;
+        let images = existing(root, format!("image_{camera}"))?;
+        of_camera(camera, &images, &root.join("calib.txt"), &root.join("times.txt"))
+    }
+
+    fn is_kitti(&self) -> bool {
+        true
+    }
+}
+
+impl Layout for Raw {
+    fn name(&self) -> &'static str {
+        "kitti-raw"
+    }
+
+    fn recognises(&self, folder: &Path) -> Result<bool> {
+        Ok((0..4).any(|camera| folder.join(format!("image_{camera:02}/data")).is_dir()))
+    }
+
+    fn contents(&self, root: &Path, options: &SequenceOptions) -> Result<Contents> {
+        let camera = options.camera.map_or_else(|| first_camera(root, "image_", 2), Ok)?;
+        let folder = existing(root, format!("image_{camera:02}"))?;
+        // The calibration of a day stands beside its drives.
+        let beside = root.parent().map(|day| day.join("calib_cam_to_cam.txt"));
+        let calibration =
+            beside.filter(|path| path.is_file()).unwrap_or_else(|| root.join("calib_cam_to_cam.txt"));
+        of_camera(camera, &folder.join("data"), &calibration, &folder.join("timestamps.txt"))
+    }
+
+    fn is_kitti(&self) -> bool {
+        true
+    }
+}
+
+/// Contents of one camera; calibration and times where they exist.
+fn of_camera(camera: u8, images: &Path, calibration: &Path, times: &Path) -> Result<Contents> {
+    let times_ns = times.is_file().then(|| read_times(times)).transpose()?;
+    let mut contents = Contents::of_folder(images)?;
+    contents.calibration = Some(calibration.to_path_buf()).filter(|path| path.is_file());
+    (contents.camera, contents.times_ns) = (Some(camera), times_ns);
+    Ok(contents)
+}
+
+fn tracking(root: &Path, sequence: Option<&str>, camera: u8) -> Result<Contents> {
     let cameras = existing(root, format!("image_{camera:02}"))?;
     let sequence = match sequence {
         Some(sequence) => sequence.to_owned(),
@@ -79,7 +111,10 @@ fn tracking(root: &Path, sequence: Option<&str>, camera: u8) -> Result<Layout> {
         return Err(Error::input(&cameras, format!("has no sequence `{sequence}`; there are: {known}")));
     }
     let calibration = root.join("calib").join(format!("{sequence}.txt"));
-    Ok(Layout { images, calibration, camera, times: None, sequence: Some(sequence) })
+    let mut contents = Contents::of_folder(&images)?;
+    contents.calibration = Some(calibration).filter(|path| path.is_file());
+    (contents.camera, contents.sequence) = (Some(camera), Some(sequence));
+    Ok(contents)
 }
 
 fn folders(path: &Path) -> Result<Vec<String>> {
@@ -109,7 +144,7 @@ fn existing(root: &Path, name: String) -> Result<PathBuf> {
 }
 
 /// Reads times \[ns\]: seconds a line (odometry) or dates (raw). Relative to the first.
-pub(crate) fn read_times(path: &Path) -> Result<Vec<i64>> {
+fn read_times(path: &Path) -> Result<Vec<i64>> {
     let file = TextFile::read(path)?;
     let mut times = Vec::new();
     for row in file.rows() {

@@ -9,8 +9,11 @@ use std::time::Duration;
 
 use image::RgbImage;
 
+use super::layout::{Contents, Layout};
+use super::slot::Store;
 use super::video::{failed, not_square, passthrough, read_ppm};
 use crate::error::{Error, Result};
+use crate::options::SequenceOptions;
 
 /// Kinds of addresses that are handed to ffmpeg.
 const SCHEMES: [&str; 8] = ["rtsp", "rtsps", "rtmp", "http", "https", "udp", "tcp", "srt"];
@@ -18,6 +21,29 @@ const SCHEMES: [&str; 8] = ["rtsp", "rtsps", "rtmp", "http", "https", "udp", "tc
 const V4L2_MAJOR: u64 = 81;
 /// Longest time between a picture and its time, which ffmpeg writes before it.
 const TIME_WITHIN: Duration = Duration::from_secs(10);
+
+/// Standard input, a stream of the network or a camera.
+pub(crate) struct LiveInput;
+
+impl Layout for LiveInput {
+    fn name(&self) -> &'static str {
+        "live"
+    }
+
+    fn recognises(&self, _: &Path) -> Result<bool> {
+        Ok(false)
+    }
+
+    fn contents(&self, root: &Path, _: &SequenceOptions) -> Result<Contents> {
+        let source = LiveSource::recognise(root).ok_or_else(|| {
+            Error::input(
+                root,
+                "is no live source; expected -, an address such as rtsp://HOST/PATH, or a V4L2 device",
+            )
+        })?;
+        Ok(Contents::stored(Store::Live(source)))
+    }
+}
 
 /// A live source.
 #[derive(Clone, Debug, PartialEq)]

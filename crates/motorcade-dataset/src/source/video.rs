@@ -6,15 +6,39 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 
 use image::RgbImage;
 
+use super::layout::{Contents, Layout};
+use super::slot::Store;
 use crate::error::{Error, Result};
+use crate::options::SequenceOptions;
 use crate::regular_file;
 
 const INSTALL: &str =
     "install ffmpeg (it brings ffprobe), or extract the frames elsewhere and give their folder";
 
+/// A video file.
+pub(crate) struct Video;
+
+impl Layout for Video {
+    fn name(&self) -> &'static str {
+        "video"
+    }
+
+    fn recognises(&self, _: &Path) -> Result<bool> {
+        Ok(false)
+    }
+
+    fn contents(&self, root: &Path, _: &SequenceOptions) -> Result<Contents> {
+        let info = probe(root)?;
+        let mut contents = Contents::stored(Store::Video(root.to_path_buf()));
+        (contents.video_fps, contents.video_frames) = (Some(info.fps), info.frames);
+        contents.times_ns = info.times_ns;
+        Ok(contents)
+    }
+}
+
 /// Output of `ffprobe`.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct VideoInfo {
+struct VideoInfo {
     pub frames: u64,
     pub fps: f64,
     /// Presentation times from the first frame on \[ns\], a frame each; `None` where the file does not have them all.
@@ -30,7 +54,7 @@ pub(super) fn failed(program: &str, error: &std::io::Error) -> Error {
 }
 
 /// Counts frames and reads the rate.
-pub(crate) fn probe(path: &Path) -> Result<VideoInfo> {
+fn probe(path: &Path) -> Result<VideoInfo> {
     // Opening checks that it is a regular file: ffprobe would wait on a FIFO.
     regular_file::open(path).map_err(Error::io(path))?;
     let output = Command::new("ffprobe")

@@ -62,7 +62,7 @@ def run(
         frames: Frames to take by the input's own numbers: (first, end) without end, or "16..101".
         stride: Takes every n-th of them.
         fps: Frames per second, where the input does not say.
-        format: kitti-tracking, kitti-odometry, kitti-raw, images or video, where looking at the input is not enough.
+        format: kitti-tracking, kitti-odometry, kitti-raw, tum, images or video, where looking at the input is not enough.
         calibration: Calibration file beside `camera` as a number of a rig.
         ignore: Mask, or folder of masks by frame number, of pixels to ignore (not zero).
         models: Folder of ONNX networks, or "none"; the networks inside the package by default.

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use crate::error::{Error, Result};
-use crate::format::Format;
 use crate::regular_file::special_name;
-use crate::source::images;
-use crate::source::live::LiveSource;
+
+use super::live::LiveSource;
+use super::{Format, images};
 
 impl Format {
     /// Recognises the kind of input at a path.
@@ -30,23 +30,15 @@ impl Format {
                 ),
             ));
         }
-        let has = |name: &str| path.join(name).is_dir();
-        if (0..4).any(|camera| path.join(format!("image_{camera:02}/data")).is_dir()) {
-            return Ok(Self::KittiRaw);
-        }
-        if has("image_02") || has("image_03") {
-            return Ok(Self::KittiTracking);
-        }
-        if (0..4).any(|camera| has(&format!("image_{camera}"))) {
-            return Ok(Self::KittiOdometry);
-        }
-        if !images::list(path)?.entries.is_empty() {
-            return Ok(Self::Images);
+        for format in Self::ALL {
+            if format.layout().recognises(path)? {
+                return Ok(format);
+            }
         }
         Err(Error::input(
             path,
             "holds no frames; expected image files (PNG, JPEG, WebP, BMP, TIFF), KITTI tracking (image_02/0000/), KITTI odometry (image_0/), \
-             KITTI raw (image_02/data/) or a video file",
+             KITTI raw (image_02/data/), TUM (rgb.txt) or a video file",
         ))
     }
 }
