@@ -7,8 +7,9 @@ use crate::error::{Error, Result};
 use crate::frame::Pixels;
 use crate::options::SequenceOptions;
 use crate::selection::FrameRange;
+use crate::source::LiveSource;
 use crate::source::Slot;
-use crate::source::live::{LiveReader, LiveSource, Timed};
+use crate::source::live::{LiveReader, Timed};
 
 /// A live source that runs. Its frames can be taken once.
 #[derive(Debug)]

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use image::GrayImage;
 
 use crate::error::{Error, Result};
-use crate::source::{decode, images};
+use crate::source::{decode, listing};
 
 /// Masks of a drive: one for all frames, or one a frame number. Nonzero = ignore.
 #[derive(Clone, Debug)]
@@ -20,7 +20,7 @@ impl IgnoreMasks {
         if path.is_file() {
             return Ok(Self::All(path.to_path_buf(), decode::read_mask(path)?));
         }
-        let listing = images::list(path)?;
+        let listing = listing::list(path)?;
         match listing.entries.as_slice() {
             [] => Err(Error::input(
                 path,
@@ -73,7 +73,7 @@ impl IgnoreMasks {
 
 /// Images of a folder by the number in their names, in order; of duplicate numbers the first name counts.
 pub fn numbered_images(folder: &Path) -> Result<Vec<(u64, PathBuf)>> {
-    Ok(images::list(folder)?.entries.into_iter().map(|entry| (entry.number, entry.path)).collect())
+    Ok(listing::list(folder)?.entries.into_iter().map(|entry| (entry.number, entry.path)).collect())
 }
 
 /// Reads an image as a mask: pixels that are not black are nonzero.

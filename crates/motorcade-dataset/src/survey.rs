@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::options::SequenceOptions;
-use crate::source::images::{gaps, numbering_step};
-use crate::source::{Contents, Format, Slot, Store};
+use crate::source::listing::{gaps, numbering_step};
+use crate::source::{Choice, Contents, Format, Slot, Store};
 
 /// Frame rate of input without one \[1/s\].
 const DEFAULT_FPS: f64 = 10.0;
@@ -24,7 +24,8 @@ pub(crate) struct Survey {
 }
 
 pub(crate) fn survey(root: &Path, format: Format, options: &SequenceOptions) -> Result<Survey> {
-    let contents = format.layout().contents(root, options)?;
+    let choice = Choice { sequence: options.sequence.as_deref(), camera: options.camera };
+    let contents = format.layout().contents(root, choice)?;
     let calibration = options.calibration.clone().or_else(|| contents.calibration.clone());
     let entries = &contents.listing.entries;
     let step = numbering_step(entries);

@@ -2,9 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::layout::{Contents, Layout};
+use super::layout::{Choice, Contents, Layout};
 use crate::error::{Error, Result};
-use crate::options::SequenceOptions;
 use crate::text::TextFile;
 
 /// A split of KITTI tracking.
@@ -23,8 +22,8 @@ impl Layout for Tracking {
         Ok(["image_02", "image_03"].iter().any(|name| folder.join(name).is_dir()))
     }
 
-    fn contents(&self, root: &Path, options: &SequenceOptions) -> Result<Contents> {
-        tracking(root, options.sequence.as_deref(), options.camera.unwrap_or(2))
+    fn contents(&self, root: &Path, choice: Choice<'_>) -> Result<Contents> {
+        tracking(root, choice.sequence, choice.camera.unwrap_or(2))
     }
 
     fn is_kitti(&self) -> bool {
@@ -41,8 +40,8 @@ impl Layout for Odometry {
         Ok((0..4).any(|camera| folder.join(format!("image_{camera}")).is_dir()))
     }
 
-    fn contents(&self, root: &Path, options: &SequenceOptions) -> Result<Contents> {
-        let camera = options.camera.map_or_else(|| first_camera(root, "image_", 1), Ok)?;
+    fn contents(&self, root: &Path, choice: Choice<'_>) -> Result<Contents> {
+        let camera = choice.camera.map_or_else(|| first_camera(root, "image_", 1), Ok)?;
         let images = existing(root, format!("image_{camera}"))?;
         of_camera(camera, &images, &root.join("calib.txt"), &root.join("times.txt"))
     }
@@ -61,8 +60,8 @@ impl Layout for Raw {
         Ok((0..4).any(|camera| folder.join(format!("image_{camera:02}/data")).is_dir()))
     }
 
-    fn contents(&self, root: &Path, options: &SequenceOptions) -> Result<Contents> {
-        let camera = options.camera.map_or_else(|| first_camera(root, "image_", 2), Ok)?;
+    fn contents(&self, root: &Path, choice: Choice<'_>) -> Result<Contents> {
+        let camera = choice.camera.map_or_else(|| first_camera(root, "image_", 2), Ok)?;
         let folder = existing(root, format!("image_{camera:02}"))?;
         // The calibration of a day stands beside its drives.
         let beside = root.parent().map(|day| day.join("calib_cam_to_cam.txt"));

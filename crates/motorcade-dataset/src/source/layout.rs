@@ -2,10 +2,18 @@
 
 use std::path::{Path, PathBuf};
 
-use super::images::{Listing, list};
+use super::listing::{Listing, list};
 use super::slot::Store;
 use crate::error::{Error, Result};
-use crate::options::SequenceOptions;
+
+/// The part of an input that is asked for.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Choice<'a> {
+    /// Sequence of a dataset; the only one when absent.
+    pub sequence: Option<&'a str>,
+    /// Camera of a rig.
+    pub camera: Option<u8>,
+}
 
 /// A kind of input: its name, how it is recognised, and where its frames, times and calibration are.
 pub(crate) trait Layout: Sync {
@@ -16,7 +24,7 @@ pub(crate) trait Layout: Sync {
     fn recognises(&self, folder: &Path) -> Result<bool>;
 
     /// Frames, times and calibration of an input, before any pixel is read.
-    fn contents(&self, root: &Path, options: &SequenceOptions) -> Result<Contents>;
+    fn contents(&self, root: &Path, choice: Choice<'_>) -> Result<Contents>;
 
     /// True for recordings of the KITTI car: the height of its camera is known, and frames are counted from the start of a recording.
     fn is_kitti(&self) -> bool {

@@ -1,17 +1,20 @@
 //! Kinds of input and their frames.
 
 pub(crate) mod decode;
-pub(crate) mod images;
+mod images;
 mod kitti;
 mod layout;
+pub(crate) mod listing;
 pub(crate) mod live;
+mod live_source;
 mod recognise;
 mod slot;
 mod tum;
 pub(crate) mod video;
 
 pub use decode::IMAGE_ENDINGS;
-pub(crate) use layout::{Contents, Layout};
+pub(crate) use layout::{Choice, Contents, Layout};
+pub(crate) use live_source::LiveSource;
 pub(crate) use slot::{Slot, Store};
 
 use crate::error::{Error, Result};

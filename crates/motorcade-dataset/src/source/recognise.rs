@@ -5,8 +5,8 @@ use std::path::Path;
 use crate::error::{Error, Result};
 use crate::regular_file::special_name;
 
-use super::live::LiveSource;
-use super::{Format, images};
+use super::live_source::LiveSource;
+use super::{Format, listing};
 
 impl Format {
     /// Recognises the kind of input at a path.
@@ -16,7 +16,7 @@ impl Format {
         }
         let metadata = std::fs::metadata(path).map_err(Error::io(path))?;
         if metadata.is_file() {
-            if images::is_image(path) {
+            if listing::is_image(path) {
                 return Err(Error::input(path, "is a single image; give the folder that holds the frames"));
             }
             return Ok(Self::Video);

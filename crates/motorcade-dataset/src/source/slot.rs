@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::live;
+use super::live_source::LiveSource;
 
 /// One frame that should exist.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,5 +23,5 @@ pub(crate) enum Store {
     /// All slots are frames of one video, slot number = frame number.
     Video(PathBuf),
     /// Frames come as they are taken; there are no slots.
-    Live(live::LiveSource),
+    Live(LiveSource),
 }

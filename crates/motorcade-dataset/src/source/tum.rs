@@ -3,10 +3,10 @@
 
 use std::path::{Path, PathBuf};
 
-use super::images::{Entry, Listing, calibration_beside};
-use super::layout::{Contents, Layout};
+use super::images::calibration_beside;
+use super::layout::{Choice, Contents, Layout};
+use super::listing::{Entry, Listing};
 use crate::error::{Error, Result};
-use crate::options::SequenceOptions;
 use crate::text::{Row, TextFile};
 
 /// The list of a sequence.
@@ -23,7 +23,7 @@ impl Layout for Tum {
         Ok(folder.join(LIST).is_file())
     }
 
-    fn contents(&self, root: &Path, _: &SequenceOptions) -> Result<Contents> {
+    fn contents(&self, root: &Path, _: Choice<'_>) -> Result<Contents> {
         let list = root.join(LIST);
         let file = TextFile::read(&list)?;
         let (mut entries, mut times_ns) = (Vec::new(), Vec::new());

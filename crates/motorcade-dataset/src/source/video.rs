@@ -6,10 +6,9 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 
 use image::RgbImage;
 
-use super::layout::{Contents, Layout};
+use super::layout::{Choice, Contents, Layout};
 use super::slot::Store;
 use crate::error::{Error, Result};
-use crate::options::SequenceOptions;
 use crate::regular_file;
 
 const INSTALL: &str =
@@ -27,7 +26,7 @@ impl Layout for Video {
         Ok(false)
     }
 
-    fn contents(&self, root: &Path, _: &SequenceOptions) -> Result<Contents> {
+    fn contents(&self, root: &Path, _: Choice<'_>) -> Result<Contents> {
         let info = probe(root)?;
         let mut contents = Contents::stored(Store::Video(root.to_path_buf()));
         (contents.video_fps, contents.video_frames) = (Some(info.fps), info.frames);
