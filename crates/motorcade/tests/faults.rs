@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 use motorcade::dataset::{Frame, Sequence, SequenceOptions};
+use motorcade::geometry::PinholeCamera;
 use motorcade::perception::{Detection, Error, VehicleDetector};
 use motorcade::{Config, Motorcade, NoProgress, push_sequence};
 use motorcade_testing::street_image::{CAMERA, StreetPose, street_image};
@@ -83,4 +84,28 @@ fn an_online_run_forgets_old_rows_and_tells_the_same() {
     assert_eq!(format!("{:?}", forgotten.ego.frames), format!("{:?}", result.ego.frames));
     assert!(forgotten.road_measurements.len() < result.road_measurements.len());
     assert_eq!(forgotten.road_measurement_count, result.road_measurement_count);
+}
+
+/// A drive along a street that sways by 20° to either side, by a camera whose focal length is stated as `factor` of the true one.
+fn swaying(factor: f64) -> Vec<String> {
+    let stated = PinholeCamera { fx: factor * CAMERA.fx, fy: factor * CAMERA.fy, ..CAMERA };
+    let mut slam = Motorcade::builder(stated).height_m(1.5).build().unwrap();
+    let (mut along_m, mut across_m) = (0.0, 0.0);
+    for k in 0..90 {
+        let heading_rad = 0.35 * (f64::from(k) / 7.0).sin();
+        along_m += 0.4 * heading_rad.cos();
+        across_m += 0.4 * heading_rad.sin();
+        let image = street_image(&CAMERA, &StreetPose { across_m: across_m - 1.0, along_m, heading_rad });
+        let frame = Frame { number: k as u64, ..Frame::from_gray(image, i64::from(k) * 100_000_000) };
+        slam.push(&frame).unwrap();
+    }
+    slam.finish().warnings
+}
+
+#[test]
+fn a_focal_length_that_the_turns_contradict_is_said() {
+    let said = |factor: f64| swaying(factor).into_iter().find(|w| w.contains("disagrees with the drive"));
+    assert_eq!(said(1.0), None);
+    let long = said(1.08).unwrap();
+    assert!(long.contains("the focal length of 421 px") && long.contains("motorcade calibrate"), "{long}");
 }
