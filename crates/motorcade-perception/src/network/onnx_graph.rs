@@ -232,7 +232,7 @@ pub(super) fn count(dims: &[u64]) -> u64 {
 
 /// Name and shape of an input, where every dimension is a number.
 fn stated_shape(value_info: &[u8]) -> Option<(&str, Vec<u64>)> {
-    fn inner<'a>(bytes: &'a [u8], wanted: u64) -> impl Iterator<Item = &'a [u8]> {
+    fn inner(bytes: &[u8], wanted: u64) -> impl Iterator<Item = &[u8]> {
         fields(bytes).filter_map(move |(number, content)| match content {
             Content::Bytes(bytes) if number == wanted => Some(bytes),
             _ => None,
