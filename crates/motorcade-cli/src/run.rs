@@ -39,8 +39,7 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     let mut drive = drive.calibrated(arguments, &config, &reporter)?.load(arguments)?;
     let run = identity(arguments, &input_hash, &config, &fingerprint);
     let checkpoint = drive.save(arguments, run)?;
-    // A time beyond all clocks is never.
-    let sync_every = Duration::try_from_secs_f64(config.run.checkpoint_s).unwrap_or(Duration::MAX);
+    let sync_every = Duration::from_secs_f64(config.run.checkpoint_s);
     checkpoint.iter().for_each(|checkpoint| checkpoint.sync_every(sync_every));
     let mut slam = drive.slam(&config)?;
     let mut pictures = drive.pictures();
