@@ -8,9 +8,9 @@ use crate::pass::Pass;
 use crate::prior::LensPrior;
 
 /// Cauchy scale over the noise of a corner: 95 % efficient for normal errors.
-const KERNEL_SIGMAS: f64 = 2.385;
+pub(crate) const KERNEL_SIGMAS: f64 = 2.385;
 /// Least Cauchy scale \[px\].
-const LEAST_KERNEL_PX: f64 = 0.15;
+pub(crate) const LEAST_KERNEL_PX: f64 = 0.15;
 
 /// Finds the lens of a camera in passes over a drive: at first without distortion, then with it.
 ///

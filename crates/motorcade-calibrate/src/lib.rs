@@ -22,6 +22,7 @@
 mod adjustment;
 mod calibrator;
 mod estimate;
+mod focal_check;
 mod lens;
 mod normal_equations;
 mod options;
@@ -34,6 +35,7 @@ mod window;
 
 pub use calibrator::Calibrator;
 pub use estimate::LensEstimate;
+pub use focal_check::FocalCheck;
 pub use lens::Lens;
 pub use options::{CalibrateOptions, ViewPrior};
 pub use pass::Pass;

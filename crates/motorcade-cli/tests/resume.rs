@@ -193,3 +193,13 @@ fn checkpoints_of_other_runs_are_refused() {
     let told = answer(folder, &format!("{RUN} --out two --resume"));
     told.expect(0, &["no checkpoint of an earlier run"]);
 }
+
+#[test]
+fn times_of_the_checkpoint_are_checked() {
+    let folder = drive(3);
+    let folder = folder.path();
+    for (seconds, code) in [("0", 0), ("1e9", 0), ("1e300", 1), ("-1", 1), ("nan", 1)] {
+        let told = answer(folder, &format!("{RUN} --out at{seconds} --set run.checkpoint_s={seconds}"));
+        told.expect(code, if code == 0 { &[] } else { &["run.checkpoint_s"] });
+    }
+}

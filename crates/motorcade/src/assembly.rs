@@ -5,6 +5,7 @@ use motorcade_multibody::MultibodyGraph;
 use motorcade_odometry::{EgoFrame, EgoTrajectory, FrameStatus};
 use motorcade_vehicles::VehicleTrajectory;
 
+use crate::clock_jumps;
 use crate::closed_loop::Loops;
 use crate::finite;
 use crate::plausibility;
@@ -53,7 +54,10 @@ impl RunResult {
         let speeds = plausibility::of_speeds(&result);
         let summary = summary_warnings(&result, metric);
         let swapped = swapped_frames::of(&result.frames, &result.ego.frames);
-        for warning in warnings.into_iter().chain(repaired).chain(swapped).chain(speeds).chain(summary) {
+        let jumps = clock_jumps::of(&result.frames, &result.ego.frames);
+        for warning in
+            warnings.into_iter().chain(repaired).chain(swapped).chain(jumps).chain(speeds).chain(summary)
+        {
             progress.warn(&warning);
             result.warnings.push(warning);
         }

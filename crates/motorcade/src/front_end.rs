@@ -1,6 +1,7 @@
 //! The front end: the camera's motion up to scale and the road, frame by frame.
 
 use image::GrayImage;
+use motorcade_calibrate::FocalCheck;
 use motorcade_dataset::Frame;
 use motorcade_odometry::{Odometry, OdometryOptions, RoadFeedback, RoadInput, StaticMask};
 use motorcade_perception::{BoundingBox, Observations};
@@ -8,6 +9,7 @@ use motorcade_perception::{BoundingBox, Observations};
 use crate::config::VehicleMask;
 use crate::motion_source::MotionSource;
 use crate::place_recorder::{Candidate, PlaceRecorder};
+use crate::plausibility;
 use crate::record::{FrameInfo, FrontEndRecord, FrontEndView, known_places};
 use crate::scale_source::ScaleSource;
 use crate::settings::Settings;
@@ -20,6 +22,7 @@ pub(crate) struct FrontEnd {
     motion: MotionSource,
     scale: ScaleSource,
     places: Option<PlaceRecorder>,
+    focal: Option<FocalCheck>,
     record: FrontEndRecord,
 }
 
@@ -34,6 +37,8 @@ impl FrontEnd {
             motion,
             scale: ScaleSource::new(settings.camera, &settings.config),
             places: PlaceRecorder::new(&settings.config, settings.external.trajectory.is_none()),
+            // An online run has no end at which the estimate would still help.
+            focal: FocalCheck::new(&settings.camera).filter(|_| !settings.config.online.enabled),
             record: FrontEndRecord::new(settings),
         }
     }
@@ -46,7 +51,7 @@ impl FrontEnd {
         observations: Observations,
         settings: &Settings,
     ) {
-        let Self { motion, scale, places, record } = self;
+        let Self { motion, scale, places, focal, record } = self;
         let run = &settings.config.run;
         let row = record.frames.len();
         let confident = observations.detections.iter().filter(|d| d.score >= MASKING_SCORE);
@@ -56,6 +61,10 @@ impl FrontEnd {
         let mask = StaticMask { boxes: masked, boxes_may_stand, ignore, ..StaticMask::default() };
         let gray = frame.gray();
         let pyramid = record.stopwatch.time("odometry", || motion.process(frame.timestamp_ns, &gray, &mask));
+
+        if let (Some(focal), Some(odometry)) = (focal, motion.odometry()) {
+            record.stopwatch.time("focal length", || focal.observe(odometry));
+        }
 
         // Vehicles hide the road whether they move or not.
         let hidden = StaticMask { boxes: &boxes, boxes_may_stand: false, ignore, ..StaticMask::default() };
@@ -142,6 +151,19 @@ impl FrontEnd {
              new maps were started; speeds shortly before may be wrong",
             renewals.len()
         ))
+    }
+
+    /// Leaves the focal length unchecked: it came from a drive itself.
+    pub(crate) fn trust_focal_length(&mut self) {
+        self.focal = None;
+    }
+
+    /// A warning of a focal length that the turns of the drive contradict, for the results.
+    pub(crate) fn check_focal_length(&mut self) -> Option<String> {
+        let (check, odometry) = (self.focal.take()?, self.motion.odometry()?);
+        let stated_px = check.stated_px();
+        let found = self.record.stopwatch.time("focal length", || check.finish(odometry))?;
+        plausibility::of_focal_length(stated_px, &found)
     }
 
     /// Drops the features of the first `count` keyframes of places, which nobody asks for again.

@@ -26,6 +26,7 @@ mod assembly;
 mod calibration;
 #[cfg(test)]
 mod circle;
+mod clock_jumps;
 mod closed_loop;
 mod config;
 mod config_text;

@@ -81,6 +81,13 @@ impl MotionSource {
             }
         }
     }
+    /// The odometry, where the motion is its own.
+    pub(crate) fn odometry(&self) -> Option<&Odometry> {
+        match self {
+            Self::Own(odometry) => Some(odometry),
+            Self::External { .. } => None,
+        }
+    }
     /// A frame without an image.
     pub(crate) fn skip(&mut self, timestamp_ns: i64) {
         match self {

@@ -232,6 +232,7 @@ impl Motorcade {
             .into_iter()
             .chain(self.repeated.describe())
             .chain(self.front_end.describe_renewals())
+            .chain(self.front_end.check_focal_length())
             .collect();
         found.iter().for_each(|text| progress.warn(text));
         self.front_end.record_mut().warnings.extend(found);
@@ -407,6 +408,9 @@ impl MotorcadeBuilder {
         }
         let settings = Settings { camera, height_m, height_unknown, config, external, threads };
         let mut front_end = FrontEnd::new(&settings);
+        if focal_sigma > 0.0 {
+            front_end.trust_focal_length();
+        }
         front_end.record_mut().detects_vehicles |= perception.detects_vehicles();
         front_end.record_mut().warnings.extend(plausibility::of_camera(&settings.camera, settings.height_m));
         let sliding = SlidingEstimator::new(&settings);

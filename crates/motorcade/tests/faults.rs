@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test")]
 
 use motorcade::dataset::{Frame, Sequence, SequenceOptions};
+use motorcade::geometry::PinholeCamera;
 use motorcade::perception::{Detection, Error, VehicleDetector};
 use motorcade::{Config, Motorcade, NoProgress, push_sequence};
 use motorcade_testing::street_image::{CAMERA, StreetPose, street_image};
@@ -83,4 +84,64 @@ fn an_online_run_forgets_old_rows_and_tells_the_same() {
     assert_eq!(format!("{:?}", forgotten.ego.frames), format!("{:?}", result.ego.frames));
     assert!(forgotten.road_measurements.len() < result.road_measurements.len());
     assert_eq!(forgotten.road_measurement_count, result.road_measurement_count);
+}
+
+/// A drive along a street that sways by 20° to either side, by a camera whose focal length is stated as `factor` of the true one.
+fn swaying(factor: f64) -> Vec<String> {
+    let stated = PinholeCamera { fx: factor * CAMERA.fx, fy: factor * CAMERA.fy, ..CAMERA };
+    let mut slam = Motorcade::builder(stated).height_m(1.5).build().unwrap();
+    let (mut along_m, mut across_m) = (0.0, 0.0);
+    for k in 0..90 {
+        let heading_rad = 0.35 * (f64::from(k) / 7.0).sin();
+        along_m += 0.4 * heading_rad.cos();
+        across_m += 0.4 * heading_rad.sin();
+        let image = street_image(&CAMERA, &StreetPose { across_m: across_m - 1.0, along_m, heading_rad });
+        let frame = Frame { number: k as u64, ..Frame::from_gray(image, i64::from(k) * 100_000_000) };
+        slam.push(&frame).unwrap();
+    }
+    slam.finish().warnings
+}
+
+#[test]
+fn a_focal_length_that_the_turns_contradict_is_said() {
+    let said = |factor: f64| swaying(factor).into_iter().find(|w| w.contains("disagrees with the drive"));
+    let right = swaying(1.0);
+    assert!(right.iter().all(|w| !w.contains("disagrees with") && !w.contains("far apart")), "{right:?}");
+    let long = said(1.1).unwrap();
+    assert!(long.contains("the focal length of 429 px") && long.contains("motorcade calibrate"), "{long}");
+}
+
+/// A drive along a street of which the clock jumps ahead by so many seconds before frame 25.
+fn jumping(seconds: i64, online: bool, skipped_m: f64) -> motorcade::RunResult {
+    let mut config = Config::default();
+    config.online.enabled = online;
+    let mut slam = Motorcade::builder(CAMERA).height_m(1.5).config(config).build().unwrap();
+    for k in 0..45_i64 {
+        let late = k >= 25;
+        let way_m = 0.8 * k as f64 + if late { skipped_m } else { 0.0 };
+        let image = street_image(&CAMERA, &StreetPose::along(way_m));
+        let time_ns = k * 100_000_000 + if late { seconds * 1_000_000_000 } else { 0 };
+        let frame = Frame { number: k as u64, ..Frame::from_gray(image, time_ns) };
+        if online {
+            slam.step(&frame).unwrap();
+        } else {
+            slam.push(&frame).unwrap();
+        }
+    }
+    if online { slam.finish_online(&NoProgress) } else { slam.finish() }
+}
+
+#[test]
+fn jumps_of_the_clock_are_said_and_do_not_move_the_camera() {
+    for (seconds, online) in [(2, false), (3600, true)] {
+        let result = jumping(seconds, online, 0.0);
+        let said = result.warnings.iter().find(|w| w.contains("far apart in time")).unwrap();
+        assert!(said.contains("frames 24 and 25") && said.contains("the pictures go on"), "{said}");
+        let way_m = result.ego.length_m();
+        assert!((way_m - 35.2).abs() < 3.0, "{seconds} s, online {online}: {way_m} m");
+    }
+    // Frames that are missing: the camera is elsewhere.
+    let result = jumping(3, false, 24.0);
+    let said = result.warnings.iter().find(|w| w.contains("far apart in time")).unwrap();
+    assert!(said.contains("the way between is assumed"), "{said}");
 }

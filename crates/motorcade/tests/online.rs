@@ -114,3 +114,22 @@ fn a_frame_costs_the_same_from_start_to_end() {
     // A cost that grew with the drive would be eight times as high.
     assert!(late < 2.0 * early, "{early} ms early, {late} ms late");
 }
+
+/// The road is seen from frame 40 on, and its scale is another one than that assumed until then: the window moves by metres, the speed does not jump.
+#[test]
+fn a_new_scale_moves_the_camera_and_leaves_its_speed() {
+    let mut record = drive(70);
+    record.road_measurements.retain(|m| m.frame >= 40);
+    let (lines, _, result) = online(record, &Config::default());
+    let told = |k: usize| {
+        let line: serde_json::Value = serde_json::from_str(&lines[k]).unwrap();
+        line["camera"]["speed_mps"].as_f64().unwrap()
+    };
+    let position = |k: usize| result.ego.frames[k].world_from_camera.translation();
+    let steps_mps: Vec<f64> = (40..70).map(|k| 10.0 * (position(k) - position(k - 1)).norm()).collect();
+    let most_mps = steps_mps.iter().copied().fold(0.0, f64::max);
+    assert!(most_mps > 20.0, "the window did not move: {most_mps} m/s");
+    for k in 41..70 {
+        assert!((told(k) - 10.0).abs() < 1.5, "frame {k}: {} m/s", told(k));
+    }
+}

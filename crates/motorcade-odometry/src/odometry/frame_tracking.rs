@@ -24,8 +24,17 @@ impl Odometry {
         let since_last_ns = frame.timestamp_ns - last.timestamp_ns;
         let predicted = self.velocity.over(since_last_ns.max(0)) * last_pose;
         self.track_landmarks(&last, frame, &predicted, scratch);
-        let standstill = self.test_standstill(frame.timestamp_ns, scratch);
-        let Some(estimate) = self.locate(&predicted, &last_pose, scratch) else {
+        let mut standstill = self.test_standstill(frame.timestamp_ns, scratch);
+        let mut located = self.locate(&predicted, &last_pose, scratch);
+        // Where the clock jumps, the pictures go on as before.
+        let late = located.is_none() && self.velocity.is_outlasted_by(since_last_ns);
+        if late {
+            let next = self.velocity.once() * last_pose;
+            self.track_landmarks(&last, frame, &next, scratch);
+            standstill = self.test_standstill(frame.timestamp_ns, scratch);
+            located = self.locate(&next, &last_pose, scratch);
+        }
+        let Some(estimate) = located else {
             self.last = Some(last);
             self.fail(frame);
             return;
@@ -38,7 +47,9 @@ impl Odometry {
         self.failing_ns = 0;
         self.commit_pixels(&scratch.pixels, scratch.refiner.inliers(), interval_ns);
         self.window.triangulate_tracked(&self.camera, &estimate.camera_from_world);
-        self.velocity = Velocity::new(&motion.log(), since_last_ns, frame.number - last.frame);
+        if !late {
+            self.velocity = Velocity::new(&motion.log(), since_last_ns, frame.number - last.frame);
+        }
         self.record_tracked(frame.timestamp_ns, &estimate, pose, status);
         let keyframe = !standstill.stands && self.needs_keyframe(&mut scratch.values);
         if keyframe {

@@ -5,6 +5,9 @@ use nalgebra::Vector6;
 
 use crate::time::ratio;
 
+/// Intervals after which a frame comes late: frames are missing, or the clock has jumped.
+const LONG: i64 = 5;
+
 /// A twist `[ω, ν]` over an interval, in the camera.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Velocity {
@@ -22,6 +25,16 @@ impl Velocity {
     pub fn new(motion: &Vector6<f64>, interval_ns: i64, frames: usize) -> Self {
         let frames = frames.max(1);
         Self { twist: motion / frames as f64, interval_ns: interval_ns / frames as i64 }
+    }
+
+    /// True when `ns` is far longer than the interval that it was measured over.
+    pub fn is_outlasted_by(&self, ns: i64) -> bool {
+        self.interval_ns > 0 && ns > LONG * self.interval_ns
+    }
+
+    /// The motion over the interval that it was measured over.
+    pub fn once(&self) -> Pose<Camera, Camera> {
+        Pose::exp(&self.twist)
     }
 
     /// The motion over another interval \[ns\]; negative leads back.
@@ -44,6 +57,8 @@ mod tests {
         // The same over several frames at once.
         let several = Velocity::new(&(motion * 3.0), 300_000_000, 3);
         assert!((several.over(100_000_000).log() - motion).norm() < 1e-12);
+        assert!((several.once().log() - motion).norm() < 1e-12);
+        assert!(several.is_outlasted_by(600_000_000) && !several.is_outlasted_by(500_000_000));
         assert_eq!(Velocity::zero().over(5).log().norm(), 0.0);
     }
 }

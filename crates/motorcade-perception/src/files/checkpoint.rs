@@ -328,6 +328,20 @@ mod tests {
     }
 
     #[test]
+    fn lines_are_forced_onto_the_disk_as_often_as_set() {
+        let folder = tempfile::tempdir().unwrap();
+        for (every, forced) in
+            [(Duration::ZERO, true), (Duration::from_secs(3600), false), (Duration::MAX, false)]
+        {
+            let checkpoint = Checkpoint::create(&folder.path().join("checkpoint"), run("a")).unwrap();
+            checkpoint.sync_every(every);
+            let begun = checkpoint.state().synced;
+            observe(checkpoint.clone(), 0..2).unwrap();
+            assert_eq!(checkpoint.state().synced > begun, forced, "{every:?}");
+        }
+    }
+
+    #[test]
     fn what_is_no_checkpoint_of_this_run_is_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("checkpoint");

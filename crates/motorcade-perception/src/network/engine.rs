@@ -7,11 +7,11 @@ use motorcade_dataset::regular_file;
 use rten::{Dimension, ThreadPool};
 use rten_tensor::{NdTensor, Tensor};
 
-use super::onnx_bounds;
 #[cfg(feature = "ort")]
 use super::onnx_runtime::Session;
 use super::options::{Engine, ModelOptions};
 use super::rten_engine::Graph;
+use super::{onnx_bounds, onnx_constants};
 use crate::digest::sha256;
 use crate::error::{Error, Result};
 use crate::manifest::{InputSpec, ModelEntry, OutputSpec};
@@ -73,6 +73,8 @@ impl Network {
         }
         onnx_bounds::check(&bytes)
             .map_err(|problem| Error::model(&path, format!("is no whole ONNX file: {problem}")))?;
+        onnx_constants::check(&bytes)
+            .map_err(|problem| Error::model(&path, format!("is a network that does not fit: {problem}")))?;
         let (loaded, shape) = match options.engine {
             Engine::Rten => {
                 let (graph, shape) = Graph::load(&path, bytes, Arc::clone(threads))?;

@@ -6,6 +6,8 @@ mod engine;
 mod keypoints;
 mod nms;
 mod onnx_bounds;
+mod onnx_constants;
+mod onnx_graph;
 #[cfg(feature = "ort")]
 mod onnx_runtime;
 mod options;

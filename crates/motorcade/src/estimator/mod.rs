@@ -14,6 +14,7 @@ pub(crate) mod prediction;
 mod remembered;
 pub(crate) mod sliding;
 pub(crate) mod unit;
+mod vehicle_archive;
 pub(crate) mod vehicles;
 
 pub use drive::estimate_drive;

@@ -21,6 +21,7 @@ use super::online_loops::OnlineLoops;
 use super::prediction;
 use super::remembered::Remembered;
 use super::unit::{Unit, UnitEstimator};
+use super::vehicle_archive::VehicleArchive;
 use super::vehicles::{
     KnownKeypoints, VehicleInput, estimate_vehicles, ground_frames, keypoint_fitters, times_s,
 };
@@ -59,6 +60,10 @@ pub struct SlidingEstimator {
     ego: EgoArchive,
     /// Vehicles by identity, every state as it was estimated when its frame came.
     vehicles: BTreeMap<usize, VehicleTrajectory>,
+    /// Their states that no later estimate needs.
+    archive: VehicleArchive,
+    /// Speed of the camera in the newest frame \[m/s\], by poses that share a scale.
+    speed_mps: f64,
     stopwatch: Stopwatch,
     warnings: Vec<String>,
     /// Places seen again; poses above stay in the world before their corrections.
@@ -86,6 +91,17 @@ struct Window {
     grounds: Vec<GroundFrame>,
 }
 
+impl Window {
+    /// Speed over the last interval: the window has one scale, which may be another one than that of the frame before when it was told.
+    fn speed_mps(&self) -> f64 {
+        let ([.., before, newest], [.., from, to]) = (&self.ego.frames[..], &self.infos[..]) else {
+            return 0.0;
+        };
+        let step = newest.world_from_camera.translation() - before.world_from_camera.translation();
+        speed_mps(step.norm(), (to.timestamp_ns - from.timestamp_ns) as f64 * 1e-9)
+    }
+}
+
 impl SlidingEstimator {
     /// Ready for the first frame.
     pub fn new(settings: &Settings) -> Self {
@@ -102,6 +118,8 @@ impl SlidingEstimator {
             unit: None,
             ego: EgoArchive::default(),
             vehicles: BTreeMap::new(),
+            archive: VehicleArchive::default(),
+            speed_mps: 0.0,
             stopwatch: Stopwatch::default(),
             warnings: Vec::new(),
             loops: OnlineLoops::new(settings),
@@ -155,6 +173,7 @@ impl SlidingEstimator {
             self.solve(&mut window, &mut vehicles, settings);
         }
         self.stopwatch.add("graph", lap());
+        self.speed_mps = window.speed_mps();
         window.ego.frames.pop().into_iter().for_each(|frame| self.ego.push(frame));
         for vehicle in vehicles {
             self.keep(vehicle, &window.rows);
@@ -191,7 +210,16 @@ impl SlidingEstimator {
             let next = prediction::vehicle(state, newest, elapsed_s, (seen.observed.bbox, seen.score));
             vehicle.states.push(next);
         }
+        self.speed_mps = self.predicted_speed_mps(view, &ego.frames[0]);
         ego.frames.into_iter().for_each(|frame| self.ego.push(frame));
+    }
+
+    /// Speed over the way since the last frame that was estimated in full: frames after it have its scale.
+    fn predicted_speed_mps(&self, view: &FrontEndView<'_>, camera: &EgoFrame) -> f64 {
+        let Some(before) = self.ego.newest() else { return 0.0 };
+        let newest = view.frames.len() - 1;
+        let step = camera.world_from_camera.translation() - before.world_from_camera.translation();
+        speed_mps(step.norm(), seconds(view, newest - 1, newest))
     }
 
     /// Moves older estimates out of memory; returns the first row that later estimates need.
@@ -206,6 +234,7 @@ impl SlidingEstimator {
         });
         let row = row.min(oldest);
         self.ego.put_away_before(row);
+        self.archive.put_away_before(row, &mut self.vehicles);
         row
     }
 
@@ -405,6 +434,11 @@ impl SlidingEstimator {
         (kept.size_by_road, kept.p_moving) = (size_by_road, p_moving);
         kept.states.push(state);
     }
+}
+
+/// Speed over a way; 0 in no time.
+fn speed_mps(way_m: f64, seconds: f64) -> f64 {
+    if seconds > 0.0 { way_m / seconds } else { 0.0 }
 }
 
 /// Time from one row to a later one \[s\].

@@ -50,6 +50,11 @@ pub fn without_comments(config: &str) -> String {
         .collect()
 }
 
+/// Each table of a configuration by itself.
+pub fn tables(config: &str) -> Vec<String> {
+    config.split("\n[").skip(1).map(|table| format!("[{table}\n")).collect()
+}
+
 /// The same picture in each format.
 pub fn pictures() -> Vec<Vec<u8>> {
     let grey = GrayImage::from_fn(24, 16, |x, y| Luma([(x * 9 + y * 5) as u8]));

@@ -18,12 +18,6 @@ impl SlidingEstimator {
     pub fn newest(&self, view: &FrontEndView<'_>) -> Option<Estimate> {
         let row = self.ego.len().checked_sub(1)?;
         let (ego, frame) = (self.ego.get(row)?, view.frames.get(row)?);
-        let speed_mps = row.checked_sub(1).map_or(0.0, |before| {
-            let Some(before_ego) = self.ego.get(before) else { return 0.0 };
-            let step = ego.world_from_camera.translation() - before_ego.world_from_camera.translation();
-            let seconds = (frame.timestamp_ns - view.frames[before].timestamp_ns) as f64 * 1e-9;
-            if seconds > 0.0 { step.norm() / seconds } else { 0.0 }
-        });
         let newest = |v: &VehicleTrajectory| {
             let state = v.states.last().filter(|s| s.frame == row)?.clone();
             let VehicleTrajectory { id, class, size, size_covariance, p_moving, .. } = *v;
@@ -35,7 +29,7 @@ impl SlidingEstimator {
             loops.offsets.camera(row, &mut ego);
             vehicles.iter_mut().for_each(|v| loops.offsets.vehicle(&mut v.state));
         }
-        Some(Estimate { frame: frame.clone(), ego, speed_mps, vehicles })
+        Some(Estimate { frame: frame.clone(), ego, speed_mps: self.speed_mps, vehicles })
     }
 
     /// Ends the drive: every frame and vehicle as it was estimated when it came.
@@ -54,6 +48,7 @@ impl SlidingEstimator {
         });
         let unit = self.unit.iter().map(Unit::to_string);
         let (mut frames, lost) = self.ego.into_frames();
+        let states_lost = self.archive.give_back(&mut self.vehicles);
         let loops = self.loops.take().map_or_else(Loops::default, |loops| {
             let states = self.vehicles.values_mut().flat_map(|v| &mut v.states);
             states.for_each(|state| loops.offsets.vehicle(state));
@@ -62,7 +57,7 @@ impl SlidingEstimator {
         });
         let told = loops.describe();
         let warnings = self.warnings.into_iter().chain(unit).chain(unknown).chain(told);
-        let warnings = lost.into_iter().chain(warnings).collect();
+        let warnings = lost.into_iter().chain(states_lost).chain(warnings).collect();
         let estimated = Estimated {
             camera: settings.camera,
             ego: EgoTrajectory { frames, height_m: settings.height_m, noise: Vec::new() },

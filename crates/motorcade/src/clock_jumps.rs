@@ -1,0 +1,43 @@
+//! Frames that come far later than the others: the clock jumped, or frames are missing that no number tells of.
+
+use motorcade_odometry::EgoFrame;
+
+use crate::record::FrameInfo;
+
+/// Usual intervals beyond which a frame comes late.
+const LATE_INTERVALS: i64 = 10;
+/// Shortest interval that is late \[ns\]: live sources pause.
+const LATE_NS: i64 = 1_000_000_000;
+/// Jumps that a warning names.
+const NAMED: usize = 3;
+
+/// A warning that names the frames before and after each jump.
+pub(crate) fn of(frames: &[FrameInfo], ego: &[EgoFrame]) -> Option<String> {
+    let mut intervals: Vec<i64> = frames.windows(2).map(|w| w[1].timestamp_ns - w[0].timestamp_ns).collect();
+    let late: Vec<usize> = (1..frames.len().min(ego.len())).collect();
+    let middle = intervals.len() / 2;
+    let usual_ns = (!intervals.is_empty()).then(|| *intervals.select_nth_unstable(middle).1)?;
+    let interval_ns = |k: usize| frames[k].timestamp_ns - frames[k - 1].timestamp_ns;
+    let is_late = |k: &usize| interval_ns(*k) > LATE_NS.max(LATE_INTERVALS * usual_ns);
+    let late: Vec<usize> = late.into_iter().filter(is_late).collect();
+    let seconds = |ns: i64| ns as f64 * 1e-9;
+    let described = |k: &usize| {
+        let (before, after, apart_s) = (frames[k - 1].number, frames[*k].number, seconds(interval_ns(*k)));
+        let way = if ego[*k].step_measured {
+            "the pictures go on, so that the clock seems to have jumped"
+        } else {
+            "the way between is assumed from the speeds before and after"
+        };
+        format!("{before} and {after} ({apart_s:.1} s: {way})")
+    };
+    let named: Vec<String> = late.iter().take(NAMED).map(described).collect();
+    let more = late.len().saturating_sub(NAMED);
+    let more = if more > 0 { format!(" and {more} more pairs") } else { String::new() };
+    (!late.is_empty()).then(|| {
+        format!(
+            "frames {}{more} are far apart in time, usual are {:.2} s: check the times of the frames",
+            named.join(", "),
+            seconds(usual_ns)
+        )
+    })
+}
