@@ -1,16 +1,19 @@
-//! Places seen again while the camera drives.
+//! Places seen again, or known from a kept map, while the camera drives.
 //!
 //! The estimator over the last seconds goes on in its own world, which drifts. Loops are closed among the keyframes of places alone, and
 //! their correction is a move of that world ([`Offsets`]) from the frame on at which it became known.
 
 use motorcade_geometry::{Camera, Pose, World};
-use motorcade_multibody::{LoopEdge, PlaceEdges, close_loops};
+use motorcade_multibody::close_loops;
 use motorcade_odometry::{EgoFrame, EgoTrajectory, Rows};
-use motorcade_places::{FramePlacement, PlaceKeyframe, PlaceMatch, PlaceSearch, place_keyframe};
+use motorcade_places::{
+    FramePlacement, PlaceKeyframe, PlaceMap, PlaceMatch, PlaceSearch, PlacedKeyframe, place_keyframe,
+};
 use motorcade_vehicles::VehicleState;
 
-use super::loops::within_drift;
-use crate::closed_loop::{ClosedLoop, Loops};
+use super::loops::{Matched, join, search_with_map, within_drift};
+use crate::closed_loop::Loops;
+use crate::kept_map::MapUse;
 use crate::record::FrontEndView;
 use crate::revision::{RevisedKeyframe, Revision};
 use crate::settings::Settings;
@@ -48,7 +51,10 @@ impl Offsets {
 
 /// Places seen again while the camera drives.
 pub(super) struct OnlineLoops {
+    /// Keyframes of the kept map, then those of the drive.
     search: PlaceSearch,
+    /// Number of keyframes of the kept map.
+    of_map: usize,
     /// Cameras of the rows that keyframes to come need.
     ego: Rows<EgoFrame>,
     /// Way driven to each row \[m\].
@@ -72,7 +78,8 @@ impl OnlineLoops {
         let config = &settings.config;
         let wanted = config.online.enabled && config.loops.enabled && settings.external.trajectory.is_none();
         wanted.then(|| Self {
-            search: PlaceSearch::new(settings.camera, config.places),
+            search: search_with_map(settings),
+            of_map: settings.external.map.as_ref().map_or(0, |kept| kept.map.keyframes.len()),
             ego: Rows::default(),
             way_m: Vec::new(),
             trajectory: Vec::new(),
@@ -80,14 +87,19 @@ impl OnlineLoops {
             corrected_m: f64::NEG_INFINITY,
             told: Vec::new(),
             offsets: Offsets::default(),
-            loops: Loops::default(),
+            loops: Loops { kept: settings.external.map.as_ref().map(MapUse::of), ..Loops::default() },
             revisions: 0,
         })
     }
 
+    /// Keyframes of the drive.
+    fn own(&self) -> &[PlacedKeyframe] {
+        self.search.keyframes().get(self.of_map..).unwrap_or_default()
+    }
+
     /// Number of keyframes whose features are not needed any more.
     pub(super) fn done(&self, settings: &Settings) -> usize {
-        self.search.keyframes().len().saturating_sub(settings.config.places.landmarks.neighbours)
+        self.own().len().saturating_sub(settings.config.places.landmarks.neighbours)
     }
 
     /// Takes the newest row and the keyframes that became complete with it; returns the correction where there is one.
@@ -99,11 +111,11 @@ impl OnlineLoops {
     ) -> Option<Revision> {
         self.push(newest);
         let reach = settings.config.places.landmarks.neighbours;
-        let before = self.search.keyframes().len();
-        while self.search.keyframes().len() + reach < view.places.len() {
+        let before = self.own().len();
+        while self.own().len() + reach < view.places.len() {
             self.take(view.places, settings)?;
         }
-        let taken = self.search.keyframes().len() > before;
+        let taken = self.own().len() > before;
         let newest_m = *self.way_m.last()?;
         if !taken || self.search.verified() == 0 || newest_m - self.corrected_m < LEAST_WAY_M {
             return None;
@@ -126,7 +138,7 @@ impl OnlineLoops {
 
     /// Looks for the next keyframe.
     fn take(&mut self, places: &[PlaceKeyframe], settings: &Settings) -> Option<()> {
-        let k = self.search.keyframes().len();
+        let k = self.own().len();
         let reach = settings.config.places.landmarks.neighbours;
         let from = k.saturating_sub(reach);
         let around = &places[from..(k + reach + 1).min(places.len())];
@@ -148,7 +160,7 @@ impl OnlineLoops {
 
     /// The camera of the next keyframe, with the step from the one before.
     fn step_to(&self, row: usize, settings: &Settings) -> Option<EgoFrame> {
-        let first = self.search.keyframes().last().map_or(0, |before| before.frame + 1);
+        let first = self.own().last().map_or(0, |before| before.frame + 1);
         let frames = (first..=row).map(|row| self.ego[row].clone()).collect();
         let way = EgoTrajectory { frames, height_m: settings.height_m, noise: Vec::new() };
         way.of_rows(&[row.checked_sub(first)?]).frames.pop()
@@ -162,17 +174,12 @@ impl OnlineLoops {
         settings: &Settings,
     ) -> Option<Revision> {
         let config = &settings.config;
-        let rows: Vec<usize> = self.search.keyframes().iter().map(|k| k.frame).collect();
+        let rows: Vec<usize> = self.own().iter().map(|k| k.frame).collect();
         let last = self.trajectory.last()?.world_from_camera;
         let mut corrected =
             EgoTrajectory { frames: self.trajectory.clone(), height_m: settings.height_m, noise: Vec::new() };
-        let edge = |m: &PlaceMatch| LoopEdge {
-            earlier: m.candidate,
-            later: m.query,
-            later_from_earlier: m.query_from_candidate,
-            covariance: m.covariance,
-        };
-        let edges = PlaceEdges { loops: matches.iter().map(edge).collect(), map: Vec::new() };
+        let matched = Matched { keyframes: self.search.keyframes(), of_map: self.of_map, matches };
+        let edges = matched.edges(|keyframe| keyframe - self.of_map);
         let report = match close_loops(&mut corrected, &edges, &config.loops, &config.graph, settings.threads)
         {
             Ok(report) => report,
@@ -181,27 +188,19 @@ impl OnlineLoops {
                 return None;
             }
         };
-        let weighted = report.weights.iter().zip(&report.closed);
-        let all = edges.loops.into_iter().zip(matches).zip(weighted);
-        self.loops.all = all
-            .map(|((edge, m), (weight, closed))| ClosedLoop {
-                edge: LoopEdge { earlier: rows[edge.earlier], later: rows[edge.later], ..edge },
-                inliers: m.inliers,
-                share: m.share,
-                rms_px: m.rms_px,
-                weight: *weight,
-                closed: *closed,
-            })
-            .collect();
+        matched.put_down(&mut self.loops, &report);
         let counts = self.search.report();
         (self.loops.keyframes, self.loops.candidates) = (rows.len(), counts.candidates);
-        (self.loops.verified, self.loops.odometry_factor) = (counts.verified, report.odometry_factor);
-        self.loops.most_moved_m = report.most_moved_m;
+        self.loops.verified = counts.verified;
         let closed = report.closed_count();
-        if closed == 0 {
+        let by_map = self.loops.kept.is_some().then(|| report.map.iter().filter(|(_, holds)| *holds).count());
+        if closed + by_map.unwrap_or(0) == 0 {
             return None;
         }
         let newest = view.frames.len() - 1;
+        if let Some(kept) = self.loops.kept.as_mut().filter(|kept| kept.met()) {
+            kept.told_from.get_or_insert(newest);
+        }
         let offset = corrected.frames.last()?.world_from_camera * last.inverse();
         let before = self.offsets.at(newest).copied().unwrap_or_default();
         self.offsets.0.push((newest, offset));
@@ -211,9 +210,30 @@ impl OnlineLoops {
             frame: view.frames[newest].clone(),
             closed,
             switched_off: report.closed.len() - closed,
+            by_map,
             corrected_from_told: offset * before.inverse(),
             keyframes: self.revised(&corrected, &rows, view),
         })
+    }
+
+    /// Ends the drive: the loops of the last correction, and the places of the drive as all matches correct them.
+    pub(super) fn finish(self, settings: &Settings) -> Loops {
+        let (mut loops, of_map, config) = (self.loops, self.of_map, &settings.config);
+        let found = self.search.finish();
+        let matched = Matched { keyframes: &found.keyframes, of_map, matches: &found.matches };
+        let edges = matched.edges(|keyframe| keyframe - of_map);
+        let mut ego =
+            EgoTrajectory { frames: self.trajectory, height_m: settings.height_m, noise: Vec::new() };
+        // On failure the poses of before stand.
+        let _report = close_loops(&mut ego, &edges, &config.loops, &config.graph, settings.threads);
+        let mut keyframes = found.keyframes;
+        let mut own = keyframes.split_off(of_map);
+        for (keyframe, frame) in own.iter_mut().zip(&ego.frames) {
+            keyframe.world_from_camera = frame.world_from_camera;
+        }
+        join(&mut own, &loops);
+        loops.map = Some(PlaceMap { camera: settings.camera, height_m: settings.height_m, keyframes: own });
+        loops
     }
 
     /// The keyframes that stand elsewhere than was told of them last; they are told now.
