@@ -1,14 +1,15 @@
 //! Places seen again in a drive, those of a kept map too, and the trajectory corrected by them.
 
-use motorcade_multibody::{LoopEdge, LoopReport, MapEdge, PlaceEdges, close_loops};
-use motorcade_odometry::EgoTrajectory;
+use motorcade_multibody::close_loops;
+use motorcade_odometry::{EgoFrame, EgoTrajectory};
 use motorcade_places::{
     FoundPlaces, FramePlacement, PlaceKeyframe, PlaceMap, PlaceMatch, PlaceSearch, PlacedKeyframe,
     place_keyframes,
 };
 
-use crate::closed_loop::{ClosedLoop, Loops};
-use crate::kept_map::{MapMatch, MapUse};
+use super::place_edges::Matched;
+use crate::closed_loop::Loops;
+use crate::kept_map::MapUse;
 use crate::record::FrontEndRecord;
 use crate::settings::Settings;
 
@@ -30,9 +31,15 @@ pub(super) fn close(record: &mut FrontEndRecord, ego: &mut EgoTrajectory, settin
     (loops.candidates, loops.verified) = (found.report.candidates, found.report.verified);
     let of_map = kept.map_or(0, |kept| kept.map.keyframes.len());
     let matched = Matched { keyframes: &found.keyframes, of_map, matches: &found.matches };
-    let edges = matched.edges(|keyframe| found.keyframes[keyframe].frame);
+    let camera = |keyframe: usize| (keyframe >= of_map).then(|| found.keyframes[keyframe].frame);
+    let known =
+        |keyframe: usize| (found.keyframes[keyframe].world_from_camera, found.keyframes[keyframe].covariance);
+    let edges = matched.edges(camera, known);
     match close_loops(ego, &edges, &config.loops, &config.graph, settings.threads) {
-        Ok(corrected) => matched.put_down(&mut loops, &corrected),
+        Ok(report) => {
+            (loops.most_moved_m, loops.odometry_factor) = (report.most_moved_m, report.odometry_factor);
+            matched.put_down(&mut loops, &matched.verdicts(camera, &report));
+        }
         Err(error) => loops.problem = Some(error.to_string()),
     }
     let mut keyframes = found.keyframes;
@@ -49,6 +56,7 @@ fn search(taken: Vec<PlaceKeyframe>, ego: &EgoTrajectory, settings: &Settings) -
     let way_m = ways_m(ego);
     let placement = |frame: usize| FramePlacement {
         world_from_camera: ego.frames[frame].world_from_camera,
+        covariance: ego.frames[frame].covariance,
         way_m: way_m[frame],
     };
     let placed = place_keyframes(&settings.camera, taken, placement, options);
@@ -68,78 +76,12 @@ pub(super) fn search_with_map(settings: &Settings) -> PlaceSearch {
     search
 }
 
-/// Keyframes with the matches among them; the first `of_map` keyframes are those of the kept map.
-pub(super) struct Matched<'a> {
-    pub(super) keyframes: &'a [PlacedKeyframe],
-    pub(super) of_map: usize,
-    pub(super) matches: &'a [PlaceMatch],
-}
-
-impl Matched<'_> {
-    /// The matches as edges between the cameras that `camera` names for keyframes of the drive.
-    pub(super) fn edges(&self, camera: impl Fn(usize) -> usize) -> PlaceEdges {
-        let mut edges = PlaceEdges::default();
-        for m in self.matches {
-            if m.candidate < self.of_map {
-                edges.map.push(MapEdge {
-                    frame: camera(m.query),
-                    world_from_keyframe: self.keyframes[m.candidate].world_from_camera,
-                    camera_from_keyframe: m.query_from_candidate,
-                    covariance: m.covariance,
-                });
-            } else {
-                edges.loops.push(LoopEdge {
-                    earlier: camera(m.candidate),
-                    later: camera(m.query),
-                    later_from_earlier: m.query_from_candidate,
-                    covariance: m.covariance,
-                });
-            }
-        }
-        edges
-    }
-
-    /// Puts down the matches with their weights.
-    pub(super) fn put_down(&self, loops: &mut Loops, report: &LoopReport) {
-        (loops.most_moved_m, loops.odometry_factor) = (report.most_moved_m, report.odometry_factor);
-        let edges = self.edges(|keyframe| self.keyframes[keyframe].frame);
-        let (to_map, own): (Vec<&PlaceMatch>, Vec<&PlaceMatch>) =
-            self.matches.iter().partition(|m| m.candidate < self.of_map);
-        let weighted = report.weights.iter().zip(&report.closed);
-        let closed = own.into_iter().zip(edges.loops).zip(weighted);
-        loops.all = closed
-            .map(|((found, edge), (weight, closed))| ClosedLoop {
-                edge,
-                inliers: found.inliers,
-                share: found.share,
-                rms_px: found.rms_px,
-                weight: *weight,
-                closed: *closed,
-            })
-            .collect();
-        let held = to_map.into_iter().zip(edges.map).zip(&report.map);
-        let matches = held
-            .map(|((m, edge), (weight, holds))| MapMatch {
-                edge,
-                map_frame: self.keyframes[m.candidate].frame,
-                inliers: m.inliers,
-                share: m.share,
-                rms_px: m.rms_px,
-                weight: *weight,
-                holds: *holds,
-            })
-            .collect();
-        if let Some(kept) = &mut loops.kept {
-            kept.matches = matches;
-        }
-    }
-}
-
 /// Puts the keyframes where the corrected trajectory has them.
 fn correct(placed: &mut [PlacedKeyframe], ego: &EgoTrajectory) {
     let way_m = ways_m(ego);
     for keyframe in placed {
-        keyframe.world_from_camera = ego.frames[keyframe.frame].world_from_camera;
+        let EgoFrame { world_from_camera, covariance, .. } = &ego.frames[keyframe.frame];
+        (keyframe.world_from_camera, keyframe.covariance) = (*world_from_camera, *covariance);
         keyframe.way_m = way_m[keyframe.frame];
     }
 }
@@ -162,7 +104,7 @@ pub(super) fn join(placed: &mut [PlacedKeyframe], loops: &Loops) {
 fn ways_m(ego: &EgoTrajectory) -> Vec<f64> {
     let mut way_m = 0.0;
     let mut before = ego.frames.first().map(|f| f.world_from_camera);
-    let next = |frame: &motorcade_odometry::EgoFrame| {
+    let next = |frame: &EgoFrame| {
         way_m += before.map_or(0.0, |b| (frame.world_from_camera.translation() - b.translation()).norm());
         before = Some(frame.world_from_camera);
         way_m
