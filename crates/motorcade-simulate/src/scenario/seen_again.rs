@@ -48,8 +48,8 @@ pub(super) fn town() -> Plan {
     plan
 }
 
-/// A way of 3.7 km through the streets of a town, of which six are driven again in the same direction; the length and the number of places met
-/// again are those of KITTI odometry 00, the streets are not.
+/// A way of 3.6 km through the streets of a town, some of which are driven again in the same direction: about the length and the loops of KITTI
+/// odometry 00, not its streets.
 pub(super) fn suburb() -> Plan {
     const BLOCK_M: f64 = 90.0;
     // In blocks.
