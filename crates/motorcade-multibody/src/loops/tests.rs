@@ -221,7 +221,7 @@ fn poses_by_a_map_hold_the_covariance_of_the_map() {
             edge.world_from_keyframe = moved * edge.world_from_keyframe;
         }
         let options = (LoopOptions::default(), GraphOptions::default());
-        let mut solve = |known: bool| {
+        let solve = |known: bool| {
             let mut ego = drifted(&truth);
             let none = |e: &MapEdge| MapEdge { keyframe_covariance: Matrix6::zeros(), ..e.clone() };
             let map = map.iter().map(|e| if known { e.clone() } else { none(e) }).collect();
