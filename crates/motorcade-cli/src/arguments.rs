@@ -242,11 +242,11 @@ pub struct RunArguments {
     #[arg(long, value_enum, default_value_t, requires = "mcap")]
     pub mcap_schemas: McapSchemas,
     /// Also write the places of the drive, with landmarks and descriptors, into a file: `motorcade map` reads it.
-    #[arg(long, value_name = "FILE.map", conflicts_with = "online")]
+    #[arg(long, value_name = "FILE.map")]
     pub save_map: Option<PathBuf>,
     /// Places of an earlier drive through the same streets, as --save-map wrote them: where they are seen again, this drive is told in the
-    /// world of that one.
-    #[arg(long, value_name = "FILE.map", conflicts_with_all = ["online", "trajectory"])]
+    /// world of that one; with --online from then on.
+    #[arg(long, value_name = "FILE.map", conflicts_with = "trajectory")]
     pub map: Option<PathBuf>,
     /// Also write frames.parquet and tracks.parquet: the tables with types, units and the camera's pose.
     #[arg(long)]

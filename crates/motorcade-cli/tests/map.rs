@@ -49,6 +49,27 @@ fn a_drive_is_told_in_the_world_of_the_map_that_it_meets() {
 }
 
 #[test]
+fn an_online_run_is_told_in_the_world_of_the_map_from_the_frame_it_is_met() {
+    let folder = drive(64);
+    let at = folder.path();
+    answer(at, &format!("{RUN} --frames ..58 --online --out first --save-map first.map")).expect(0, &[]);
+    let told = answer(at, &format!("{RUN} --frames 6.. --online --out again --map first.map"));
+    told.expect(0, &[]);
+    let lines: Vec<serde_json::Value> =
+        told.stdout.lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
+    let revision = lines.iter().find(|line| line.get("revision").is_some()).unwrap();
+    assert!(revision["map"]["matches"].as_u64().unwrap() >= 5, "{revision}");
+    let again = record(&at.join("again"));
+    assert!(again["map"]["matches"].as_u64().unwrap() >= 5, "{}", again["map"]);
+    assert_eq!(again["map"]["told_from"], revision["frame"]);
+    let z_m = |line: &serde_json::Value| line["camera"]["position_m"][2].as_f64().unwrap();
+    let last = lines.iter().rev().find(|line| line["frame"] == 57).unwrap();
+    let poses = fs::read_to_string(at.join("first/ego.kitti.txt")).unwrap();
+    let first: f64 = poses.lines().nth(57).unwrap().split(' ').next_back().unwrap().parse().unwrap();
+    assert!((z_m(last) - first).abs() < 0.3, "{} and {first}", z_m(last));
+}
+
+#[test]
 fn maps_that_are_none_or_do_not_fit_are_refused() {
     let folder = drive(3);
     let at = folder.path();
@@ -60,5 +81,5 @@ fn maps_that_are_none_or_do_not_fit_are_refused() {
         answer(at, &format!("map merge {name} text.map --out both.map")).expect(3, &[".map"]);
     }
     assert!(!at.join("run").exists() && !at.join("both.map").exists());
-    answer(at, &format!("{RUN} --out run --map text.map --online")).expect(1, &["--online"]);
+    answer(at, &format!("{RUN} --out run --map text.map --online")).expect(3, &["text.map"]);
 }

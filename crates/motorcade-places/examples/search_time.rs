@@ -54,7 +54,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             })
             .collect();
         let world_from_camera = Pose::identity();
-        PlacedKeyframe { frame: k, segment: 0, world_from_camera, way_m: 3.0 * k as f64, features, landmarks }
+        let (way_m, covariance) = (3.0 * k as f64, nalgebra::Matrix6::zeros());
+        PlacedKeyframe { frame: k, segment: 0, world_from_camera, covariance, way_m, features, landmarks }
     };
     let keyframes: Vec<PlacedKeyframe> = (0..count).map(|k| keyframe(k, &mut rng)).collect();
     let landmarks: usize = keyframes.iter().map(|k| k.landmarks.len()).sum();

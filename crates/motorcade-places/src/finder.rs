@@ -111,6 +111,12 @@ impl PlaceSearch {
         supported(&self.keyframes, self.verified.clone(), &self.options.sequence)
     }
 
+    /// As [`supported`](Self::supported), of keyframes from `first` on alone: those shortly after it lack the others before them.
+    pub fn supported_since(&self, first: usize) -> Vec<PlaceMatch> {
+        let since = self.verified.partition_point(|m| m.query < first);
+        supported(&self.keyframes, self.verified[since..].to_vec(), &self.options.sequence)
+    }
+
     /// Keyframes so far with a candidate that geometry verified.
     pub fn verified(&self) -> usize {
         self.verified.len()

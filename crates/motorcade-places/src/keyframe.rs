@@ -1,7 +1,7 @@
 //! Keyframes as places.
 
 use motorcade_geometry::{Camera, Pose, World};
-use nalgebra::Point3;
+use nalgebra::{Matrix6, Point3};
 
 use crate::features::Feature;
 
@@ -25,6 +25,8 @@ pub struct PlacedKeyframe {
     pub segment: usize,
     /// Pose \[m\].
     pub world_from_camera: Pose<World, Camera>,
+    /// Covariance of the pose (6×6 `[ω, ν]`, right perturbation; rad, m).
+    pub covariance: Matrix6<f64>,
     /// Way driven from the beginning of the drive \[m\].
     pub way_m: f64,
     /// Features.
@@ -79,6 +81,7 @@ mod tests {
             frame: 0,
             segment: 0,
             world_from_camera: Pose::identity(),
+            covariance: Matrix6::zeros(),
             way_m: 0.0,
             features: (0..6).map(feature).collect(),
             // The last one has no feature.

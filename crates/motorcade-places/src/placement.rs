@@ -1,6 +1,7 @@
 //! Keyframes with poses and landmarks.
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
+use nalgebra::Matrix6;
 
 use crate::keyframe::{Landmark, PlaceKeyframe, PlacedKeyframe};
 use crate::landmarks::{Neighbour, landmarks};
@@ -11,6 +12,8 @@ use crate::options::PlaceOptions;
 pub struct FramePlacement {
     /// Pose \[m\].
     pub world_from_camera: Pose<World, Camera>,
+    /// Its covariance (6×6 `[ω, ν]`, right perturbation; rad, m).
+    pub covariance: Matrix6<f64>,
     /// Way driven from the beginning of the drive \[m\].
     pub way_m: f64,
 }
@@ -67,7 +70,7 @@ fn placed(
     placement: &impl Fn(usize) -> FramePlacement,
     landmarks: Vec<Landmark>,
 ) -> PlacedKeyframe {
-    let FramePlacement { world_from_camera, way_m } = placement(keyframe.frame);
+    let FramePlacement { world_from_camera, covariance, way_m } = placement(keyframe.frame);
     let PlaceKeyframe { frame, segment, features } = keyframe;
-    PlacedKeyframe { frame, segment, world_from_camera, way_m, features, landmarks }
+    PlacedKeyframe { frame, segment, world_from_camera, covariance, way_m, features, landmarks }
 }

@@ -71,6 +71,7 @@ mod tests {
                 frame: k,
                 segment: 0,
                 world_from_camera: Pose::exp(&pose),
+                covariance: Matrix6::zeros(),
                 way_m: 2.0 * step + 300.0 * visit as f64,
                 features: Vec::new(),
                 landmarks: Vec::new(),

@@ -13,7 +13,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::drive::Drive;
 use crate::error::{Error, Result};
 use crate::form::body_type;
-use crate::motion::Road;
+use crate::motion::{Road, averaged, every_metre};
 use crate::options::DetectorOptions;
 use crate::options::RenderOptions;
 use crate::plan::Staging;
@@ -127,32 +127,6 @@ fn extended(way: Vec<Point3<f64>>) -> Vec<Point3<f64>> {
     let head = way.first().map(|p| p - begin * MARGIN_M.0);
     let tail = way.last().map(|p| p + end * MARGIN_M.1);
     head.into_iter().chain(way).chain(tail).collect()
-}
-
-fn every_metre(points: &[Point3<f64>]) -> Vec<Point3<f64>> {
-    let mut out: Vec<Point3<f64>> = points.first().copied().into_iter().collect();
-    let mut rest = 1.0;
-    for pair in points.windows(2) {
-        let length = (pair[1] - pair[0]).xy().norm();
-        let mut at = rest;
-        while at <= length {
-            out.push(pair[0] + (pair[1] - pair[0]) * (at / length));
-            at += 1.0;
-        }
-        rest = at - length;
-    }
-    out
-}
-
-/// Mean over nine neighbours, fewer towards the ends.
-fn averaged(points: &[Point3<f64>]) -> Vec<Point3<f64>> {
-    let n = points.len();
-    let mean = |i: usize| {
-        let reach = 4.min(i).min(n - 1 - i);
-        let sum: Vector3<f64> = points[i - reach..=i + reach].iter().map(|p| p.coords).sum();
-        Point3::from(sum / (2 * reach + 1) as f64)
-    };
-    (0..n).map(mean).collect()
 }
 
 fn vehicles(

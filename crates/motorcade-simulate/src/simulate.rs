@@ -151,13 +151,23 @@ fn parked(plan: &Plan, road: &Road, rng: &mut ChaCha8Rng) -> Vec<Driver> {
                 Route::Parked { s_m: other, side: on } => on != side || (other - s_m).abs() > PITCH_M,
                 _ => true,
             });
-            if taken && free && road.to_crossing_m(s_m) > 14.0 {
+            if taken && free && road.to_crossing_m(s_m) > 14.0 && !near_other_stretch(road, s_m, side) {
                 let speed = crate::motion::SpeedPlan::constant(0.0);
                 drivers.push(Driver { class, route: Route::Parked { s_m, side }, speed });
             }
         }
     }
     drivers
+}
+
+/// True where a car parked at `s_m` would stand on, or before the mouth of, another street of a way through a town.
+fn near_other_stretch(road: &Road, s_m: f64, side: Side) -> bool {
+    let d = side.sign() * road.half_width_m;
+    let mouth = |ahead_m: f64| {
+        let (_, found) = road.locate(&road.point(s_m + ahead_m, d).xy());
+        found.abs() < road.half_width_m - 0.1
+    };
+    road.is_again(s_m) || road.drives_again() && [-8.0, 0.0, 8.0].into_iter().any(mouth)
 }
 
 /// `site_from_vehicle` of a vehicle that stands on the road with its body centre over a point.

@@ -26,8 +26,11 @@ fn keyframes(drive: &Drive, visits: &[&[usize]], maps: bool, options: &PlaceOpti
         }
     }
     let poses = drive.world_from_camera();
-    let placement =
-        |frame: usize| FramePlacement { world_from_camera: poses[frame], way_m: 0.7 * frame as f64 };
+    let placement = |frame: usize| FramePlacement {
+        world_from_camera: poses[frame],
+        covariance: nalgebra::Matrix6::zeros(),
+        way_m: 0.7 * frame as f64,
+    };
     place_keyframes(&drive.camera(), all, placement, options)
 }
 

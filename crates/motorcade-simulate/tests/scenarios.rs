@@ -141,6 +141,11 @@ fn rounds_come_to_the_same_place_and_the_tunnel_is_dark() {
     let near = (1000..2600).map(|k| start.inverse() * drive.site_from_camera[k]);
     let again = near.map(|apart| apart.translation().norm() + apart.rotation().angle());
     assert!(again.fold(f64::INFINITY, f64::min) < 0.9);
+    // KITTI odometry 00 is 3,724 m long, in as many frames.
+    let drive = driven("suburb", 4541, 1);
+    let steps = drive.site_from_camera.windows(2).map(|w| (w[1].translation() - w[0].translation()).norm());
+    let way_m: f64 = steps.sum();
+    assert!((3500.0..3650.0).contains(&way_m), "{way_m} m");
     let drive = driven("tunnel", 700, 1);
     assert!(!drive.is_dark(549) && drive.is_dark(550) && drive.is_dark(649) && !drive.is_dark(650));
     assert!((0..700).all(|frame| !driven("block", 1, 1).is_dark(frame)));

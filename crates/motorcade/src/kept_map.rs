@@ -62,9 +62,22 @@ pub struct MapUse {
     pub keyframes: usize,
     /// Frames that see a place of the map, in order.
     pub matches: Vec<MapMatch>,
+    /// In an online run the first frame (row) that is told in the world of the map; `None` before it was met, and of whole drives, which
+    /// are told in it from their beginning.
+    pub told_from: Option<usize>,
 }
 
 impl MapUse {
+    /// A map that was not met yet.
+    pub(crate) fn of(kept: &KeptMap) -> Self {
+        Self {
+            digest: kept.digest.clone(),
+            keyframes: kept.map.keyframes.len(),
+            matches: Vec::new(),
+            told_from: None,
+        }
+    }
+
     /// Matches that hold.
     pub fn held(&self) -> impl Iterator<Item = &MapMatch> {
         self.matches.iter().filter(|m| m.holds)

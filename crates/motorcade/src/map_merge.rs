@@ -39,6 +39,7 @@ pub fn merge_maps(first: &PlaceMap, second: &PlaceMap, config: &Config) -> Resul
     let edge = |m: &motorcade_places::PlaceMatch| MapEdge {
         frame: m.query - own,
         world_from_keyframe: keyframes[m.candidate].world_from_camera,
+        keyframe_covariance: keyframes[m.candidate].covariance,
         camera_from_keyframe: m.query_from_candidate,
         covariance: m.covariance,
     };
@@ -66,6 +67,7 @@ pub fn merge_maps(first: &PlaceMap, second: &PlaceMap, config: &Config) -> Resul
     let (frame, way_m) = last.map_or((0, 0.0), |k| (k.frame.saturating_add(1), k.way_m));
     for (keyframe, corrected) in keyframes[own..].iter_mut().zip(&ego.frames) {
         keyframe.world_from_camera = corrected.world_from_camera;
+        keyframe.covariance = corrected.covariance;
         keyframe.frame = keyframe.frame.saturating_add(frame);
         keyframe.way_m += way_m;
         let known = joined.iter().find(|(second, _)| *second == keyframe.segment);
@@ -131,6 +133,7 @@ mod tests {
         let of = scene.places.iter().filter(|k| frames.contains(&k.frame)).cloned().collect();
         let placement = |frame: usize| FramePlacement {
             world_from_camera: world_from_scene * scene.truth[frame],
+            covariance: Matrix6::zeros(),
             way_m: frame as f64,
         };
         let keyframes = place_keyframes(&CAMERA, of, placement, &Config::default().places);

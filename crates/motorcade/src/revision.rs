@@ -1,4 +1,4 @@
-//! Corrections of an online run by places seen again.
+//! Corrections of an online run by places seen again, or known from a kept map.
 
 use motorcade_geometry::{Camera, Pose, World};
 use nalgebra::Matrix6;
@@ -18,6 +18,8 @@ pub struct Revision {
     pub closed: usize,
     /// Loops that odometry and the others contradict.
     pub switched_off: usize,
+    /// Keyframes that see a place of the kept map; `None` in runs without one. With any of them the corrected world is that of the map.
+    pub by_map: Option<usize>,
     /// Move of what would have been told of this frame without the correction.
     pub corrected_from_told: Pose<World, World>,
     /// Keyframes that stand elsewhere than was told of them last.
@@ -36,7 +38,7 @@ pub struct RevisedKeyframe {
 }
 
 impl Revision {
-    /// One line of JSON: `revision`, `frame`, `time_s`, `loops`, `corrected_from_told`, `keyframes`.
+    /// One line of JSON: `revision`, `frame`, `time_s`, `loops`, `corrected_from_told`, `keyframes`; `map` in runs with a kept map.
     pub fn to_json(&self) -> String {
         let keyframe = |k: &RevisedKeyframe| {
             let mut out = estimate::pose(&k.world_from_camera, &k.covariance);
@@ -45,7 +47,7 @@ impl Revision {
         };
         let keyframes: Vec<Value> = self.keyframes.iter().map(keyframe).collect();
         let (t, q) = (self.corrected_from_told.translation(), self.corrected_from_told.rotation());
-        json!({
+        let mut line = json!({
             "revision": self.number,
             "frame": self.frame.number,
             "time_s": estimate::rounded(self.frame.timestamp_ns as f64 * 1e-9),
@@ -55,7 +57,10 @@ impl Revision {
                 "orientation_xyzw": ([q.i, q.j, q.k, q.w].map(estimate::rounded)),
             },
             "keyframes": keyframes,
-        })
-        .to_string()
+        });
+        if let Some(matches) = self.by_map {
+            line["map"] = json!({"matches": matches});
+        }
+        line.to_string()
     }
 }

@@ -7,7 +7,7 @@ use motorcade_graph::{
 };
 use motorcade_odometry::EgoTrajectory;
 
-use super::edge::PlaceEdges;
+use super::edge::{MapEdge, PlaceEdges};
 use super::options::LoopOptions;
 use super::report::LoopReport;
 use super::{loosen, segments, steps, write};
@@ -75,7 +75,7 @@ pub fn close_loops(
     let map: Vec<(f64, bool)> =
         weights.split_off(edges.loops.len()).into_iter().map(|w| (w, holds(&w))).collect();
     let met = edges.map.iter().zip(&map).filter(|(_, (_, holds))| *holds);
-    let met: Vec<usize> = met.map(|(edge, _)| edge.frame).collect();
+    let met: Vec<&MapEdge> = met.map(|(edge, _)| edge).collect();
     if !edges.map.is_empty() && met.is_empty() {
         // The map was the only anchor of that graph.
         let own = PlaceEdges { loops: edges.loops.clone(), map: Vec::new() };

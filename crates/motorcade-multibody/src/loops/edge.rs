@@ -1,6 +1,6 @@
 //! Edges of places seen again.
 
-use motorcade_geometry::{Camera, Pose, World};
+use motorcade_geometry::{Camera, Pose, World, lie::se3::adjoint};
 use motorcade_graph::factors::Between;
 use motorcade_graph::{Graph, GraphError, VariableId};
 use nalgebra::Matrix6;
@@ -40,6 +40,9 @@ pub struct MapEdge {
     pub frame: usize,
     /// Pose of the keyframe in the world of the map, which is fixed \[m\].
     pub world_from_keyframe: Pose<World, Camera>,
+    /// Covariance of that pose in the world of the map (6×6 `[ω, ν]`, right perturbation): neighbouring keyframes share it, so that it moves
+    /// no camera; it is added to the covariances of cameras that are known by the map.
+    pub keyframe_covariance: Matrix6<f64>,
     /// The frame's camera from the keyframe \[m\].
     pub camera_from_keyframe: Pose<Camera, Camera>,
     /// Its covariance (6×6 `[ω, ν]`, right perturbation).
@@ -50,6 +53,12 @@ impl MapEdge {
     /// The pose of the frame's camera as the keyframe tells it.
     pub(crate) fn world_from_camera(&self) -> Pose<World, Camera> {
         self.world_from_keyframe * self.camera_from_keyframe.inverse()
+    }
+
+    /// Covariance of a camera that is known by the keyframe, as far as it is the keyframe's: `Ad(camera_from_keyframe) Σ Adᵀ`.
+    pub(crate) fn covariance_at(&self, world_from_camera: &Pose<World, Camera>) -> Matrix6<f64> {
+        let across = adjoint((world_from_camera.inverse() * self.world_from_keyframe).isometry());
+        across * self.keyframe_covariance * across.transpose()
     }
 
     /// The edge between a camera and a fixed node that is added for the keyframe.

@@ -1,5 +1,6 @@
 //! Loops of a square driven twice.
 
+use motorcade_geometry::lie::se3::adjoint;
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_odometry::{EgoTrajectory, MetricOptions, OdometryTrajectory};
 use nalgebra::{Matrix6, Vector6};
@@ -7,6 +8,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::{LoopEdge, LoopOptions, LoopReport, MapEdge, PlaceEdges, close_loops};
+use crate::edges::inverse;
 use crate::options::GraphOptions;
 
 const ROUND: usize = 160;
@@ -159,6 +161,7 @@ fn map_edges(
         MapEdge {
             frame,
             world_from_keyframe: map_from_drive * truth[frame] * beside,
+            keyframe_covariance: Matrix6::zeros(),
             camera_from_keyframe: beside * noise.later_from_earlier,
             covariance: noise.covariance,
         }
@@ -194,4 +197,44 @@ fn a_false_edge_to_a_map_is_switched_off_and_false_ones_alone_change_nothing() {
     let report = close_loops(&mut ego, &edges, &LoopOptions::default(), &GraphOptions::default(), 1).unwrap();
     let off: Vec<usize> = (0..edges.map.len()).filter(|k| !report.map[*k].1).collect();
     assert_eq!(off, [4], "{report:?}");
+}
+
+/// NEES of the frames of a drive by a map whose keyframes err together, by a draw from their covariance.
+#[test]
+fn poses_by_a_map_hold_the_covariance_of_the_map() {
+    let truth = truth();
+    let sigmas = Vector6::new(0.004, 0.02, 0.004, 0.3, 0.1, 0.4);
+    let of_map = Matrix6::from_diagonal(&sigmas.component_mul(&sigmas));
+    let (mut with, mut without) = (Vec::new(), Vec::new());
+    for seed in 0..24 {
+        let mut rng = ChaCha8Rng::seed_from_u64(100 + seed);
+        let (map_from_drive, mut map) = map_edges(&truth, (0..80).step_by(5), &mut rng);
+        // Sums of uniform numbers, of variance 1.
+        let mut normal = || (0..12).map(|_| rng.random_range(-0.5..0.5)).sum::<f64>();
+        let middle = map[8].world_from_keyframe;
+        let error: Pose<Camera, Camera> = Pose::exp(&sigmas.map(|sigma| sigma * normal()));
+        let moved: Pose<World, World> = middle * error.inverse() * middle.inverse();
+        for edge in &mut map {
+            // The same error of all, as the keyframe of each has it.
+            let across = adjoint((edge.world_from_keyframe.inverse() * middle).isometry());
+            edge.keyframe_covariance = across * of_map * across.transpose();
+            edge.world_from_keyframe = moved * edge.world_from_keyframe;
+        }
+        let options = (LoopOptions::default(), GraphOptions::default());
+        let solve = |known: bool| {
+            let mut ego = drifted(&truth);
+            let none = |e: &MapEdge| MapEdge { keyframe_covariance: Matrix6::zeros(), ..e.clone() };
+            let map = map.iter().map(|e| if known { e.clone() } else { none(e) }).collect();
+            let edges = PlaceEdges { loops: Vec::new(), map };
+            close_loops(&mut ego, &edges, &options.0, &options.1, 1).unwrap();
+            let off = ego.frames[40].world_from_camera.inverse() * (map_from_drive * truth[40]);
+            let off = motorcade_geometry::lie::se3::log(off.isometry());
+            (off.transpose() * inverse(&ego.frames[40].covariance) * off)[(0, 0)]
+        };
+        with.push(solve(true));
+        without.push(solve(false));
+    }
+    let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
+    // 6 degrees of freedom; the edges' own covariances are rather too wide.
+    assert!((2.5..8.0).contains(&mean(&with)) && mean(&without) > 20.0, "{} {}", mean(&with), mean(&without));
 }

@@ -7,6 +7,11 @@ pub(super) fn checksum(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, b| (hash ^ u64::from(*b)).wrapping_mul(0x0100_0000_01b3))
 }
 
+/// Rows and columns of the upper triangle of a 6×6 matrix, in the order of the file.
+pub(super) fn upper_triangle() -> impl Iterator<Item = (usize, usize)> {
+    (0..6).flat_map(|row| (row..6).map(move |column| (row, column)))
+}
+
 /// Reads from a slice, front to back.
 pub(super) struct Reader<'a>(pub(super) &'a [u8]);
 

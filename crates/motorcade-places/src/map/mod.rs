@@ -14,7 +14,7 @@ pub use error::MapError;
 /// First bytes of a map.
 const MAGIC: &[u8; 8] = b"MCDRMAP\n";
 /// Version of the format. Descriptors depend on the pattern of their tests: a change of it is another version.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// Places of a drive, to be kept.
 #[derive(Clone, Debug)]

@@ -1,9 +1,9 @@
 //! Reading of maps.
 
 use motorcade_geometry::{PinholeCamera, Pose};
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Matrix6, Quaternion, UnitQuaternion, Vector3};
 
-use super::bytes::{Reader, checksum};
+use super::bytes::{Reader, checksum, upper_triangle};
 use super::error::MapError;
 use super::{MAGIC, PlaceMap, VERSION};
 use crate::features::{Descriptor, Feature};
@@ -11,7 +11,7 @@ use crate::keyframe::{Landmark, PlacedKeyframe};
 
 /// Bytes of a landmark, and of a keyframe without any.
 const LANDMARK_BYTES: usize = 58;
-const KEYFRAME_BYTES: usize = 80;
+const KEYFRAME_BYTES: usize = 248;
 
 impl PlaceMap {
     /// Reads a map.
@@ -60,6 +60,7 @@ fn keyframe(r: &mut Reader<'_>) -> Result<PlacedKeyframe, MapError> {
     let rotation = UnitQuaternion::from_quaternion(quaternion);
     let world_from_camera = Pose::from_parts(rotation, Vector3::new(r.f64()?, r.f64()?, r.f64()?));
     let way_m = r.f64()?;
+    let covariance = covariance(r)?;
     let count = r.count(LANDMARK_BYTES)?;
     let (mut features, mut landmarks) = (Vec::with_capacity(count), Vec::with_capacity(count));
     for feature in 0..count as u32 {
@@ -69,5 +70,18 @@ fn keyframe(r: &mut Reader<'_>) -> Result<PlacedKeyframe, MapError> {
         let point_in_camera = [r.f32()?, r.f32()?, r.f32()?];
         landmarks.push(Landmark { feature, point_in_camera, depth_sigma: r.f32()? });
     }
-    Ok(PlacedKeyframe { frame, segment, world_from_camera, way_m, features, landmarks })
+    Ok(PlacedKeyframe { frame, segment, world_from_camera, covariance, way_m, features, landmarks })
+}
+
+/// A covariance, refused where it is none.
+fn covariance(r: &mut Reader<'_>) -> Result<Matrix6<f64>, MapError> {
+    let mut covariance = Matrix6::zeros();
+    for (row, column) in upper_triangle() {
+        let value = r.f64()?;
+        (covariance[(row, column)], covariance[(column, row)]) = (value, value);
+    }
+    // Those of exact poses are singular.
+    let least = 1e-9 * (1.0 + covariance.trace().abs());
+    let positive = (covariance + Matrix6::identity() * least).cholesky().is_some();
+    if positive { Ok(covariance) } else { Err(MapError::Damaged("a covariance is none".into())) }
 }

@@ -1,7 +1,7 @@
 //! Maps as bytes.
 
 use motorcade_geometry::{PinholeCamera, Pose};
-use nalgebra::Vector6;
+use nalgebra::{Matrix6, Vector6};
 
 use super::{MapError, PlaceMap};
 use crate::features::{Descriptor, Feature};
@@ -27,6 +27,9 @@ fn map() -> PlaceMap {
             frame: 10 * k,
             segment: k / 2,
             world_from_camera,
+            covariance: Matrix6::from_fn(|r, c| {
+                if r == c { 0.01 * (k + r + 1) as f64 } else { 1e-4 * (r + c) as f64 }
+            }),
             way_m: 3.0 * k as f64,
             features,
             landmarks,
@@ -43,6 +46,7 @@ fn a_map_reads_back() {
     assert_eq!(again.to_bytes(), bytes);
     assert_eq!(again.summary(), map.summary());
     assert_eq!((again.summary().landmarks, again.summary().segments), (20, 2));
+    assert!(again.keyframes[3].covariance == map.keyframes[3].covariance);
     assert!(again.keyframes[3].world_from_camera == map.keyframes[3].world_from_camera);
 }
 
@@ -52,7 +56,7 @@ fn what_is_no_map_is_refused() {
     assert!(matches!(PlaceMap::from_bytes(b"ply\n"), Err(MapError::NoMap(_))));
     let mut newer = bytes.clone();
     newer[8] = 9;
-    assert_eq!(PlaceMap::from_bytes(&newer).unwrap_err(), MapError::Version { found: 9, known: 1 });
+    assert_eq!(PlaceMap::from_bytes(&newer).unwrap_err(), MapError::Version { found: 9, known: 2 });
     for at in [40, 200, bytes.len() - 3] {
         let mut changed = bytes.clone();
         changed[at] ^= 0x10;
@@ -64,6 +68,13 @@ fn what_is_no_map_is_refused() {
             "{length} bytes"
         );
     }
+}
+
+#[test]
+fn covariances_that_are_none_are_refused() {
+    let mut map = map();
+    map.keyframes[1].covariance[(4, 4)] = -0.1;
+    assert!(matches!(PlaceMap::from_bytes(&map.to_bytes()), Err(MapError::Damaged(_))));
 }
 
 #[test]

@@ -2,6 +2,8 @@
 
 use nalgebra::{Point2, Point3, Vector2, Vector3};
 
+use super::polyline::rounded;
+
 /// A section of constant curvature.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bend {
@@ -33,6 +35,9 @@ pub struct RoadPlan {
     pub crossings_m: Vec<f64>,
     /// True where the end of the bends is their beginning: the road is driven round. It is level then.
     pub closed: bool,
+    /// Corners of the way through a town \[m\], in place of bends and grades; none for other roads. Where two corners follow each other that did
+    /// before, the same street is driven again.
+    pub corners_m: Vec<[f64; 2]>,
 }
 
 /// A point of the centre line.
@@ -59,12 +64,18 @@ pub struct Road {
     samples: Vec<RoadPoint>,
     /// `s` of the first and the last point that is driven \[m\], where the road is closed.
     rounds_m: Option<(f64, f64)>,
+    /// True for samples on a street that was driven before; empty where none is.
+    again: Vec<bool>,
 }
 
 /// Half width of a crossing road \[m\].
 pub(crate) const CROSSING_HALF_WIDTH_M: f64 = 3.6;
 /// Distance between samples \[m\].
 const STEP_M: f64 = 1.0;
+/// Way from a corner at which its rounding begins \[m\].
+const CORNER_M: f64 = 22.0;
+/// Samples between two visits of a street at least.
+const APART: usize = 60;
 /// Length over which curvature and slope change \[m\]: steering and suspension are not instantaneous.
 const TRANSITION_M: f64 = 14.0;
 
@@ -73,6 +84,9 @@ impl Road {
     pub fn build(plan: &RoadPlan, start_m: f64, end_m: f64) -> Self {
         if plan.closed {
             return Self::closed(plan, (start_m, end_m));
+        }
+        if !plan.corners_m.is_empty() {
+            return Self::through_town(plan, start_m);
         }
         let count = ((end_m - start_m) / STEP_M).ceil().max(2.0) as usize + 1;
         let sample = |f: &dyn Fn(f64) -> f64| -> Vec<f64> {
@@ -96,7 +110,35 @@ impl Road {
             start_m,
             samples,
             rounds_m: None,
+            again: Vec::new(),
         }
+    }
+
+    /// A road along the corners of a plan, of which the first is `s = 0`; it is level.
+    fn through_town(plan: &RoadPlan, start_m: f64) -> Self {
+        let mut corners: Vec<Point2<f64>> = plan.corners_m.iter().map(|c| Point2::from(*c)).collect();
+        if let [first, second, ..] = corners[..] {
+            corners[0] = first + (second - first).normalize() * start_m;
+        }
+        let road = Self::through(&rounded(&corners, CORNER_M), plan.half_width_m);
+        let again = again(&road.samples);
+        Self { start_m, again, ..road }
+    }
+
+    /// True where the street at `s` was driven before, at a smaller `s`.
+    pub(crate) fn is_again(&self, s: f64) -> bool {
+        let sample = ((s - self.start_m) / STEP_M).max(0.0) as usize;
+        self.again.get(sample).copied().unwrap_or(false)
+    }
+
+    /// True of a way through a town, on which some streets may be driven again.
+    pub(crate) fn drives_again(&self) -> bool {
+        !self.again.is_empty()
+    }
+
+    /// True where stretches of the road lie beside or on each other.
+    pub(crate) fn meets_itself(&self) -> bool {
+        self.rounds_m.is_some() || self.drives_again()
     }
 
     /// A closed road, driven from `rounds_m.0` to `rounds_m.1`. What the bends leave open is shared by all samples.
@@ -127,7 +169,14 @@ impl Road {
             sample.position -= gap * (i as f64 / count as f64);
         }
         let crossings_m = plan.crossings_m.clone();
-        Self { half_width_m: plan.half_width_m, crossings_m, start_m: 0.0, samples, rounds_m: Some(rounds_m) }
+        Self {
+            half_width_m: plan.half_width_m,
+            crossings_m,
+            start_m: 0.0,
+            samples,
+            rounds_m: Some(rounds_m),
+            again: Vec::new(),
+        }
     }
 
     /// Length of one round \[m\]; `None` of a road that is not closed.
@@ -156,7 +205,14 @@ impl Road {
             let rise = v.z / v.xy().norm().max(1e-6);
             samples.push(RoadPoint { position: points[i], heading_rad, curvature_per_m, rise });
         }
-        Self { half_width_m, crossings_m: Vec::new(), start_m: 0.0, samples, rounds_m: None }
+        Self {
+            half_width_m,
+            crossings_m: Vec::new(),
+            start_m: 0.0,
+            samples,
+            rounds_m: None,
+            again: Vec::new(),
+        }
     }
 
     /// First and last `s` \[m\]; of a closed road those of one round.
@@ -221,6 +277,18 @@ impl Road {
     }
 }
 
+/// The samples that lie on the line of much earlier ones, in either direction.
+fn again(samples: &[RoadPoint]) -> Vec<bool> {
+    let on = |a: &RoadPoint, b: &RoadPoint| {
+        let (forward, left) = axes(b.heading_rad);
+        let off = a.position.xy() - b.position.xy();
+        let parallel = (a.heading_rad - b.heading_rad).sin().abs() < 0.05;
+        off.dot(&forward).abs() <= 0.5 * STEP_M && off.dot(&left).abs() < 0.2 && parallel
+    };
+    let early = |i: usize| &samples[..(i + 1).saturating_sub(APART)];
+    (0..samples.len()).map(|i| early(i).iter().any(|b| on(&samples[i], b))).collect()
+}
+
 /// Forward and left unit vectors of a heading.
 pub(crate) fn axes(heading_rad: f64) -> (Vector2<f64>, Vector2<f64>) {
     let (sin, cos) = heading_rad.sin_cos();
@@ -266,6 +334,7 @@ mod tests {
             grades: vec![Grade { length_m: 80.0, rise: 0.05 }],
             crossings_m: vec![30.0],
             closed: false,
+            corners_m: vec![],
         };
         Road::build(&plan, -40.0, 160.0)
     }
@@ -299,6 +368,7 @@ mod tests {
             grades: vec![],
             crossings_m: vec![20.0],
             closed: true,
+            corners_m: vec![],
         };
         let road = Road::build(&plan, -50.0, 800.0);
         assert_eq!(
@@ -314,6 +384,22 @@ mod tests {
             (road.to_crossing_m(345.0) - 15.0).abs() < 1e-9
                 && (road.to_crossing_m(330.0) - 30.0).abs() < 1e-9
         );
+    }
+
+    #[test]
+    fn a_town_is_driven_by_its_corners_and_its_streets_again() {
+        let block = [[0.0, 0.0], [150.0, 0.0], [150.0, 120.0], [0.0, 120.0]];
+        let corners_m = [&block[..], &block[..2], &[[300.0, 0.0]]].concat();
+        let (bends, grades, crossings_m) = (vec![], vec![], vec![]);
+        let plan = RoadPlan { half_width_m: 5.6, bends, grades, crossings_m, closed: false, corners_m };
+        let road = Road::build(&plan, -30.0, 800.0);
+        assert!((road.at(0.0).position - Point3::origin()).norm() < 0.6);
+        let from = road.extent_m().0;
+        let again: Vec<f64> =
+            (0..road.samples.len()).map(|i| from + i as f64).filter(|s| road.is_again(*s)).collect();
+        // The first street up to its corner, but for the rounding into it.
+        assert!((100.0..112.0).contains(&(again.len() as f64)), "{}", again.len());
+        assert!(again.iter().all(|s| road.at(*s).position.y.abs() < 0.2 && *s > 400.0));
     }
 
     #[test]

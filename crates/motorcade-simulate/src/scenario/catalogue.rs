@@ -3,7 +3,7 @@
 use motorcade_perception::VehicleClass::{Bus, Car, Truck, Van};
 
 use super::parts::{bend, coming, driver, leading, standing, street};
-use super::seen_again::{block, figure_eight, same_street_opposite, town, tunnel, twin_houses};
+use super::seen_again::{block, figure_eight, same_street_opposite, suburb, town, tunnel, twin_houses};
 use crate::motion::{Grade, SpeedPlan};
 use crate::options::DetectorOptions;
 use crate::plan::{Plan, Route, Side};
@@ -52,6 +52,7 @@ entries! {
     "figure-eight", figure_eight, "a figure of eight, 296 m a round, 50 s, over its own crossing";
     "tunnel", tunnel, "round the block, in the second round 10 s without light";
     "town-10min", town, "round eight blocks of a town, 986 m a round, stops at lights, 10 minutes: 4.4 rounds";
+    "suburb", suburb, "3.6 km through a town in 454 s, some of its streets again in the same direction: about the length and the loops of KITTI odometry 00";
     "twin-houses", twin_houses, "a straight street in which 40 m of houses stand twice";
     "same-street-opposite", same_street_opposite, "along an avenue, round over both lanes and back";
 }

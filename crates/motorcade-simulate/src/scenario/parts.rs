@@ -39,6 +39,7 @@ pub(super) fn street(speed: SpeedPlan) -> Plan {
             grades: vec![],
             crossings_m: vec![],
             closed: false,
+            corners_m: vec![],
         },
         ego_route: along(0.0),
         ego_speed: speed,

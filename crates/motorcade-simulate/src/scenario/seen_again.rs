@@ -48,6 +48,52 @@ pub(super) fn town() -> Plan {
     plan
 }
 
+/// A way of 3.6 km through the streets of a town, some of which are driven again in the same direction: about the length and the loops of KITTI
+/// odometry 00, not its streets.
+pub(super) fn suburb() -> Plan {
+    const BLOCK_M: f64 = 90.0;
+    // In blocks.
+    let corners = [
+        (0.0, 0.0),
+        (2.0, 0.0),
+        (2.0, 1.5),
+        (0.0, 1.5),
+        (0.0, 0.0),
+        (2.0, 0.0),
+        (4.0, 0.0),
+        (4.0, -1.8),
+        (1.0, -1.8),
+        (1.0, 0.0),
+        (2.0, 0.0),
+        (2.0, 1.5),
+        (2.0, 3.2),
+        (-1.2, 3.2),
+        (-1.2, 0.0),
+        (0.0, 0.0),
+        (2.0, 0.0),
+        (4.0, 0.0),
+        (4.0, 3.2),
+        (2.0, 3.2),
+        (-1.2, 3.2),
+        (-1.2, 0.0),
+        (0.0, 0.0),
+        (2.0, 0.0),
+        (4.0, 0.0),
+        (6.0, 0.0),
+    ];
+    let speeds = (0..7).flat_map(|k| {
+        let start_s = 70.0 * f64::from(k);
+        [(0.0, 8.8), (52.0, 8.8), (57.0, 0.0), (60.0, 0.0), (65.0, 8.8)].map(|(t, v)| (start_s + t, v))
+    });
+    let mut plan = street(SpeedPlan::through(&speeds.collect::<Vec<_>>()));
+    plan.road.corners_m = corners.into_iter().map(|(x, y)| [BLOCK_M * x, BLOCK_M * y]).collect();
+    let offsets_m = vec![(0.0, -1.75), (800.0, -2.1), (1900.0, -1.5), (2900.0, -1.9), (3800.0, -1.6)];
+    plan.ego_route = Route::Along { start_m: 10.0, offsets_m };
+    plan.drivers = (1..8).map(|k| coming(Car, 450.0 * f64::from(k), 6.0 + f64::from(k % 3))).collect();
+    plan.parked_chance = 0.12;
+    plan
+}
+
 /// A stop at a light every 75 s, else 8 m/s.
 fn town_speeds() -> Vec<(f64, f64)> {
     (0..8)

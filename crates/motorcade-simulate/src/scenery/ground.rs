@@ -19,10 +19,10 @@ pub(crate) fn kerb_height_m(road: &Road, s: f64) -> f64 {
 fn reach(road: &Road, s: f64, side: f64) -> f64 {
     let towards_centre = road.at(s).curvature_per_m * side;
     let most = if towards_centre > 1e-6 { (0.9 / towards_centre).min(REACH_M) } else { REACH_M };
-    if road.round_m().is_some() { most.min(to_other_stretch(road, s, side, most)) } else { most }
+    if road.meets_itself() { most.min(to_other_stretch(road, s, side, most)) } else { most }
 }
 
-/// Distance to the side at which another stretch of a closed road becomes the nearer one \[m\].
+/// Distance to the side at which another stretch of a road that meets itself becomes the nearer one \[m\].
 fn to_other_stretch(road: &Road, s: f64, side: f64, most: f64) -> f64 {
     const STEP_M: f64 = 1.0;
     let own = |d: f64| road.locate(&road.point(s, side * d).xy()).1.abs() > d - 0.02;
@@ -50,7 +50,9 @@ pub(super) fn chunks(road: &Road) -> Vec<Chunk> {
         let mut s = begin;
         while s < end - 1e-9 {
             let next = (s + 1.0).min(end);
-            cross_sections(road, s, next, &mut mesh);
+            if !(road.is_again(s) && road.is_again(next)) {
+                cross_sections(road, s, next, &mut mesh);
+            }
             s = next;
         }
         chunks.extend(Chunk::around(mesh));
@@ -60,11 +62,11 @@ pub(super) fn chunks(road: &Road) -> Vec<Chunk> {
 
 fn cross_sections(road: &Road, a: f64, b: f64, mesh: &mut Mesh) {
     let half = road.half_width_m;
-    // On each side, at each end: on a closed road the ground ends where that of another stretch begins.
+    // On each side, at each end: on a road that meets itself the ground ends where that of another stretch begins.
     let outers = [-1.0, 1.0].map(|side| {
         let ends = [a, b].map(|s| reach(road, s, side));
         let both = ends[0].min(ends[1]).max(half + 0.2);
-        if road.round_m().is_some() { ends } else { [both; 2] }
+        if road.meets_itself() { ends } else { [both; 2] }
     });
     let vertex = |s: f64, d: f64, h: f64| {
         let most = outers[usize::from(d > 0.0)][usize::from(s == b)];

@@ -91,7 +91,7 @@ fn row(
         }
         let wants_house = rng.random_bool(0.72);
         let middle = s + 0.5 * width;
-        let clear = road.to_crossing_m(middle) > 0.5 * width + 8.5;
+        let clear = road.to_crossing_m(middle) > 0.5 * width + 8.5 && !road.is_again(middle);
         let windows_m = match drive.staging.twins {
             Some(_) => (seed % 1000) as f64 * 0.37,
             None => looks.len() as f64 * 3.7,
@@ -154,7 +154,7 @@ fn kerbside(
     let mut s = from + rng.random_range(0.0..8.0);
     while s < to {
         let point = road.point(s, d).xy();
-        if road.to_crossing_m(s) > 9.0 && obstacles.free(&point, 0.3) {
+        if road.to_crossing_m(s) > 9.0 && !road.is_again(s) && obstacles.free(&point, 0.3) {
             match rng.random_range(0..10) {
                 0..4 => chunks.extend(plants::tree(road, (s, d), rng.random_range(4.0..6.5), rng)),
                 4..7 => chunks.extend(plants::lamp(road, (s, d))),

@@ -120,6 +120,7 @@ fn road(rng: &mut ChaCha8Rng) -> Road {
         grades: vec![Grade { length_m: 120.0, rise }],
         crossings_m: if rng.random_bool(0.3) { vec![rng.random_range(0.0..80.0)] } else { Vec::new() },
         closed: false,
+        corners_m: vec![],
     };
     Road::build(&plan, EXTENT_M.0 - 40.0, EXTENT_M.1 + 60.0)
 }

@@ -58,8 +58,8 @@ fn within_bounds(cases: &[Case]) {
 }
 
 /// Drives of minutes that come to a place again: `tests/places.rs` renders parts of them, `scripts/loops.py` judges whole ones.
-const SEEN_AGAIN: [&str; 6] =
-    ["block", "figure-eight", "tunnel", "town-10min", "twin-houses", "same-street-opposite"];
+const SEEN_AGAIN: [&str; 7] =
+    ["block", "figure-eight", "tunnel", "town-10min", "suburb", "twin-houses", "same-street-opposite"];
 
 #[test]
 fn short_drives_stay_within_their_bounds() {

@@ -1,16 +1,20 @@
 //! Places seen again in a drive, those of a kept map too, and the trajectory corrected by them.
 
-use motorcade_multibody::{LoopEdge, LoopReport, MapEdge, PlaceEdges, close_loops};
-use motorcade_odometry::EgoTrajectory;
+use motorcade_multibody::close_loops;
+use motorcade_odometry::{EgoFrame, EgoTrajectory};
 use motorcade_places::{
     FoundPlaces, FramePlacement, PlaceKeyframe, PlaceMap, PlaceMatch, PlaceSearch, PlacedKeyframe,
     place_keyframes,
 };
 
-use crate::closed_loop::{ClosedLoop, Loops};
-use crate::kept_map::{MapMatch, MapUse};
+use super::place_edges::Matched;
+use crate::closed_loop::Loops;
+use crate::kept_map::MapUse;
 use crate::record::FrontEndRecord;
 use crate::settings::Settings;
+
+/// Number of the first of the maps in a kept map: a drive has none of these.
+const SEGMENTS_OF_MAP: usize = usize::MAX / 2;
 
 /// Finds the places of a drive that were seen before and corrects the trajectory by them. A drive without any stays as it is, to the last
 /// bit.
@@ -18,11 +22,7 @@ pub(super) fn close(record: &mut FrontEndRecord, ego: &mut EgoTrajectory, settin
     let config = &settings.config;
     let mut loops = Loops { keyframes: record.places.len(), ..Loops::default() };
     let kept = settings.external.map.as_ref();
-    loops.kept = kept.map(|kept| MapUse {
-        digest: kept.digest.clone(),
-        keyframes: kept.map.keyframes.len(),
-        matches: Vec::new(),
-    });
+    loops.kept = kept.map(MapUse::of);
     if record.places.is_empty() {
         return loops;
     }
@@ -30,9 +30,16 @@ pub(super) fn close(record: &mut FrontEndRecord, ego: &mut EgoTrajectory, settin
     let found = search(std::mem::take(&mut record.places), ego, settings);
     (loops.candidates, loops.verified) = (found.report.candidates, found.report.verified);
     let of_map = kept.map_or(0, |kept| kept.map.keyframes.len());
-    let edges = edges(&found, of_map);
+    let matched = Matched { keyframes: &found.keyframes, of_map, matches: &found.matches };
+    let camera = |keyframe: usize| (keyframe >= of_map).then(|| found.keyframes[keyframe].frame);
+    let known =
+        |keyframe: usize| (found.keyframes[keyframe].world_from_camera, found.keyframes[keyframe].covariance);
+    let edges = matched.edges(camera, known);
     match close_loops(ego, &edges, &config.loops, &config.graph, settings.threads) {
-        Ok(corrected) => put_down(&mut loops, (&found, of_map), edges, &corrected),
+        Ok(report) => {
+            (loops.most_moved_m, loops.odometry_factor) = (report.most_moved_m, report.odometry_factor);
+            matched.put_down(&mut loops, &matched.verdicts(camera, &report));
+        }
         Err(error) => loops.problem = Some(error.to_string()),
     }
     let mut keyframes = found.keyframes;
@@ -49,95 +56,38 @@ fn search(taken: Vec<PlaceKeyframe>, ego: &EgoTrajectory, settings: &Settings) -
     let way_m = ways_m(ego);
     let placement = |frame: usize| FramePlacement {
         world_from_camera: ego.frames[frame].world_from_camera,
+        covariance: ego.frames[frame].covariance,
         way_m: way_m[frame],
     };
     let placed = place_keyframes(&settings.camera, taken, placement, options);
-    let mut search = PlaceSearch::new(settings.camera, *options);
-    // Numbers of maps that the drive itself has not.
-    let free = placed.iter().map(|k| k.segment + 1).max().unwrap_or(0);
-    for keyframe in settings.external.map.iter().flat_map(|kept| &kept.map.keyframes) {
-        search.add(PlacedKeyframe { segment: free + keyframe.segment, ..keyframe.clone() });
-    }
+    let mut search = search_with_map(settings);
     for keyframe in placed {
         search.take(keyframe, |later, earlier, found| within_drift(found, (later, earlier), settings));
     }
     search.finish()
 }
 
-/// The matches as edges; the first `of_map` keyframes are those of the map.
-fn edges(found: &FoundPlaces, of_map: usize) -> PlaceEdges {
-    let mut edges = PlaceEdges::default();
-    for m in &found.matches {
-        let (query, candidate) = (&found.keyframes[m.query], &found.keyframes[m.candidate]);
-        if m.candidate < of_map {
-            edges.map.push(MapEdge {
-                frame: query.frame,
-                world_from_keyframe: candidate.world_from_camera,
-                camera_from_keyframe: m.query_from_candidate,
-                covariance: m.covariance,
-            });
-        } else {
-            edges.loops.push(LoopEdge {
-                earlier: candidate.frame,
-                later: query.frame,
-                later_from_earlier: m.query_from_candidate,
-                covariance: m.covariance,
-            });
-        }
+/// A search that holds the keyframes of the kept map, where there is one.
+pub(super) fn search_with_map(settings: &Settings) -> PlaceSearch {
+    let mut search = PlaceSearch::new(settings.camera, settings.config.places);
+    for keyframe in settings.external.map.iter().flat_map(|kept| &kept.map.keyframes) {
+        search.add(PlacedKeyframe { segment: SEGMENTS_OF_MAP + keyframe.segment, ..keyframe.clone() });
     }
-    edges
-}
-
-/// Puts down the edges with their weights.
-fn put_down(
-    loops: &mut Loops,
-    (found, of_map): (&FoundPlaces, usize),
-    edges: PlaceEdges,
-    report: &LoopReport,
-) {
-    (loops.most_moved_m, loops.odometry_factor) = (report.most_moved_m, report.odometry_factor);
-    let (to_map, own): (Vec<&PlaceMatch>, Vec<&PlaceMatch>) =
-        found.matches.iter().partition(|m| m.candidate < of_map);
-    let weighted = report.weights.iter().zip(&report.closed);
-    let closed = own.into_iter().zip(edges.loops).zip(weighted);
-    loops.all = closed
-        .map(|((found, edge), (weight, closed))| ClosedLoop {
-            edge,
-            inliers: found.inliers,
-            share: found.share,
-            rms_px: found.rms_px,
-            weight: *weight,
-            closed: *closed,
-        })
-        .collect();
-    let held = to_map.into_iter().zip(edges.map).zip(&report.map);
-    let matches = held
-        .map(|((m, edge), (weight, holds))| MapMatch {
-            edge,
-            map_frame: found.keyframes[m.candidate].frame,
-            inliers: m.inliers,
-            share: m.share,
-            rms_px: m.rms_px,
-            weight: *weight,
-            holds: *holds,
-        })
-        .collect();
-    if let Some(kept) = &mut loops.kept {
-        kept.matches = matches;
-    }
+    search
 }
 
 /// Puts the keyframes where the corrected trajectory has them.
 fn correct(placed: &mut [PlacedKeyframe], ego: &EgoTrajectory) {
     let way_m = ways_m(ego);
     for keyframe in placed {
-        keyframe.world_from_camera = ego.frames[keyframe.frame].world_from_camera;
+        let EgoFrame { world_from_camera, covariance, .. } = &ego.frames[keyframe.frame];
+        (keyframe.world_from_camera, keyframe.covariance) = (*world_from_camera, *covariance);
         keyframe.way_m = way_m[keyframe.frame];
     }
 }
 
 /// Maps that a loop joined are one.
-fn join(placed: &mut [PlacedKeyframe], loops: &Loops) {
+pub(super) fn join(placed: &mut [PlacedKeyframe], loops: &Loops) {
     for l in loops.closed() {
         let segment_of = |placed: &[PlacedKeyframe], frame: usize| {
             placed.iter().find(|k| k.frame == frame).map(|k| k.segment)
@@ -154,7 +104,7 @@ fn join(placed: &mut [PlacedKeyframe], loops: &Loops) {
 fn ways_m(ego: &EgoTrajectory) -> Vec<f64> {
     let mut way_m = 0.0;
     let mut before = ego.frames.first().map(|f| f.world_from_camera);
-    let next = |frame: &motorcade_odometry::EgoFrame| {
+    let next = |frame: &EgoFrame| {
         way_m += before.map_or(0.0, |b| (frame.world_from_camera.translation() - b.translation()).norm());
         before = Some(frame.world_from_camera);
         way_m

@@ -10,6 +10,7 @@ pub(crate) mod drive;
 mod ego_archive;
 mod loops;
 mod online_loops;
+mod place_edges;
 pub(crate) mod prediction;
 mod remembered;
 pub(crate) mod sliding;

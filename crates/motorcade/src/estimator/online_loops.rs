@@ -1,22 +1,33 @@
-//! Places seen again while the camera drives.
+//! Places seen again, or known from a kept map, while the camera drives.
 //!
 //! The estimator over the last seconds goes on in its own world, which drifts. Loops are closed among the keyframes of places alone, and
-//! their correction is a move of that world ([`Offsets`]) from the frame on at which it became known.
+//! their correction is a move of that world ([`Offsets`]) from the frame on at which it became known. A correction solves the keyframes
+//! since the last places that were seen again, and some hundreds at least; earlier ones are held as those of a kept map are, so that a
+//! correction costs the same after an hour.
 
 use motorcade_geometry::{Camera, Pose, World};
-use motorcade_multibody::{LoopEdge, PlaceEdges, close_loops};
+use motorcade_multibody::{LoopReport, MapEdge, PlaceEdges, close_loops};
 use motorcade_odometry::{EgoFrame, EgoTrajectory, Rows};
-use motorcade_places::{FramePlacement, PlaceKeyframe, PlaceMatch, PlaceSearch, place_keyframe};
+use motorcade_places::{
+    FramePlacement, PlaceKeyframe, PlaceMap, PlaceMatch, PlaceSearch, PlacedKeyframe, place_keyframe,
+};
 use motorcade_vehicles::VehicleState;
+use nalgebra::Matrix6;
 
-use super::loops::within_drift;
-use crate::closed_loop::{ClosedLoop, Loops};
+use super::loops::{join, search_with_map, within_drift};
+use super::place_edges::{KnownPose, Matched, Verdict};
+use crate::closed_loop::Loops;
+use crate::kept_map::MapUse;
 use crate::record::FrontEndView;
 use crate::revision::{RevisedKeyframe, Revision};
 use crate::settings::Settings;
 
 /// Way driven between two corrections \[m\]: each solves the graph of all keyframes.
 const LEAST_WAY_M: f64 = 20.0;
+/// Keyframes that a correction moves at least, where there are as many: 1.3 km.
+const LEAST_KEYFRAMES: usize = 400;
+/// Keyframes that a correction moves before the last place that was seen again: they hold the others to what is known.
+const OVERLAP: usize = 40;
 /// Move of a keyframe beyond which a correction names it \[m\], \[rad\].
 const LEAST_MOVE: (f64, f64) = (0.05, 0.002);
 
@@ -48,15 +59,20 @@ impl Offsets {
 
 /// Places seen again while the camera drives.
 pub(super) struct OnlineLoops {
+    /// Keyframes of the kept map, then those of the drive.
     search: PlaceSearch,
+    /// Number of keyframes of the kept map.
+    of_map: usize,
     /// Cameras of the rows that keyframes to come need.
     ego: Rows<EgoFrame>,
     /// Way driven to each row \[m\].
     way_m: Vec<f64>,
     /// Cameras of the keyframes; the step to each goes from the one before.
     trajectory: Vec<EgoFrame>,
-    /// Loops that the last correction was made of.
-    known: usize,
+    /// Matches that the last correction was made of, with its verdicts, in order of their later keyframes.
+    judged: Vec<(PlaceMatch, Verdict)>,
+    /// Poses of the keyframes by the last correction.
+    corrected: Vec<KnownPose>,
     /// Way at the last correction \[m\].
     corrected_m: f64,
     /// Pose of each keyframe as it was told last.
@@ -72,22 +88,29 @@ impl OnlineLoops {
         let config = &settings.config;
         let wanted = config.online.enabled && config.loops.enabled && settings.external.trajectory.is_none();
         wanted.then(|| Self {
-            search: PlaceSearch::new(settings.camera, config.places),
+            search: search_with_map(settings),
+            of_map: settings.external.map.as_ref().map_or(0, |kept| kept.map.keyframes.len()),
             ego: Rows::default(),
             way_m: Vec::new(),
             trajectory: Vec::new(),
-            known: 0,
+            judged: Vec::new(),
+            corrected: Vec::new(),
             corrected_m: f64::NEG_INFINITY,
             told: Vec::new(),
             offsets: Offsets::default(),
-            loops: Loops::default(),
+            loops: Loops { kept: settings.external.map.as_ref().map(MapUse::of), ..Loops::default() },
             revisions: 0,
         })
     }
 
+    /// Keyframes of the drive.
+    fn own(&self) -> &[PlacedKeyframe] {
+        self.search.keyframes().get(self.of_map..).unwrap_or_default()
+    }
+
     /// Number of keyframes whose features are not needed any more.
     pub(super) fn done(&self, settings: &Settings) -> usize {
-        self.search.keyframes().len().saturating_sub(settings.config.places.landmarks.neighbours)
+        self.own().len().saturating_sub(settings.config.places.landmarks.neighbours)
     }
 
     /// Takes the newest row and the keyframes that became complete with it; returns the correction where there is one.
@@ -99,21 +122,33 @@ impl OnlineLoops {
     ) -> Option<Revision> {
         self.push(newest);
         let reach = settings.config.places.landmarks.neighbours;
-        let before = self.search.keyframes().len();
-        while self.search.keyframes().len() + reach < view.places.len() {
+        let before = self.own().len();
+        while self.own().len() + reach < view.places.len() {
             self.take(view.places, settings)?;
         }
-        let taken = self.search.keyframes().len() > before;
+        let taken = self.own().len() > before;
         let newest_m = *self.way_m.last()?;
         if !taken || self.search.verified() == 0 || newest_m - self.corrected_m < LEAST_WAY_M {
             return None;
         }
-        let matches = self.search.supported();
-        if matches.len() <= self.known {
+        let first = self.first_moved();
+        let mut matches = self.search.supported_since(self.of_map + first.saturating_sub(OVERLAP));
+        matches.retain(|m| m.query >= self.of_map + first);
+        let settled = self.judged.partition_point(|(m, _)| m.query < self.of_map + first);
+        if settled + matches.len() <= self.judged.len() {
             return None;
         }
-        (self.known, self.corrected_m) = (matches.len(), newest_m);
-        self.correct(&matches, view, settings)
+        self.corrected_m = newest_m;
+        self.correct(&matches, first, view, settings)
+    }
+
+    /// The first keyframe that the next correction moves.
+    fn first_moved(&self) -> usize {
+        let seen_again = self.judged.iter().rev().find(|(_, (_, holds))| *holds);
+        let last = seen_again.map_or(0, |(m, _)| m.query - self.of_map);
+        let first = last.saturating_sub(OVERLAP).min(self.own().len().saturating_sub(LEAST_KEYFRAMES));
+        // Those before were never corrected.
+        first.min(self.corrected.len().saturating_sub(1))
     }
 
     fn push(&mut self, newest: &EgoFrame) {
@@ -126,12 +161,13 @@ impl OnlineLoops {
 
     /// Looks for the next keyframe.
     fn take(&mut self, places: &[PlaceKeyframe], settings: &Settings) -> Option<()> {
-        let k = self.search.keyframes().len();
+        let k = self.own().len();
         let reach = settings.config.places.landmarks.neighbours;
         let from = k.saturating_sub(reach);
         let around = &places[from..(k + reach + 1).min(places.len())];
         let placement = |row: usize| FramePlacement {
             world_from_camera: self.ego[row].world_from_camera,
+            covariance: self.ego[row].covariance,
             way_m: self.way_m[row],
         };
         let options = &settings.config.places;
@@ -148,61 +184,75 @@ impl OnlineLoops {
 
     /// The camera of the next keyframe, with the step from the one before.
     fn step_to(&self, row: usize, settings: &Settings) -> Option<EgoFrame> {
-        let first = self.search.keyframes().last().map_or(0, |before| before.frame + 1);
+        let first = self.own().last().map_or(0, |before| before.frame + 1);
         let frames = (first..=row).map(|row| self.ego[row].clone()).collect();
         let way = EgoTrajectory { frames, height_m: settings.height_m, noise: Vec::new() };
         way.of_rows(&[row.checked_sub(first)?]).frames.pop()
     }
 
-    /// Closes the loops among the keyframes; `None` where no loop holds or the graph was not solved.
+    /// Closes the loops among the keyframes from `first` on; `None` where no loop holds or the graph was not solved.
     fn correct(
         &mut self,
         matches: &[PlaceMatch],
+        first: usize,
         view: &FrontEndView<'_>,
         settings: &Settings,
     ) -> Option<Revision> {
-        let config = &settings.config;
-        let rows: Vec<usize> = self.search.keyframes().iter().map(|k| k.frame).collect();
+        let (config, of_map) = (&settings.config, self.of_map);
+        let keyframes = self.search.keyframes();
+        let rows: Vec<usize> = keyframes.iter().skip(of_map + first).map(|k| k.frame).collect();
         let last = self.trajectory.last()?.world_from_camera;
-        let mut corrected =
-            EgoTrajectory { frames: self.trajectory.clone(), height_m: settings.height_m, noise: Vec::new() };
-        let edge = |m: &PlaceMatch| LoopEdge {
-            earlier: m.candidate,
-            later: m.query,
-            later_from_earlier: m.query_from_candidate,
-            covariance: m.covariance,
+        let matched = Matched { keyframes, of_map, matches };
+        let camera = |keyframe: usize| keyframe.checked_sub(of_map + first);
+        let known = |keyframe: usize| match keyframe.checked_sub(of_map).and_then(|k| self.corrected.get(k)) {
+            Some(corrected) => *corrected,
+            None => (keyframes[keyframe].world_from_camera, keyframes[keyframe].covariance),
         };
-        let edges = PlaceEdges { loops: matches.iter().map(edge).collect(), map: Vec::new() };
-        let report = match close_loops(&mut corrected, &edges, &config.loops, &config.graph, settings.threads)
-        {
+        let mut edges = matched.edges(camera, known);
+        let mut moved = EgoTrajectory {
+            frames: self.trajectory[first..].to_vec(),
+            height_m: settings.height_m,
+            noise: Vec::new(),
+        };
+        if first > 0 {
+            self.hold_first(first, &mut moved, &mut edges);
+        }
+        let report = match close_loops(&mut moved, &edges, &config.loops, &config.graph, settings.threads) {
             Ok(report) => report,
             Err(error) => {
                 self.loops.problem = Some(error.to_string());
                 return None;
             }
         };
-        let weighted = report.weights.iter().zip(&report.closed);
-        let all = edges.loops.into_iter().zip(matches).zip(weighted);
-        self.loops.all = all
-            .map(|((edge, m), (weight, closed))| ClosedLoop {
-                edge: LoopEdge { earlier: rows[edge.earlier], later: rows[edge.later], ..edge },
-                inliers: m.inliers,
-                share: m.share,
-                rms_px: m.rms_px,
-                weight: *weight,
-                closed: *closed,
-            })
-            .collect();
+        let report = LoopReport { map: report.map.get(usize::from(first > 0)..)?.to_vec(), ..report };
+        let verdicts = matched.verdicts(camera, &report);
+        self.judged.truncate(self.judged.partition_point(|(m, _)| m.query < of_map + first));
+        let from = rows.first().copied().unwrap_or(0);
+        self.loops.all.truncate(self.loops.all.partition_point(|l| l.edge.later < from));
+        if let Some(kept) = &mut self.loops.kept {
+            kept.matches.truncate(kept.matches.partition_point(|m| m.edge.frame < from));
+        }
+        matched.put_down(&mut self.loops, &verdicts);
+        self.judged.extend(matches.iter().cloned().zip(verdicts));
         let counts = self.search.report();
-        (self.loops.keyframes, self.loops.candidates) = (rows.len(), counts.candidates);
+        (self.loops.keyframes, self.loops.candidates) = (self.own().len(), counts.candidates);
         (self.loops.verified, self.loops.odometry_factor) = (counts.verified, report.odometry_factor);
         self.loops.most_moved_m = report.most_moved_m;
-        let closed = report.closed_count();
-        if closed == 0 {
+        let held = self.judged.iter().filter(|(_, (_, holds))| *holds);
+        let of_drive = |m: &PlaceMatch| m.candidate >= of_map;
+        let closed = held.clone().filter(|(m, _)| of_drive(m)).count();
+        let all = self.judged.iter().filter(|(m, _)| of_drive(m)).count();
+        let by_map = self.loops.kept.is_some().then(|| held.count() - closed);
+        if closed + by_map.unwrap_or(0) == 0 {
             return None;
         }
+        self.corrected.truncate(first);
+        self.corrected.extend(moved.frames.iter().map(|f| (f.world_from_camera, f.covariance)));
         let newest = view.frames.len() - 1;
-        let offset = corrected.frames.last()?.world_from_camera * last.inverse();
+        if let Some(kept) = self.loops.kept.as_mut().filter(|kept| kept.met()) {
+            kept.told_from.get_or_insert(newest);
+        }
+        let offset = moved.frames.last()?.world_from_camera * last.inverse();
         let before = self.offsets.at(newest).copied().unwrap_or_default();
         self.offsets.0.push((newest, offset));
         self.revisions += 1;
@@ -210,23 +260,67 @@ impl OnlineLoops {
             number: self.revisions,
             frame: view.frames[newest].clone(),
             closed,
-            switched_off: report.closed.len() - closed,
+            switched_off: all - closed,
+            by_map,
             corrected_from_told: offset * before.inverse(),
-            keyframes: self.revised(&corrected, &rows, view),
+            keyframes: self.revised(&moved, (first, &rows), view),
         })
+    }
+
+    /// Puts the keyframes from `first` on where the last correction has the first of them, which is held to that.
+    fn hold_first(&self, first: usize, moved: &mut EgoTrajectory, edges: &mut PlaceEdges) {
+        let (Some((pose, covariance)), Some(before)) = (self.corrected.get(first), moved.frames.first())
+        else {
+            return;
+        };
+        let offset = *pose * before.world_from_camera.inverse();
+        for frame in &mut moved.frames {
+            frame.world_from_camera = offset * frame.world_from_camera;
+        }
+        edges.map.insert(
+            0,
+            MapEdge {
+                frame: 0,
+                world_from_keyframe: *pose,
+                keyframe_covariance: *covariance,
+                camera_from_keyframe: Pose::identity(),
+                covariance: Matrix6::zeros(),
+            },
+        );
+    }
+
+    /// Ends the drive: the loops of the last correction, and the places of the drive as all matches correct them.
+    pub(super) fn finish(self, settings: &Settings) -> Loops {
+        let (mut loops, of_map, config) = (self.loops, self.of_map, &settings.config);
+        let found = self.search.finish();
+        let matched = Matched { keyframes: &found.keyframes, of_map, matches: &found.matches };
+        let known = |k: usize| (found.keyframes[k].world_from_camera, found.keyframes[k].covariance);
+        let edges = matched.edges(|keyframe| keyframe.checked_sub(of_map), known);
+        let mut ego =
+            EgoTrajectory { frames: self.trajectory, height_m: settings.height_m, noise: Vec::new() };
+        // On failure the poses of before stand.
+        let _report = close_loops(&mut ego, &edges, &config.loops, &config.graph, settings.threads);
+        let mut keyframes = found.keyframes;
+        let mut own = keyframes.split_off(of_map);
+        for (keyframe, frame) in own.iter_mut().zip(&ego.frames) {
+            (keyframe.world_from_camera, keyframe.covariance) = (frame.world_from_camera, frame.covariance);
+        }
+        join(&mut own, &loops);
+        loops.map = Some(PlaceMap { camera: settings.camera, height_m: settings.height_m, keyframes: own });
+        loops
     }
 
     /// The keyframes that stand elsewhere than was told of them last; they are told now.
     fn revised(
         &mut self,
-        corrected: &EgoTrajectory,
-        rows: &[usize],
+        moved: &EgoTrajectory,
+        (first, rows): (usize, &[usize]),
         view: &FrontEndView<'_>,
     ) -> Vec<RevisedKeyframe> {
         let mut out = Vec::new();
-        for ((frame, told), row) in corrected.frames.iter().zip(&mut self.told).zip(rows) {
-            let moved = told.inverse() * frame.world_from_camera;
-            if moved.translation().norm() > LEAST_MOVE.0 || moved.rotation().angle() > LEAST_MOVE.1 {
+        for ((frame, told), row) in moved.frames.iter().zip(self.told.iter_mut().skip(first)).zip(rows) {
+            let off = told.inverse() * frame.world_from_camera;
+            if off.translation().norm() > LEAST_MOVE.0 || off.rotation().angle() > LEAST_MOVE.1 {
                 *told = frame.world_from_camera;
                 out.push(RevisedKeyframe {
                     number: view.frames[*row].number,

@@ -1,7 +1,14 @@
-//! A circle driven twice, with odometry that drifts.
+//! A circle driven twice, or by a kept map, with odometry that drifts.
+
+use std::sync::Arc;
+
+use motorcade_geometry::{Pose, World};
+use motorcade_places::PlaceMap;
+use nalgebra::Vector6;
 
 use super::OnlineLoops;
 use crate::circle::{CAMERA, ROUND, Scene, scene};
+use crate::kept_map::KeptMap;
 use crate::record::{FrontEndView, known_places};
 use crate::revision::Revision;
 use crate::settings::Settings;
@@ -78,4 +85,61 @@ fn threads_change_no_byte_of_a_correction() {
     };
     let one = lines(1);
     assert!(!one.is_empty() && one == lines(3));
+}
+
+/// The places of a scene in a world moved by `there`, exact.
+fn kept_map(scene: &Scene, there: &Pose<World, World>) -> KeptMap {
+    let settings = settings(1);
+    let mut map = drive(scene, &settings).0.finish(&settings).map.unwrap();
+    for keyframe in &mut map.keyframes {
+        keyframe.world_from_camera = *there * scene.truth[keyframe.frame];
+    }
+    KeptMap { map: Arc::new(map), digest: String::new(), bytes: 0 }
+}
+
+#[test]
+fn a_drive_is_told_in_the_world_of_a_kept_map_once_it_is_met() {
+    let there = Pose::exp(&Vector6::new(0.0, 1.2, 0.0, 300.0, 2.0, -80.0));
+    let map = kept_map(&scene(ROUND + 20, true), &there);
+    let scene = scene(ROUND + 20, true);
+    let mut settings = settings(1);
+    settings.external.map = Some(map);
+    let (loops, revisions) = drive(&scene, &settings);
+    let first = &revisions[0];
+    assert!(first.by_map.unwrap() >= 10 && first.closed == 0, "{first:?}");
+    let line: serde_json::Value = serde_json::from_str(&first.to_json()).unwrap();
+    assert_eq!(line["map"]["matches"].as_u64(), first.by_map.map(|n| n as u64));
+    let told = |row: usize| {
+        let mut frame = scene.ego[row].clone();
+        loops.offsets.camera(row, &mut frame);
+        frame.world_from_camera
+    };
+    let met = first.frame.number as usize;
+    assert_eq!(loops.loops.kept.as_ref().unwrap().told_from, Some(met));
+    assert!(met < 70 && told(met - 1) == scene.ego[met - 1].world_from_camera, "{met}");
+    for row in met..scene.truth.len() {
+        let off = (told(row).translation() - (there * scene.truth[row]).translation()).norm();
+        assert!(off < 0.4, "row {row}: {off} m");
+    }
+    // Its own places are kept in that world too.
+    let kept = loops.finish(&settings);
+    assert!(kept.in_world_of_map());
+    let worst = kept.map.unwrap().keyframes.iter().fold(0.0_f64, |worst, k| {
+        let right = there * scene.truth[k.frame];
+        worst.max((k.world_from_camera.translation() - right.translation()).norm())
+    });
+    assert!(worst < 0.3, "{worst} m");
+}
+
+#[test]
+fn a_kept_map_of_other_streets_is_not_met() {
+    let other = kept_map(&scene(2 * ROUND - 30, false), &Pose::identity());
+    let of_second = other.map.keyframes.iter().filter(|k| k.frame > ROUND + 20).cloned().collect();
+    let map = PlaceMap { keyframes: of_second, ..(*other.map).clone() };
+    let mut settings = settings(1);
+    settings.external.map = Some(KeptMap { map: Arc::new(map), ..other });
+    let (loops, revisions) = drive(&scene(ROUND + 20, true), &settings);
+    // The drive closes loops of its own.
+    assert!(revisions.iter().all(|r| r.by_map == Some(0) && r.closed > 0), "{revisions:?}");
+    assert!(!loops.finish(&settings).in_world_of_map());
 }

@@ -53,7 +53,7 @@ impl SlidingEstimator {
             let states = self.vehicles.values_mut().flat_map(|v| &mut v.states);
             states.for_each(|state| loops.offsets.vehicle(state));
             frames.iter_mut().enumerate().for_each(|(row, frame)| loops.offsets.camera(row, frame));
-            loops.loops
+            loops.finish(settings)
         });
         let told = loops.describe();
         let warnings = self.warnings.into_iter().chain(unit).chain(unknown).chain(told);
