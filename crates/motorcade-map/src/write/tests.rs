@@ -138,6 +138,7 @@ fn the_way_of_a_map_of_places_is_on_the_earth() {
             UnitQuaternion::identity(),
             Vector3::new(0.0, 0.0, 2.0 * k as f64),
         ),
+        covariance: Matrix6::identity() * 1e-4,
         way_m: 2.0 * k as f64,
         features: Vec::new(),
         landmarks: Vec::new(),
