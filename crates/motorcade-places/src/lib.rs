@@ -11,6 +11,7 @@
 //! ```
 //! use image::{GrayImage, Luma};
 //! use motorcade_geometry::{PinholeCamera, Pose};
+//! use nalgebra::Matrix6;
 //! use motorcade_places::{FeatureExtractor, FramePlacement, PlaceKeyframe, PlaceOptions, find_places, place_keyframes};
 //!
 //! let camera = PinholeCamera { fx: 300.0, fy: 300.0, cx: 160.0, cy: 80.0, width: 320, height: 160 };
@@ -19,7 +20,11 @@
 //! let image = GrayImage::from_fn(320, 160, |x, y| Luma([((x / 9 * 37 + y / 11 * 91) % 256) as u8]));
 //! let keyframe = |frame: usize, features| PlaceKeyframe { frame, segment: 0, features };
 //! let keyframes: Vec<_> = (0..3).map(|k| keyframe(k, extractor.extract(&image, |_, _| true))).collect();
-//! let placement = |frame: usize| FramePlacement { world_from_camera: Pose::identity(), way_m: 50.0 * frame as f64 };
+//! let placement = |frame: usize| FramePlacement {
+//!     world_from_camera: Pose::identity(),
+//!     covariance: Matrix6::identity() * 1e-4,
+//!     way_m: 50.0 * frame as f64,
+//! };
 //! let placed = place_keyframes(&camera, keyframes, placement, &options);
 //! // A camera that does not move sees no depth, and nothing is joined.
 //! let found = find_places(&camera, placed, |_, _, _| true, &options);

@@ -14,9 +14,9 @@ frame,time_s,status,inliers,speed_mps,scale_sigma_rel,scale_measured,road_pitch_
 9,61.000000,tracked,7,8.250000,0.02,false,0,0,2.5,
 ";
 const TRACKS: &str = "\
-frame,time_s,id,class,x_m,y_m,z_m,qx,qy,qz,qw,length_m,width_m,height_m,speed_mps,sigma_forward_m,sigma_left_m,sigma_up_m,source,p_moving
-7,0.700000,3,Car,1,1.5,20.123456,-0.5,0.5,-0.5,0.5,4,1.8,1.5,9,0.4,0.2,0.1,box,0.9
-9,61.000000,3,Car,1,1.5,20,-0.5,0.5,-0.5,0.5,4,1.8,1.5,9,0.4,0.2,0.1,predicted,0.9
+frame,time_s,id,class,x_m,y_m,z_m,qx,qy,qz,qw,length_m,width_m,height_m,speed_mps,sigma_forward_m,sigma_left_m,sigma_up_m,source,p_moving,score
+7,0.700000,3,Car,1,1.5,20.123456,-0.5,0.5,-0.5,0.5,4,1.8,1.5,9,0.4,0.2,0.1,box,0.9,0.8
+9,61.000000,3,Car,1,1.5,20,-0.5,0.5,-0.5,0.5,4,1.8,1.5,9,0.4,0.2,0.1,predicted,0.9,0.8
 ";
 
 /// A small run.

@@ -45,8 +45,8 @@ mod tests {
     use super::*;
 
     const TRACK: &str = "\
-frame,id,class,x_m,y_m,z_m,qx,qy,qz,qw,length_m,width_m,height_m,speed_mps,sigma_forward_m,sigma_left_m,sigma_up_m,source,p_moving
-7,3,Car,1,1.5,20,-0.5,0.5,-0.5,0.5,4,1.8,1.5,9,0.4,0.2,0.1,predicted,0.9
+frame,id,class,x_m,y_m,z_m,qx,qy,qz,qw,length_m,width_m,height_m,speed_mps,sigma_forward_m,sigma_left_m,sigma_up_m,source,p_moving,score
+7,3,Car,1,1.5,20,-0.5,0.5,-0.5,0.5,4,1.8,1.5,9,0.4,0.2,0.1,predicted,0.9,0
 ";
 
     fn directory() -> tempfile::TempDir {
