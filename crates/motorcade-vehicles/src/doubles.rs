@@ -1,7 +1,9 @@
 //! Two tracks on one vehicle.
 //!
-//! A detector that gives a vehicle two boxes (another class, the cab of a lorry) for seconds starts a second track on it. Two vehicles are
+//! A detector that gives a vehicle two boxes (another class, the cab of a lorry, a rear window) for seconds starts a second track on it. Two vehicles are
 //! not seen in one place of the picture for most of their time.
+
+use motorcade_geometry::BoundingBox;
 
 use crate::options::HypothesisOptions;
 use crate::trajectory::VehicleTrajectory;
@@ -32,13 +34,25 @@ pub fn without_doubles(
 /// True when boxes of `weak` lie on those of `strong` in most frames that have one.
 fn is_double(weak: &VehicleTrajectory, strong: &VehicleTrajectory, options: &HypothesisOptions) -> bool {
     let first = strong.states.first().map_or(0, |s| s.frame);
-    let boxes = || weak.states.iter().filter_map(|s| Some((s.frame, s.bbox.filter(|_| s.score > 0.0)?)));
-    let on_strong = boxes().filter(|(frame, bbox)| {
-        let state = frame.checked_sub(first).and_then(|k| strong.states.get(k));
-        state.and_then(|s| s.bbox).is_some_and(|other| other.iou(bbox) > options.double_iou)
+    let boxes = || weak.states.iter().filter_map(|s| Some((s, s.bbox.filter(|_| s.score > 0.0)?)));
+    let on_strong = boxes().filter(|(own, bbox)| {
+        let state = own.frame.checked_sub(first).and_then(|k| strong.states.get(k));
+        let other = state.and_then(|s| Some((s.score, s.bbox?)));
+        other.is_some_and(|(score, other)| {
+            let weaker = own.score < options.double_score_ratio * score;
+            other.iou(bbox) > options.double_iou || weaker && is_part(bbox, &other, options)
+        })
     });
     let count = boxes().count();
     count > 0 && on_strong.count() as f64 > options.double_share * count as f64
+}
+
+/// True when a box lies within another one and ends no lower: of a vehicle farther away nothing would be seen there.
+fn is_part(part: &BoundingBox, whole: &BoundingBox, options: &HypothesisOptions) -> bool {
+    let across = part.x2.min(whole.x2) - part.x1.max(whole.x1);
+    let down = part.y2.min(whole.y2) - part.y1.max(whole.y1);
+    let common = across.max(0.0) * down.max(0.0);
+    part.y2 <= whole.y2 && common > options.double_inside * part.width() * part.height()
 }
 
 #[cfg(test)]
@@ -46,7 +60,7 @@ mod tests {
     use super::*;
     use crate::size_prior::size_prior;
     use crate::trajectory::{Source, VehicleState};
-    use motorcade_geometry::{BoundingBox, Pose};
+    use motorcade_geometry::Pose;
     use motorcade_perception::VehicleClass;
     use nalgebra::{Matrix3, Matrix6};
 
@@ -90,5 +104,14 @@ mod tests {
         ];
         assert_eq!(ids(all), [2, 3, 4]);
         assert!(ids(Vec::new()).is_empty());
+        // A part of it that scores little, and one that scores as much: a motorcycle in front of a lorry.
+        let part = |id: usize, score: f64| {
+            let mut part = vehicle(id, 0..40, 205.0, score);
+            for bbox in part.states.iter_mut().filter_map(|s| s.bbox.as_mut()) {
+                *bbox = BoundingBox::new([bbox.x1, bbox.y1, bbox.x1 + 25.0, bbox.y2 - 20.0]);
+            }
+            part
+        };
+        assert_eq!(ids(vec![vehicle(1, 0..40, 200.0, 0.8), part(2, 0.2), part(3, 0.7)]), [1, 3]);
     }
 }

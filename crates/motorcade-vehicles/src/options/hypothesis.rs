@@ -46,6 +46,10 @@ pub struct HypothesisOptions {
     pub splits: usize,
     /// Overlap (IoU) of two boxes from which they may be boxes of one vehicle: that of the detector's duplicates.
     pub double_iou: f64,
+    /// Share of a box within another one from which it may be a part of that vehicle.
+    pub double_inside: f64,
+    /// Score of such a part against that of the vehicle, at most: what stands in front of a vehicle is seen as well as it.
+    pub double_score_ratio: f64,
     /// Share of the boxes of a track on those of another one from which it is a second track on that vehicle.
     pub double_share: f64,
 }
@@ -71,6 +75,8 @@ impl Default for HypothesisOptions {
             least_consistent_boxes: 4.0,
             splits: 3,
             double_iou: 0.5,
+            double_inside: 0.7,
+            double_score_ratio: 0.5,
             double_share: 0.5,
         }
     }
