@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use motorcade_geometry::PinholeCamera;
-use motorcade_odometry::{FrameStatus, Odometry};
+use motorcade_odometry::Odometry;
 
 use crate::adjustment::Adjustment;
 use crate::calibrator::{KERNEL_SIGMAS, LEAST_KERNEL_PX};
@@ -11,7 +11,7 @@ use crate::estimate::LensEstimate;
 use crate::lens::Lens;
 use crate::options::CalibrateOptions;
 use crate::prior::LensPrior;
-use crate::tracks::{MapTracks, Track};
+use crate::tracks::{MapTracks, Track, newest_keyframe};
 use crate::window::Window;
 
 /// Keyframes of a window: a turn at a crossing.
@@ -67,20 +67,14 @@ impl FocalCheck {
 
     /// Takes what a new keyframe sees, after [`Odometry::process`]. Corners on vehicles are left out.
     pub fn observe(&mut self, odometry: &Odometry) {
-        let trajectory = odometry.trajectory();
-        let Some(record) = trajectory.frames.last().filter(|r| r.status == FrameStatus::Tracked) else {
+        let Some(newest) = newest_keyframe(odometry).filter(|newest| self.last != Some(*newest)) else {
             return;
         };
-        let newest = (record.segment, record.keyframe);
-        if self.last == Some(newest)
-            || trajectory.keyframes.get(record.segment).is_none_or(|k| k.len() != record.keyframe + 1)
-        {
-            return;
-        }
-        let begins = self.last.is_none_or(|(segment, _)| segment != record.segment);
-        if begins || record.keyframe >= self.first + WINDOW_KEYFRAMES + SETTLING_KEYFRAMES {
+        let (segment, keyframe) = newest;
+        let begins = self.last.is_none_or(|(before, _)| before != segment);
+        if begins || keyframe >= self.first + WINDOW_KEYFRAMES + SETTLING_KEYFRAMES {
             self.close(odometry);
-            self.first = if begins { 0 } else { record.keyframe };
+            self.first = if begins { 0 } else { keyframe };
         }
         self.last = Some(newest);
         for landmark in odometry.landmarks().iter().filter(|l| !l.is_on_vehicle()) {

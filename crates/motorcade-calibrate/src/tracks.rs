@@ -28,21 +28,22 @@ pub(crate) struct MapTracks {
     pub tracks: Vec<Track>,
 }
 
+/// Map and number of the keyframe that the newest frame is tracked by; `None` where it is lost, or tracked by an older keyframe.
+pub(crate) fn newest_keyframe(odometry: &Odometry) -> Option<(usize, usize)> {
+    let trajectory = odometry.trajectory();
+    let record = trajectory.frames.last().filter(|r| r.status == FrameStatus::Tracked)?;
+    let keyframes = trajectory.keyframes.get(record.segment)?;
+    (keyframes.len() == record.keyframe + 1).then_some((record.segment, record.keyframe))
+}
+
 impl TrackRecorder {
     /// Takes what a new keyframe sees, after [`Odometry::process`]. Corners on vehicles are left out.
     pub fn observe(&mut self, odometry: &Odometry) {
-        let trajectory = odometry.trajectory();
-        let Some(record) = trajectory.frames.last().filter(|r| r.status == FrameStatus::Tracked) else {
+        let Some(newest) = newest_keyframe(odometry).filter(|newest| self.last != Some(*newest)) else {
             return;
         };
-        let newest = (record.segment, record.keyframe);
-        if self.last == Some(newest)
-            || trajectory.keyframes.get(record.segment).is_none_or(|k| k.len() != record.keyframe + 1)
-        {
-            return;
-        }
         self.last = Some(newest);
-        let map = self.maps.entry(record.segment).or_default();
+        let map = self.maps.entry(newest.0).or_default();
         for landmark in odometry.landmarks().iter().filter(|l| !l.is_on_vehicle()) {
             // The first keyframes of a map are recorded with the one that begins it.
             for (number, pixel) in &landmark.observations {

@@ -26,7 +26,7 @@ impl Odometry {
         self.track_landmarks(&last, frame, &predicted, scratch);
         let mut standstill = self.test_standstill(frame.timestamp_ns, scratch);
         let mut located = self.locate(&predicted, &last_pose, scratch);
-        // Where the clock jumps, the pictures go on as before.
+        // The pictures go on as before over a jump of the clock.
         let late = located.is_none() && self.velocity.is_outlasted_by(since_last_ns);
         if late {
             let next = self.velocity.once() * last_pose;
