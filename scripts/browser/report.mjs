@@ -167,15 +167,35 @@ try {
   const tool = await browser.newPage();
   await page.bringToFront();
   const map = await page.$('svg.map');
+  // A map that begins between two pixels is drawn with other edges everywhere: it is moved to a whole pixel before each screenshot.
+  const mapScreenshot = async () => {
+    await page.evaluate(async () => {
+      // The picture of the frame may still be loading: what stands below it moves when it is there.
+      await Promise.all([...document.images].map((image) => image.decode().catch(() => {})));
+      await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+      const map = document.querySelector('svg.map');
+      map.style.translate = 'none';
+      map.scrollIntoView({ block: 'start', behavior: 'instant' });
+      const { left, top } = map.getBoundingClientRect();
+      map.style.translate = `${Math.ceil(left) - left}px ${Math.ceil(top) - top}px`;
+    });
+    return map.screenshot();
+  };
   const marks = () => page.evaluate(() => {
     const map = document.querySelector('svg.map').getBoundingClientRect();
     return [...document.querySelectorAll('#marks *')].map((e) => e.getBoundingClientRect())
       .map((r) => [r.left - map.left - 4, r.top - map.top - 4, r.right - map.left + 4, r.bottom - map.top + 4]);
   });
-  await page.evaluate(() => drive.show(0));
-  const [mapBefore, marksBefore] = [await map.screenshot(), await marks()];
-  await page.evaluate(() => drive.show(Math.floor(drive.last / 2)));
-  const moved = await changes(tool, mapBefore, await map.screenshot(), [...marksBefore, ...await marks()]);
+  // A frame that the browser drew late (seen once on a busy machine) is no fault of the page: three tries.
+  let moved;
+  for (let k = 0; k < 3; k++) {
+    await page.evaluate(() => drive.show(0));
+    const [mapBefore, marksBefore] = [await mapScreenshot(), await marks()];
+    await page.evaluate(() => drive.show(Math.floor(drive.last / 2)));
+    moved = await changes(tool, mapBefore, await mapScreenshot(), [...marksBefore, ...await marks()]);
+    if (moved.inside > 20 && moved.outside <= 0.02 * moved.inside) break;
+    console.log(`${kind}: the map changed in ${JSON.stringify(moved)} pixels, at ${JSON.stringify(await map.boundingBox())}`);
+  }
   assert.ok(moved.inside > 20 && moved.outside <= 0.02 * moved.inside, `the map changed in ${JSON.stringify(moved)} pixels`);
   const seen = {};
   for (const [k, drawing] of (await page.$$('.cards, #picture, svg.map, svg.strip, svg.chart')).entries()) {
