@@ -22,7 +22,8 @@ fn lines(vehicle: &SceneVehicle, road: &Road, small: bool) -> Vec<String> {
     let (ahead, _) = road.axes();
     let [distance_m, _] = road.ahead_and_right(&vehicle.position());
     let sigma_m = vehicle.sigma_along_m(&ahead);
-    let speed = if vehicle.moving { kmh(vehicle.speed_mps) } else { "parked".to_owned() };
+    let doubt = if vehicle.may_stand { "?" } else { "" };
+    let speed = if vehicle.moving { kmh(vehicle.speed_mps) + doubt } else { "parked".to_owned() };
     let distance = format!("{distance_m:.1} ±{sigma_m:.1} m");
     if small {
         return vec![format!("{} {distance}", vehicle.id)];
@@ -102,6 +103,8 @@ mod tests {
         let parked = SceneVehicle { moving: false, ..car(0.0, 23.44) };
         assert_eq!(lines(&parked, &road, false)[0], "3 Car parked");
         assert_eq!(lines(&parked, &road, true), ["3 23.4 ±0.4 m"]);
+        let unsure = SceneVehicle { may_stand: true, ..car(0.0, 23.44) };
+        assert_eq!(lines(&unsure, &road, false)[0], "3 Car 36 km/h?");
         assert_eq!(kmh(-0.01), "0 km/h");
         assert_eq!(kmh(-3.0), "-11 km/h");
     }

@@ -7,7 +7,8 @@
 //! front filled, and a label. Beside the image: the map from above and the state of the camera.
 //!
 //! - Solid lines are moving vehicles, dashed ones parked; edges behind the body are fainter, vehicles that were only predicted in
-//!   this frame or that may be none are fainter as a whole, with a short label.
+//!   this frame or that may be none are fainter as a whole, with a short label. A speed with a question mark is that of a vehicle
+//!   that may stand.
 //! - The outline of a vehicle is [`outline_width_px`] wide, which grows with the standard deviation of its position.
 //! - `±` in text is one standard deviation, ellipses on the map are two.
 //!

@@ -25,6 +25,7 @@
 //! ```
 
 mod box_fit;
+mod clutter;
 mod doubles;
 mod estimate;
 mod external;
@@ -42,6 +43,7 @@ mod tracker;
 mod trajectory;
 
 pub use box_fit::{BoxFit, SingleView};
+pub use clutter::without_clutter;
 pub use doubles::without_doubles;
 pub use estimate::{estimate_consistently, estimate_track};
 pub use external::{

@@ -1,10 +1,42 @@
 //! Vehicles in the top view.
 
-use motorcade_vehicles::{VehicleState, VehicleTrajectory};
+use motorcade_vehicles::{Source, VehicleState, VehicleTrajectory};
 use nalgebra::{Point3, Vector2};
 
 /// P(moving) from which a vehicle is drawn as moving.
 pub const MOVING: f64 = 0.5;
+
+/// P(moving) below which a vehicle that is drawn as moving counts as doubtful in that.
+const SURELY_MOVING: f64 = 0.95;
+
+/// Median score of a vehicle's boxes below which it is drawn faintly. Tracks keep weaker boxes than pictures usually show, so that
+/// vehicles far away and half hidden ones are followed.
+const DOUBTFUL_SCORE: f64 = 0.3;
+
+/// True when the detector doubts a vehicle, by the scores of the boxes of its track.
+pub fn is_doubtful(scores: impl Iterator<Item = f64>) -> bool {
+    let mut scores: Vec<f64> = scores.collect();
+    scores.sort_by(f64::total_cmp);
+    scores.get(scores.len() / 2).is_some_and(|median| *median < DOUBTFUL_SCORE)
+}
+
+/// True when a vehicle that is drawn as moving may stand.
+pub fn may_stand(p_moving: f64) -> bool {
+    p_moving > MOVING && p_moving < SURELY_MOVING
+}
+
+/// Classes of a vehicle's drawings in the page: moving or parked, and its doubts.
+pub(crate) fn kind(vehicle: &VehicleTrajectory) -> String {
+    let mut kind = if is_moving(vehicle) { "moving" } else { "parked" }.to_owned();
+    if may_stand(vehicle.p_moving) {
+        kind += " unsure";
+    }
+    let seen = vehicle.states.iter().filter(|s| s.source != Source::Predicted);
+    if is_doubtful(seen.map(|s| s.score)) {
+        kind += " doubtful";
+    }
+    kind
+}
 
 /// True when a vehicle is drawn as a path.
 pub(crate) fn is_moving(vehicle: &VehicleTrajectory) -> bool {

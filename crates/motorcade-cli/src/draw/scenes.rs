@@ -2,15 +2,11 @@
 
 use motorcade::{RecordedFrame, RecordedRun, RecordedState, RecordedVehicle, relative_sigma_m};
 use motorcade_draw::{Road, Scene, SceneVehicle};
-use motorcade_viewer::{MOVING, hue};
+use motorcade_viewer::{MOVING, hue, is_doubtful, may_stand};
 use nalgebra::Point3;
 
 /// Length of the trail behind a moving vehicle \[ns\].
 const TRAIL_NS: i64 = 3_000_000_000;
-
-/// Median score of a vehicle's boxes below which it is drawn faintly. Tracks keep weaker boxes than pictures usually show, so that
-/// vehicles far away and half hidden ones are followed.
-const DOUBTFUL_SCORE: f64 = 0.3;
 
 /// The scenes of a run.
 pub struct Scenes {
@@ -32,7 +28,9 @@ impl Scenes {
                 }
             }
         }
-        let doubtful = run.vehicles.iter().map(is_doubtful).collect();
+        let seen =
+            |v: &RecordedVehicle| is_doubtful(v.states.iter().filter(|s| !s.predicted).map(|s| s.score));
+        let doubtful = run.vehicles.iter().map(seen).collect();
         Self { run, height_m, states, doubtful }
     }
 
@@ -75,6 +73,7 @@ impl Scenes {
             sigma_m: [forward, left],
             speed_mps: state.speed_mps,
             moving,
+            may_stand: may_stand(vehicle.p_moving),
             faint: state.predicted || self.doubtful.get(v).copied().unwrap_or(false),
             trail_in_camera: if moving { self.trail(frame, vehicle, s) } else { Vec::new() },
         })
@@ -90,10 +89,4 @@ impl Scenes {
         let place = |s: &RecordedState| Point3::from(s.world_from_vehicle.translation());
         states.map(|s| camera_from_world.transform_point(&place(s))).collect()
     }
-}
-
-fn is_doubtful(vehicle: &RecordedVehicle) -> bool {
-    let mut scores: Vec<f64> = vehicle.states.iter().filter(|s| !s.predicted).map(|s| s.score).collect();
-    scores.sort_by(f64::total_cmp);
-    scores.get(scores.len() / 2).is_some_and(|median| *median < DOUBTFUL_SCORE)
 }

@@ -52,6 +52,11 @@ pub struct HypothesisOptions {
     pub double_score_ratio: f64,
     /// Share of the boxes of a track on those of another one from which it is a second track on that vehicle.
     pub double_share: f64,
+    /// Mean score of the boxes of a track from a gap to its end, zero where the vehicle is missed, below which they are clutter: that which a single
+    /// box must reach (`least_score` of the tracker).
+    pub least_mean_score: f64,
+    /// Share of a vehicle's box behind the box of a nearer one from which the detector may miss it.
+    pub hidden_share: f64,
 }
 
 impl Default for HypothesisOptions {
@@ -78,6 +83,8 @@ impl Default for HypothesisOptions {
             double_inside: 0.7,
             double_score_ratio: 0.5,
             double_share: 0.5,
+            least_mean_score: 0.15,
+            hidden_share: 0.3,
         }
     }
 }

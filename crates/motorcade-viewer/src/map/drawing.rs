@@ -5,7 +5,7 @@ use motorcade_vehicles::{VehicleState, VehicleTrajectory};
 
 use super::view::{View, camera_path};
 use crate::hue::hue;
-use crate::outline::{footprint, is_moving, most_certain, position};
+use crate::outline::{footprint, is_moving, kind, most_certain, position};
 use crate::text::{escape, number, px};
 
 /// Path of the camera.
@@ -34,9 +34,9 @@ fn marks(start: (f64, f64), end: (f64, f64)) -> String {
 pub(super) fn vehicle(view: &View, vehicle: &VehicleTrajectory, index: usize) -> String {
     let Some(shown) = shown(vehicle) else { return String::new() };
     let moving = is_moving(vehicle);
-    let kind = if moving { "moving" } else { "parked" };
+    let (kind, words) = (kind(vehicle), if moving { "moving" } else { "parked" });
     let mut out = format!(
-        "<g class=\"vehicle {kind}\" data-vehicle=\"{id}\" style=\"--h:{}\"><title>{} {id}, {kind}, P(moving) {}</title>",
+        "<g class=\"vehicle {kind}\" data-vehicle=\"{id}\" style=\"--h:{}\"><title>{} {id}, {words}, P(moving) {}</title>",
         hue(index),
         escape(vehicle.class.name()),
         number(vehicle.p_moving, 2),

@@ -5,7 +5,7 @@ use motorcade_vehicles::VehicleTrajectory;
 use super::drawing::shown;
 use super::view::View;
 use crate::hue::hue;
-use crate::outline::{footprint, is_moving};
+use crate::outline::{footprint, kind};
 use crate::placement::Placement;
 use crate::text::px;
 
@@ -30,7 +30,7 @@ pub(super) fn labels(view: &View, vehicles: &[VehicleTrajectory]) -> String {
         let Some((x, y)) = placement.beside(outline, (7.0 * label.len() as f64 + 2.0, 11.0)) else {
             continue;
         };
-        let kind = if is_moving(vehicle) { "moving" } else { "parked" };
+        let kind = kind(vehicle);
         out += &format!(
             "<g class=\"vehicle {kind}\" data-vehicle=\"{label}\" style=\"--h:{}\"><text class=\"label\" x=\"{}\" y=\"{}\">{label}</text></g>\n",
             hue(k),

@@ -37,7 +37,7 @@ for (const svg of document.querySelectorAll('svg.map')) {
     mark(drive.frames, drive.row, { class: 'camera' }, 4, 1.8);
     for (const [k, s] of drive.states[drive.row]) {
       const v = drive.vehicles[k];
-      const kind = (v.moving ? 'moving' : 'parked') + (k === drive.followed ? ' on' : '');
+      const kind = v.kind + (k === drive.followed ? ' on' : '');
       const group = mark(v, s, { class: 'vehicle ' + kind, 'data-vehicle': v.id, style: '--h:' + v.hue }, v.size[0], v.size[1]);
       group.addEventListener('click', () => drive.follow(k));
     }

@@ -42,7 +42,7 @@ if (picture) {
     lines.replaceChildren();
     for (const [k, path, box] of drive.pictures.outlines[p]) {
       const v = drive.vehicles[k];
-      const kind = (v.moving ? 'moving' : 'parked') + (k === drive.followed ? ' on' : '');
+      const kind = v.kind + (k === drive.followed ? ' on' : '');
       const group = svgElement('g', { class: 'vehicle ' + kind, 'data-vehicle': v.id, style: '--h:' + v.hue }, lines);
       svgElement('path', { class: 'edges', d: path }, group);
       // Clicks are taken by the whole rectangle, not by its thin lines.
@@ -52,8 +52,7 @@ if (picture) {
     // Above all lines.
     for (const [k, [x, y]] of labelled(drive.pictures.outlines[p])) {
       const v = drive.vehicles[k];
-      const kind = v.moving ? 'moving' : 'parked';
-      const label = svgElement('text', { class: 'label ' + kind, x, y }, lines);
+      const label = svgElement('text', { class: 'label ' + v.kind, x, y }, lines);
       label.textContent = v.id;
     }
   });

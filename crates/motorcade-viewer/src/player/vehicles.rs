@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::rounded;
 use crate::hue::hue;
-use crate::outline::{is_moving, position};
+use crate::outline::{kind, position};
 
 /// Facts and columns with a value a state.
 pub(super) fn vehicle(result: &RunResult, vehicle: &VehicleTrajectory, index: usize) -> Value {
@@ -20,7 +20,7 @@ pub(super) fn vehicle(result: &RunResult, vehicle: &VehicleTrajectory, index: us
         "id": vehicle.id,
         "class": vehicle.class.name(),
         "hue": hue(index),
-        "moving": is_moving(vehicle),
+        "kind": kind(vehicle),
         "p_moving": rounded(vehicle.p_moving, 2),
         "size": three(vehicle.size),
         "size_sigma": three(vehicle.size_sigma()),

@@ -7,7 +7,7 @@ use motorcade_odometry::{EgoFrame, EgoTrajectory};
 use motorcade_perception::{Detection, VehicleKeypoints};
 use motorcade_vehicles::{
     ExternalTrack, GroundFrame, KeypointFitters, KeypointTrack, KeypointViews, Track, VehicleTrajectory,
-    estimate_consistently, estimate_track, external_tracks, without_doubles,
+    estimate_consistently, estimate_track, external_tracks, without_clutter, without_doubles,
 };
 
 use crate::record::FrameInfo;
@@ -73,6 +73,11 @@ pub(crate) fn estimate_vehicles(
     for track in &tracks {
         let next_id = part.then_some(&mut next_id);
         vehicles.extend(estimate_consistently(camera, grounds, track, &views, options, next_id));
+    }
+    if part {
+        let estimate =
+            |track: &Track| estimate_consistently(camera, grounds, track, &views, options, None).pop();
+        vehicles = without_clutter(vehicles, &tracks, camera, grounds, options, estimate);
     }
     vehicles.sort_by_key(|v| v.id);
     without_doubles(vehicles, &options.advanced.hypothesis)

@@ -1,0 +1,231 @@
+//! Clutter in tracks.
+//!
+//! Something that is taken for a vehicle here and there starts a track, or prolongs one whose vehicle has left, by scattered and weak boxes between
+//! which the motion is predicted. A vehicle in view is found in most frames (Musicki and Evans, Joint Integrated Probabilistic Data
+//! Association, IEEE TAES 2004, estimate the probability that a track exists by found and missed boxes).
+
+use std::ops::RangeInclusive;
+
+use motorcade_geometry::{BoundingBox, PinholeCamera};
+
+use crate::ground::GroundFrame;
+use crate::options::VehicleOptions;
+use crate::time::independent_views;
+use crate::track::{Track, TrackBox};
+use crate::trajectory::{Source, VehicleState, VehicleTrajectory};
+
+/// The vehicles without clutter at the beginning and end of their tracks; those that had some are estimated anew from the boxes that
+/// remain. Tracks that are nothing else are left out.
+pub fn without_clutter(
+    vehicles: Vec<VehicleTrajectory>,
+    tracks: &[Track],
+    camera: &PinholeCamera,
+    grounds: &[GroundFrame],
+    options: &VehicleOptions,
+    estimate: impl Fn(&Track) -> Option<VehicleTrajectory>,
+) -> Vec<VehicleTrajectory> {
+    let seen = seen_frames(&vehicles, camera, grounds, options);
+    let cleaned = |(vehicle, frames): (VehicleTrajectory, Option<RangeInclusive<usize>>)| {
+        let frames = frames?;
+        if vehicle.states.iter().all(|s| frames.contains(&s.frame)) {
+            return Some(vehicle);
+        }
+        estimate(&tracks.iter().find_map(|track| boxes_of(track, &vehicle, &frames))?)
+    };
+    vehicles.into_iter().zip(seen).filter_map(cleaned).collect()
+}
+
+/// The boxes of a track that a vehicle was made from, in these frames; `None` for a vehicle of another track.
+fn boxes_of(track: &Track, vehicle: &VehicleTrajectory, frames: &RangeInclusive<usize>) -> Option<Track> {
+    let first = vehicle.states.first()?.frame;
+    let is_own = |b: &&TrackBox| {
+        let state = b.frame.checked_sub(first).and_then(|k| vehicle.states.get(k));
+        frames.contains(&b.frame) && state.is_some_and(|s| is_seen(s) && s.bbox == Some(b.observed.bbox))
+    };
+    let boxes: Vec<TrackBox> = track.boxes.iter().filter(is_own).copied().collect();
+    (!boxes.is_empty()).then(|| track.with_boxes(vehicle.id, boxes))
+}
+
+/// The frames (rows of the run) of each vehicle without a beginning and an end whose boxes are scattered and weak; `None` for a
+/// track that has too few boxes besides.
+///
+/// Between a gap and the end of a track the scores of its boxes, zero where it was missed, must reach a mean. Frames count in which the
+/// vehicle would be seen: not cut off by the image's border, not behind another vehicle, as large as when it was seen, and
+/// in which anything was detected.
+fn seen_frames(
+    vehicles: &[VehicleTrajectory],
+    camera: &PinholeCamera,
+    grounds: &[GroundFrame],
+    options: &VehicleOptions,
+) -> Vec<Option<RangeInclusive<usize>>> {
+    let hypothesis = &options.advanced.hypothesis;
+    let boxes = boxes_by_frame(vehicles);
+    let seen = |vehicle: &VehicleTrajectory| {
+        let scores = expected_scores(vehicle, &boxes, camera, hypothesis.hidden_share);
+        let end = scores.len() - clutter(scores.iter().rev(), hypothesis.least_mean_score)?;
+        let start = clutter(scores.iter().take(end), hypothesis.least_mean_score)?;
+        let states = vehicle.states.get(start..end)?;
+        let (first, last) = (states.first()?.frame, states.last()?.frame);
+        let time_s = |frame: usize| grounds.get(frame).map_or(0.0, |g| g.time_s);
+        let count = states.iter().filter(|s| is_seen(s)).count();
+        let duration_s = time_s(last) - time_s(first);
+        let views = independent_views(count, duration_s, options.advanced.correlation_time_s, f64::MAX);
+        (views >= hypothesis.least_consistent_boxes).then_some(first..=last)
+    };
+    vehicles.iter().map(seen).collect()
+}
+
+/// Number of the first scores that are clutter, each gap tried in order; `None` when all are. A score is `None` where the vehicle is
+/// not expected to be seen, zero where it was missed.
+fn clutter<'a>(scores: impl Iterator<Item = &'a Option<f64>>, least: f64) -> Option<usize> {
+    let (mut cut, mut sum, mut count, mut gap) = (0, 0.0, 0_u32, false);
+    for (k, score) in scores.enumerate() {
+        let found = score.is_some_and(|s| s > 0.0);
+        if gap && found && sum < least * f64::from(count) {
+            (cut, sum, count) = (k, 0.0, 0);
+        }
+        gap = !found;
+        sum += score.unwrap_or(0.0);
+        count += u32::from(score.is_some());
+    }
+    (sum >= least * f64::from(count)).then_some(cut)
+}
+
+/// Score of each state.
+fn expected_scores(
+    vehicle: &VehicleTrajectory,
+    boxes: &[Vec<BoundingBox>],
+    camera: &PinholeCamera,
+    hidden_share: f64,
+) -> Vec<Option<f64>> {
+    let seen = vehicle.states.iter().filter(|s| is_seen(s));
+    let smallest_px = seen.filter_map(|s| s.bbox).map(|b| b.height()).fold(f64::INFINITY, f64::min);
+    let expected = |state: &VehicleState| {
+        let Some(bbox) = state.bbox.filter(|b| b.height() >= smallest_px) else { return false };
+        let others = boxes.get(state.frame).map_or(&[][..], Vec::as_slice);
+        let hidden = |other: &BoundingBox| other.y2 >= bbox.y2 && covered(&bbox, other) > hidden_share;
+        !others.is_empty() && is_whole(&bbox, camera) && !others.iter().any(hidden)
+    };
+    let score = |state: &VehicleState| match is_seen(state) {
+        true => Some(state.score),
+        false => expected(state).then_some(0.0),
+    };
+    vehicle.states.iter().map(score).collect()
+}
+
+/// Boxes of the detector that vehicles have in each frame.
+fn boxes_by_frame(vehicles: &[VehicleTrajectory]) -> Vec<Vec<BoundingBox>> {
+    let last = vehicles.iter().filter_map(|v| v.states.last()).map(|s| s.frame).max();
+    let mut boxes = vec![Vec::new(); last.map_or(0, |last| last + 1)];
+    for state in vehicles.iter().flat_map(|v| &v.states).filter(|s| is_seen(s)) {
+        boxes[state.frame].extend(state.bbox);
+    }
+    boxes
+}
+
+fn is_seen(state: &VehicleState) -> bool {
+    state.source != Source::Predicted
+}
+
+/// True for a box that the image's border does not cut.
+fn is_whole(bbox: &BoundingBox, camera: &PinholeCamera) -> bool {
+    bbox.x1 > 1.0 && bbox.x2 < f64::from(camera.width) - 1.0
+}
+
+/// Share of a box that lies within another one.
+fn covered(bbox: &BoundingBox, other: &BoundingBox) -> f64 {
+    let across = bbox.x2.min(other.x2) - bbox.x1.max(other.x1);
+    let down = bbox.y2.min(other.y2) - bbox.y1.max(other.y1);
+    across.max(0.0) * down.max(0.0) / (bbox.width() * bbox.height()).max(f64::MIN_POSITIVE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::size_prior::size_prior;
+    use motorcade_geometry::Pose;
+    use motorcade_perception::VehicleClass;
+    use nalgebra::{Matrix3, Matrix6, Vector3};
+
+    const CAMERA: PinholeCamera =
+        PinholeCamera { fx: 700.0, fy: 700.0, cx: 600.0, cy: 180.0, width: 1200, height: 370 };
+    const HERE: [f64; 4] = [400.0, 150.0, 480.0, 200.0];
+    const ASIDE: [f64; 4] = [100.0, 150.0, 180.0, 200.0];
+
+    /// A vehicle of 40 frames with boxes of these scores; without a box where it is zero.
+    fn vehicle(bbox: [f64; 4], score: impl Fn(usize) -> f64) -> VehicleTrajectory {
+        let state = |frame: usize| VehicleState {
+            frame,
+            world_from_vehicle: Pose::identity(),
+            covariance: Matrix6::identity(),
+            bbox: Some(BoundingBox::new(bbox)),
+            score: score(frame),
+            speed_mps: 0.0,
+            speed_sigma_mps: 1.0,
+            yaw_rate_radps: 0.0,
+            source: if score(frame) > 0.0 { Source::Box } else { Source::Predicted },
+            measurement: None,
+            observations: Vec::new(),
+        };
+        VehicleTrajectory {
+            id: 0,
+            class: VehicleClass::Car,
+            size: size_prior(VehicleClass::Car).mean,
+            size_covariance: Matrix3::identity(),
+            size_by_road: None,
+            p_moving: 0.5,
+            states: (0..40).map(state).collect(),
+        }
+    }
+
+    fn every(n: usize, score: f64) -> impl Fn(usize) -> f64 {
+        move |frame| if frame.is_multiple_of(n) { score } else { 0.0 }
+    }
+
+    /// The frames of the first of these vehicles.
+    fn frames(vehicles: &[VehicleTrajectory]) -> Option<RangeInclusive<usize>> {
+        let ground = |k: u32| GroundFrame {
+            world_from_camera: Pose::identity(),
+            up: -Vector3::y(),
+            height_m: 1.5,
+            pitch_sigma_rad: 0.002,
+            time_s: 0.1 * f64::from(k),
+        };
+        let grounds: Vec<GroundFrame> = (0..40).map(ground).collect();
+        seen_frames(vehicles, &CAMERA, &grounds, &VehicleOptions::default()).swap_remove(0)
+    }
+
+    #[test]
+    fn scattered_weak_boxes_are_no_vehicle() {
+        let always = vehicle(ASIDE, |_| 0.8);
+        assert_eq!(frames(std::slice::from_ref(&always)), Some(0..=39));
+        assert_eq!(frames(&[vehicle(HERE, every(4, 0.3)), always.clone()]), None);
+        // Weak ones in most frames, and certain ones in some.
+        assert_eq!(frames(&[vehicle(HERE, |_| 0.2), always.clone()]), Some(0..=39));
+        assert_eq!(frames(&[vehicle(HERE, every(4, 0.8)), always]), Some(0..=36));
+    }
+
+    #[test]
+    fn a_track_ends_with_its_vehicle() {
+        let always = vehicle(ASIDE, |_| 0.8);
+        let tail = |k: usize| if k < 20 { 0.6 } else { every(6, 0.2)(k) };
+        assert_eq!(frames(&[vehicle(HERE, tail), always.clone()]), Some(0..=19));
+        let lead = |k: usize| tail(39 - k);
+        assert_eq!(frames(&[vehicle(HERE, lead), always.clone()]), Some(20..=39));
+        // A gap between certain boxes, as behind a hedge.
+        let gap = |k: usize| if (15..30).contains(&k) { 0.0 } else { 0.6 };
+        assert_eq!(frames(&[vehicle(HERE, gap), always]), Some(0..=39));
+    }
+
+    #[test]
+    fn frames_in_which_it_cannot_be_seen_do_not_count() {
+        let scattered = || vehicle(HERE, every(4, 0.3));
+        // A nearer vehicle in front of it, and one behind it.
+        assert!(frames(&[scattered(), vehicle([380.0, 150.0, 500.0, 230.0], |_| 0.8)]).is_some());
+        assert!(frames(&[scattered(), vehicle([380.0, 150.0, 500.0, 195.0], |_| 0.8)]).is_none());
+        // Cut off by the border; perception in every fourth frame only.
+        let cut_off = vehicle([0.0, 150.0, 80.0, 200.0], every(4, 0.3));
+        assert!(frames(&[cut_off, vehicle(ASIDE, |_| 0.8)]).is_some());
+        assert!(frames(&[scattered(), vehicle(ASIDE, every(4, 0.3))]).is_some());
+    }
+}
