@@ -90,6 +90,7 @@ pub use recorded::{
     RecordedCounters, RecordedFrame, RecordedInput, RecordedRun, RecordedState, RecordedVehicle, RunRecord,
 };
 pub use relative::relative_sigma_m;
+pub use repeated_frames::{RepeatedPictures, repeated_pictures};
 pub use result::RunResult;
 pub use revision::{RevisedKeyframe, Revision};
 pub use run::{FrameCallback, push_sequence, survey_sequence};
