@@ -25,17 +25,20 @@ pub(crate) struct Estimated {
     pub(crate) warnings: Vec<String>,
     /// True when the camera's motion came in metres.
     pub(crate) metric: bool,
+    /// Speeds of an online run, a frame each.
+    pub(crate) speeds_mps: Option<Vec<f64>>,
 }
 
 impl RunResult {
     /// Puts the output of the front end and of the estimator together; reports the warnings.
     pub(crate) fn new(record: FrontEndRecord, estimated: Estimated, progress: &dyn Progress) -> Self {
-        let Estimated { camera, ego, vehicles, graph, loops, warnings, metric } = estimated;
+        let Estimated { camera, ego, vehicles, graph, loops, warnings, metric, speeds_mps } = estimated;
         let (graph, graph_report) = graph.unzip();
         let mut result = Self {
             camera,
             frames: record.frames,
             ego,
+            speeds_mps,
             road_measurement_count: record.road_measurements.len() + record.forgotten_measurements,
             road_measurements: record.road_measurements,
             vehicles,

@@ -67,11 +67,10 @@ pub(crate) fn of_focal_length(stated_px: f64, found: &LensEstimate) -> Option<St
 /// Warnings about speeds no road vehicle has.
 pub(crate) fn of_speeds(result: &RunResult) -> Vec<String> {
     let mut out = Vec::new();
-    let speeds = result.ego.frames.windows(2).zip(result.frames.windows(2)).filter_map(|(ego, frames)| {
-        let way = ego[1].world_from_camera.translation() - ego[0].world_from_camera.translation();
-        let time_s = (frames[1].timestamp_ns - frames[0].timestamp_ns) as f64 * 1e-9;
-        let speed = way.norm() / time_s;
-        (speed > FASTEST_MPS).then_some((frames[1].number, speed))
+    let speeds = (1..result.frames.len().min(result.ego.frames.len())).filter_map(|k| {
+        let (before, frame) = (&result.frames[k - 1], &result.frames[k]);
+        let speed = result.way_m(k) / ((frame.timestamp_ns - before.timestamp_ns) as f64 * 1e-9);
+        (speed > FASTEST_MPS).then_some((frame.number, speed))
     });
     let fast: Vec<(u64, f64)> = speeds.collect();
     if let Some((number, speed)) = fast.iter().max_by(|a, b| a.1.total_cmp(&b.1)) {
