@@ -1,6 +1,6 @@
 //! Settings and results that are possible but rarely meant.
 
-use motorcade_calibrate::LensEstimate;
+use motorcade_calibrate::{FocalCheckOptions, LensEstimate};
 use motorcade_geometry::PinholeCamera;
 
 use crate::result::RunResult;
@@ -46,16 +46,15 @@ pub(crate) fn of_camera(camera: &PinholeCamera, height_m: f64) -> Vec<String> {
     out
 }
 
-/// Standard deviations by which a stated focal length and that of the drive differ when one of them is wrong.
-const FOCAL_SIGMAS: f64 = 3.0;
-/// Least difference of the logarithms that is told: tracks of a good camera err by up to 2 %.
-const FOCAL_DIFFERENCE: f64 = 0.03;
-
 /// A warning about a focal length \[px\] that the turns of the drive contradict.
-pub(crate) fn of_focal_length(stated_px: f64, found: &LensEstimate) -> Option<String> {
+pub(crate) fn of_focal_length(
+    stated_px: f64,
+    found: &LensEstimate,
+    options: &FocalCheckOptions,
+) -> Option<String> {
     let (focal_px, sigma) = (found.lens.focal_px, found.focal_sigma());
     let difference = (focal_px / stated_px).ln().abs();
-    (difference > FOCAL_DIFFERENCE && difference > FOCAL_SIGMAS * sigma).then(|| {
+    (difference > options.disagreement && difference > options.disagreement_sigmas * sigma).then(|| {
         format!(
             "the focal length of {stated_px:.0} px disagrees with the drive, whose turns say {focal_px:.0} ± {:.0} px: all distances may be wrong by as much; \
              check the calibration (fx, fy), or estimate it: motorcade calibrate",

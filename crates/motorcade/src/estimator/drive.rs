@@ -59,6 +59,7 @@ pub fn estimate_drive(mut record: FrontEndRecord, settings: &Settings, progress:
             metric,
             speeds_mps: None,
         },
+        &settings.config.checks,
         progress,
     )
 }

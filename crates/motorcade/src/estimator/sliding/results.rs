@@ -73,6 +73,6 @@ impl SlidingEstimator {
             metric: settings.metric() || self.unit.is_some(),
             speeds_mps: Some(self.speeds_mps),
         };
-        RunResult::new(record, estimated, progress)
+        RunResult::new(record, estimated, &settings.config.checks, progress)
     }
 }
