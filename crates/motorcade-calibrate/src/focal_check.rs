@@ -8,32 +8,17 @@ use motorcade_odometry::Odometry;
 use crate::adjustment::Adjustment;
 use crate::calibrator::{KERNEL_SIGMAS, LEAST_KERNEL_PX};
 use crate::estimate::LensEstimate;
+use crate::focal_check_options::FocalCheckOptions;
 use crate::lens::Lens;
 use crate::options::CalibrateOptions;
 use crate::prior::LensPrior;
 use crate::tracks::{MapTracks, Track, newest_keyframe};
 use crate::window::Window;
 
-/// Keyframes of a window: a turn at a crossing.
-const WINDOW_KEYFRAMES: usize = 24;
-/// Keyframes after a window until the odometry moves its poses no more: those it adjusts.
-const SETTLING_KEYFRAMES: usize = 10;
-/// Windows kept, those in which the camera turns most.
-const MOST_WINDOWS: usize = 4;
-/// Least turn of a window \[rad\].
-const LEAST_TURN_RAD: f64 = 0.15;
-/// Corners of a window, those that are followed longest.
-const MOST_CORNERS: usize = 160;
-/// Iterations of each of the two adjustments at most.
-const MOST_ITERATIONS: usize = 12;
-/// Difference of the logarithms of the two focal lengths of square pixels.
-const SQUARE: f64 = 0.01;
-/// Prior of ln f around the stated one: wide, so that the drive tells.
-const LOG_FOCAL_SIGMA: f64 = 0.5;
-
 /// Collects stretches of a drive in which the camera turns, and estimates the focal length from them. A few hundred kB, whatever the drive.
 #[derive(Clone, Debug)]
 pub struct FocalCheck {
+    options: FocalCheckOptions,
     stated: Lens,
     width: u32,
     /// Map and number of the last keyframe taken.
@@ -47,10 +32,11 @@ pub struct FocalCheck {
 
 impl FocalCheck {
     /// For a camera; `None` where its pixels are not square.
-    pub fn new(camera: &PinholeCamera) -> Option<Self> {
-        let square = (camera.fx / camera.fy).ln().abs() <= SQUARE;
+    pub fn new(camera: &PinholeCamera, options: FocalCheckOptions) -> Option<Self> {
+        let square = (camera.fx / camera.fy).ln().abs() <= options.square;
         let stated = Lens { focal_px: (camera.fx * camera.fy).sqrt(), k1: 0.0, cx: camera.cx, cy: camera.cy };
         square.then(|| Self {
+            options,
             stated,
             width: camera.width,
             last: None,
@@ -72,7 +58,8 @@ impl FocalCheck {
         };
         let (segment, keyframe) = newest;
         let begins = self.last.is_none_or(|(before, _)| before != segment);
-        if begins || keyframe >= self.first + WINDOW_KEYFRAMES + SETTLING_KEYFRAMES {
+        if begins || keyframe >= self.first + self.options.window_keyframes + self.options.settling_keyframes
+        {
             self.close(odometry);
             self.first = if begins { 0 } else { keyframe };
         }
@@ -80,7 +67,7 @@ impl FocalCheck {
         for landmark in odometry.landmarks().iter().filter(|l| !l.is_on_vehicle()) {
             let observed =
                 landmark.observations.iter().filter_map(|(n, p)| Some((n.checked_sub(self.first)?, *p)));
-            for (number, pixel) in observed.filter(|(number, _)| *number < WINDOW_KEYFRAMES) {
+            for (number, pixel) in observed.filter(|(number, _)| *number < self.options.window_keyframes) {
                 let track = self.tracks.entry(landmark.id).or_default();
                 if track.last().is_none_or(|(last, _)| *last < number) {
                     track.push((number, pixel));
@@ -93,25 +80,25 @@ impl FocalCheck {
     fn close(&mut self, odometry: &Odometry) {
         let tracks = std::mem::take(&mut self.tracks);
         let Some((segment, newest)) = self.last else { return };
-        let end = (self.first + WINDOW_KEYFRAMES).min(newest + 1);
+        let end = (self.first + self.options.window_keyframes).min(newest + 1);
         let Some(poses) = odometry.trajectory().keyframes.get(segment).and_then(|k| k.get(self.first..end))
         else {
             return;
         };
         let turn_rad: f64 =
             poses.windows(2).map(|p| (p[1].rotation() * p[0].rotation().inverse()).angle()).sum();
-        let full = self.windows.len() == MOST_WINDOWS;
+        let full = self.windows.len() == self.options.most_windows;
         let better = !full || self.windows.last().is_some_and(|w| turn_rad > w.turn_rad());
-        if turn_rad < LEAST_TURN_RAD || !better {
+        if turn_rad < self.options.least_turn_rad || !better {
             return;
         }
         let mut tracks: Vec<Track> = tracks.into_values().filter(|t| t.len() >= 3).collect();
         tracks.sort_by_key(|track| std::cmp::Reverse(track.len()));
-        tracks.truncate(MOST_CORNERS);
+        tracks.truncate(self.options.most_corners);
         let map = MapTracks { poses: poses.to_vec(), tracks };
         self.windows.extend(Window::new(&map, 0..map.poses.len(), &self.stated));
         self.windows.sort_by(|a, b| b.turn_rad().total_cmp(&a.turn_rad()));
-        self.windows.truncate(MOST_WINDOWS);
+        self.windows.truncate(self.options.most_windows);
     }
 
     /// The focal length by the drive; `None` where the camera turned too little.
@@ -120,8 +107,14 @@ impl FocalCheck {
         if self.windows.is_empty() {
             return None;
         }
-        let mut options = CalibrateOptions { max_iterations: MOST_ITERATIONS, ..CalibrateOptions::default() };
-        let prior = LensPrior::new(self.stated, [LOG_FOCAL_SIGMA, options.k1_sigma], self.width, &options);
+        let mut options =
+            CalibrateOptions { max_iterations: self.options.max_iterations, ..CalibrateOptions::default() };
+        let prior = LensPrior::new(
+            self.stated,
+            [self.options.log_focal_sigma, options.k1_sigma],
+            self.width,
+            &options,
+        );
         let mut adjustment = Adjustment { lens: self.stated, windows: self.windows };
         adjustment.solve(&prior, &options);
         let noise_px = LensEstimate::new(&adjustment, &prior, &options).noise_px();

@@ -393,6 +393,9 @@ pub struct InspectArguments {
     /// The input.
     #[command(flatten)]
     pub input: InputArguments,
+    /// Pictures that are read and compared with the one before, from the first on; 0 reads none.
+    #[arg(long, value_name = "PICTURES", default_value_t = 150)]
+    pub compare: usize,
     /// As JSON.
     #[arg(long)]
     pub json: bool,

@@ -73,6 +73,7 @@ pub fn open(arguments: &RunArguments) -> anyhow::Result<Option<Files>> {
         |number: &u64| FrameInfo { number: *number, timestamp_ns: *number as i64 * period_ns, problem: None };
     let frames: Vec<FrameInfo> = numbers.iter().map(frame).collect();
     let summary = Summary {
+        rotation_deg: None,
         format: Format::KittiTracking,
         sequence: Some(sequence.clone()),
         camera: Some(camera_number),

@@ -1,6 +1,8 @@
 //! `motorcade inspect`.
 
+use motorcade::{RepeatedPictures, repeated_pictures};
 use motorcade_dataset::{LensSummary, Sequence, Summary};
+use serde_json::json;
 
 use crate::arguments::InspectArguments;
 use crate::exit;
@@ -9,17 +11,28 @@ use crate::exit;
 pub fn inspect(arguments: &InspectArguments) -> anyhow::Result<u8> {
     let sequence = Sequence::open(&arguments.input.input, &arguments.input.options())?;
     let summary = sequence.summary();
-    exit::print(&if arguments.json { serde_json::to_string_pretty(&summary)? } else { table(&summary) })?;
+    let pictures = repeated_pictures(&sequence, arguments.compare);
+    exit::print(&if arguments.json {
+        let mut value = serde_json::to_value(&summary)?;
+        let RepeatedPictures { looked_at, repeated, frozen } = pictures;
+        value["pictures"] = json!({ "looked_at": looked_at, "repeated": repeated, "frozen": frozen });
+        serde_json::to_string_pretty(&value)?
+    } else {
+        table(&summary, &pictures)
+    })?;
     Ok(exit::FINE)
 }
 
-fn table(s: &Summary) -> String {
+fn table(s: &Summary, pictures: &RepeatedPictures) -> String {
     let mut rows = vec![
         ("format", s.format.name().to_owned()),
         ("frames", format!("{} (numbers {} to {})", s.frames, s.numbers.0, s.numbers.1)),
         ("duration", format!("{:.1} s", s.duration_s)),
         ("rate", rate(s)),
         ("size", format!("{}x{} px, {}", s.width, s.height, if s.colour { "colour" } else { "grey" })),
+        ("aspect", format!("{:.3}, pixels taken for square", f64::from(s.width) / f64::from(s.height))),
+        ("rotation", rotation(s)),
+        ("repeated", repeated(pictures)),
     ];
     if let Some(sequence) = &s.sequence {
         rows.push(("sequence", sequence.clone()));
@@ -45,6 +58,22 @@ fn table(s: &Summary) -> String {
     }
     rows.push(("hash", s.input_hash.clone()));
     rows.iter().map(|(k, v)| format!("{k:<12} {v}")).collect::<Vec<_>>().join("\n")
+}
+
+/// Turn of the pictures by a container. Pictures whose EXIF data ask for one are refused.
+fn rotation(s: &Summary) -> String {
+    match s.rotation_deg {
+        None => "none".to_owned(),
+        Some(turn) => {
+            format!("{turn} degrees to the left by the container, applied: calibrate the turned frames")
+        }
+    }
+}
+
+/// Pictures that show the one before again.
+fn repeated(RepeatedPictures { looked_at, repeated, frozen }: &RepeatedPictures) -> String {
+    let frozen = if *frozen > 0 { format!(", {frozen} frozen") } else { String::new() };
+    format!("{repeated} of the first {looked_at} pictures show the one before again{frozen}")
 }
 
 fn intrinsics([fx, fy, cx, cy]: &[f64; 4]) -> String {

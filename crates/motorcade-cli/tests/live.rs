@@ -196,3 +196,33 @@ fn options_that_need_all_frames_are_refused() {
 fn have_ffmpeg() -> bool {
     Command::new("ffmpeg").arg("-version").stdout(Stdio::null()).status().is_ok()
 }
+
+/// `ffmpeg` with these arguments; false where it fails.
+fn converted(folder: &Path, arguments: &str) -> bool {
+    let mut command = Command::new("ffmpeg");
+    command.args(["-v", "quiet", "-nostdin", "-y"]).args(arguments.split_whitespace()).current_dir(folder);
+    command.stdin(Stdio::null()).status().is_ok_and(|status| status.success())
+}
+
+#[test]
+fn inspect_tells_the_rotation_of_a_video_and_its_frames_are_turned() {
+    let folder = drive(4);
+    let at = folder.path();
+    let Some(mut child) = ffmpeg(at, &[], &["-c:v", "libx264", "plain.mp4"]) else { return };
+    assert!(child.wait().unwrap().success());
+    let shown = |input: &str| -> serde_json::Value {
+        serde_json::from_str(&answer(at, &format!("inspect {input} --json")).expect(0, &[]).stdout).unwrap()
+    };
+    let plain = shown("plain.mp4");
+    assert!(plain["rotation_deg"].is_null(), "{plain}");
+    // From ffmpeg 6 on by an option, before by the tag.
+    assert!(
+        converted(at, "-display_rotation 90 -i plain.mp4 -c copy turned.mp4")
+            || converted(at, "-i plain.mp4 -c copy -metadata:s:v:0 rotate=270 turned.mp4")
+    );
+    let turned = shown("turned.mp4");
+    assert_eq!(turned["rotation_deg"].as_i64().map(i64::abs), Some(90), "{turned}");
+    assert_eq!((&turned["width"], &turned["height"]), (&plain["height"], &plain["width"]));
+    let table = answer(at, "inspect turned.mp4").stdout;
+    assert!(table.contains("degrees to the left by the container"), "{table}");
+}

@@ -172,12 +172,36 @@ fn inspect_tells_gaps_and_size() {
     std::fs::remove_file(frame_file(&folder.path().join("frames"), 3)).unwrap();
     let table = answer(folder.path(), "inspect frames --calibration camera.toml");
     table.expect(0, &[]);
-    for part in ["images", "480x240", "gaps         3", "fx 390.00"] {
+    for part in
+        ["images", "480x240", "gaps         3", "fx 390.00", "aspect       2.000", "rotation     none"]
+    {
         assert!(table.stdout.contains(part), "no `{part}` in:\n{}", table.stdout);
     }
     let machine = answer(folder.path(), "inspect frames --json");
     let summary: serde_json::Value = serde_json::from_str(&machine.expect(0, &[]).stdout).unwrap();
     assert_eq!((summary["frames"].as_u64(), summary["gaps"][0].as_u64()), (Some(6), Some(3)));
+    assert!(summary["rotation_deg"].is_null(), "{summary}");
+}
+
+#[test]
+fn inspect_counts_pictures_that_repeat_the_one_before() {
+    let folder = drive(16);
+    let frames = folder.path().join("frames");
+    answer(folder.path(), "inspect frames --fps 20").expect(0, &[]);
+    let looked = |arguments: &str| -> serde_json::Value {
+        let told = answer(folder.path(), &format!("inspect frames --fps 20 --json {arguments}"));
+        serde_json::from_str(&told.expect(0, &[]).stdout).unwrap()
+    };
+    assert_eq!(looked("")["pictures"], serde_json::json!({ "looked_at": 16, "repeated": 0, "frozen": 0 }));
+    for k in (1..16).step_by(2) {
+        std::fs::copy(frame_file(&frames, k - 1), frame_file(&frames, k)).unwrap();
+    }
+    let repeated = looked("")["pictures"]["repeated"].as_u64().unwrap();
+    // The usual difference of two pictures is known from the second new one on.
+    assert!((6..=8).contains(&repeated), "{repeated}");
+    assert_eq!(looked("--compare 0")["pictures"]["looked_at"], 0);
+    let table = answer(folder.path(), "inspect frames --fps 20");
+    assert!(table.stdout.contains(&format!("{repeated} of the first 16 pictures")), "{}", table.stdout);
 }
 
 #[test]

@@ -34,6 +34,9 @@ pub struct Summary {
     pub width: u32,
     /// Height \[px\].
     pub height: u32,
+    /// Turn to the left by which a video asks to be shown \[°\]: its frames are turned so, and are to be calibrated so. Absent where there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rotation_deg: Option<i32>,
     /// True for colour.
     pub colour: bool,
     /// Dialect of the calibration file, when there is one.
@@ -111,6 +114,7 @@ impl Summary {
             assumed_fps: input.assumed_fps,
             width: input.size.0,
             height: input.size.1,
+            rotation_deg: survey.contents.rotation_deg,
             colour: input.colour,
             calibration: calibration.map(|c| c.dialect),
             intrinsics_px: input.camera.as_ref().map(intrinsics),

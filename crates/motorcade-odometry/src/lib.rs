@@ -42,10 +42,11 @@ mod trajectory;
 
 pub use map::{
     AdvancedBundleOptions, AdvancedPoseOnlyOptions, AdvancedWindowOptions, BundleOptions, Carrier, Landmark,
-    PoseOnlyOptions, WindowOptions,
+    PictureShiftOptions, PoseOnlyOptions, WindowOptions,
 };
 pub use odometry::{
     AdvancedPolicyOptions, FeedbackOptions, Odometry, OdometryOptions, PolicyOptions, RoadFeedback,
+    ShiftedFrame,
 };
 pub use road::{
     AdvancedClosedFormOptions, AdvancedRoadOptions, AlignmentOptions, ClosedFormOptions, ClosedFormScale,

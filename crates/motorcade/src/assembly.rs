@@ -5,6 +5,7 @@ use motorcade_multibody::MultibodyGraph;
 use motorcade_odometry::{EgoFrame, EgoTrajectory, FrameStatus};
 use motorcade_vehicles::VehicleTrajectory;
 
+use crate::check_options::CheckOptions;
 use crate::clock_jumps;
 use crate::closed_loop::Loops;
 use crate::finite;
@@ -25,17 +26,25 @@ pub(crate) struct Estimated {
     pub(crate) warnings: Vec<String>,
     /// True when the camera's motion came in metres.
     pub(crate) metric: bool,
+    /// Speeds of an online run, a frame each.
+    pub(crate) speeds_mps: Option<Vec<f64>>,
 }
 
 impl RunResult {
     /// Puts the output of the front end and of the estimator together; reports the warnings.
-    pub(crate) fn new(record: FrontEndRecord, estimated: Estimated, progress: &dyn Progress) -> Self {
-        let Estimated { camera, ego, vehicles, graph, loops, warnings, metric } = estimated;
+    pub(crate) fn new(
+        record: FrontEndRecord,
+        estimated: Estimated,
+        checks: &CheckOptions,
+        progress: &dyn Progress,
+    ) -> Self {
+        let Estimated { camera, ego, vehicles, graph, loops, warnings, metric, speeds_mps } = estimated;
         let (graph, graph_report) = graph.unzip();
         let mut result = Self {
             camera,
             frames: record.frames,
             ego,
+            speeds_mps,
             road_measurement_count: record.road_measurements.len() + record.forgotten_measurements,
             road_measurements: record.road_measurements,
             vehicles,
@@ -54,7 +63,7 @@ impl RunResult {
         let speeds = plausibility::of_speeds(&result);
         let summary = summary_warnings(&result, metric);
         let swapped = swapped_frames::of(&result.frames, &result.ego.frames);
-        let jumps = clock_jumps::of(&result.frames, &result.ego.frames);
+        let jumps = clock_jumps::of(&result.frames, &result.ego.frames, &checks.clock);
         for warning in
             warnings.into_iter().chain(repaired).chain(swapped).chain(jumps).chain(speeds).chain(summary)
         {

@@ -2,25 +2,20 @@
 
 use motorcade_odometry::EgoFrame;
 
+use crate::check_options::ClockJumpOptions;
 use crate::record::FrameInfo;
 
-/// Usual intervals beyond which a frame comes late.
-const LATE_INTERVALS: i64 = 10;
-/// Shortest interval that is late \[ns\]: live sources pause.
-const LATE_NS: i64 = 1_000_000_000;
-/// Jumps that a warning names.
-const NAMED: usize = 3;
-
 /// A warning that names the frames before and after each jump.
-pub(crate) fn of(frames: &[FrameInfo], ego: &[EgoFrame]) -> Option<String> {
+pub(crate) fn of(frames: &[FrameInfo], ego: &[EgoFrame], options: &ClockJumpOptions) -> Option<String> {
     let mut intervals: Vec<i64> = frames.windows(2).map(|w| w[1].timestamp_ns - w[0].timestamp_ns).collect();
     let late: Vec<usize> = (1..frames.len().min(ego.len())).collect();
     let middle = intervals.len() / 2;
     let usual_ns = (!intervals.is_empty()).then(|| *intervals.select_nth_unstable(middle).1)?;
-    let interval_ns = |k: usize| frames[k].timestamp_ns - frames[k - 1].timestamp_ns;
-    let is_late = |k: &usize| interval_ns(*k) > LATE_NS.max(LATE_INTERVALS * usual_ns);
-    let late: Vec<usize> = late.into_iter().filter(is_late).collect();
     let seconds = |ns: i64| ns as f64 * 1e-9;
+    let interval_ns = |k: usize| frames[k].timestamp_ns - frames[k - 1].timestamp_ns;
+    let late_s = options.late_s.max(options.late_intervals * seconds(usual_ns));
+    let is_late = |k: &usize| seconds(interval_ns(*k)) > late_s;
+    let late: Vec<usize> = late.into_iter().filter(is_late).collect();
     let described = |k: &usize| {
         let (before, after, apart_s) = (frames[k - 1].number, frames[*k].number, seconds(interval_ns(*k)));
         let way = if ego[*k].step_measured {
@@ -30,8 +25,8 @@ pub(crate) fn of(frames: &[FrameInfo], ego: &[EgoFrame]) -> Option<String> {
         };
         format!("{before} and {after} ({apart_s:.1} s: {way})")
     };
-    let named: Vec<String> = late.iter().take(NAMED).map(described).collect();
-    let more = late.len().saturating_sub(NAMED);
+    let named: Vec<String> = late.iter().take(options.named).map(described).collect();
+    let more = late.len().saturating_sub(options.named);
     let more = if more > 0 { format!(" and {more} more pairs") } else { String::new() };
     (!late.is_empty()).then(|| {
         format!(

@@ -12,6 +12,7 @@ use motorcade_vehicles::{TrackerOptions, VehicleOptions};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
+use crate::check_options::CheckOptions;
 use crate::error::{Error, Result};
 use crate::estimator_options::{DistanceOptions, OnlineOptions, UnitOptions, VehicleHeightOptions};
 
@@ -120,6 +121,8 @@ pub struct Config {
     pub preset: Preset,
     /// The run as a whole.
     pub run: RunOptions,
+    /// Checks of what goes in.
+    pub checks: CheckOptions,
     /// Lens of a camera that nobody calibrated (`calibrate`, `run --calibration auto`).
     pub calibration: CalibrateOptions,
     /// Odometry.
@@ -214,6 +217,7 @@ impl Config {
         self.validate_numbers()?;
         let check = |ok: bool, text: &str| if ok { Ok(()) } else { Err(text.to_owned()) };
         check((0.0..=1.0).contains(&self.run.most_untracked), "run.most_untracked must lie between 0 and 1")?;
+        self.checks.validate()?;
         self.odometry.validate()?;
         self.calibration.validate().map_err(|problem| format!("calibration.{problem}"))?;
         check(self.road.far_heights > 4.0, "road.far_heights must be more than 4")?;

@@ -24,6 +24,7 @@ pub(crate) fn keep_finite(result: &mut RunResult) -> Vec<String> {
         }
         before = Some(ego.world_from_camera);
     }
+    result.speeds_mps.iter_mut().flatten().filter(|v| !v.is_finite()).for_each(|v| *v = 0.0);
     for vehicle in &mut result.vehicles {
         let all = vehicle.states.len();
         vehicle.states.retain(is_finite);

@@ -1,12 +1,13 @@
 //! The front end: the camera's motion up to scale and the road, frame by frame.
 
 use image::GrayImage;
-use motorcade_calibrate::FocalCheck;
+use motorcade_calibrate::{FocalCheck, FocalCheckOptions};
 use motorcade_dataset::Frame;
 use motorcade_odometry::{Odometry, OdometryOptions, RoadFeedback, RoadInput, StaticMask};
 use motorcade_perception::{BoundingBox, Observations};
 
 use crate::config::VehicleMask;
+use crate::frame_list::FrameList;
 use crate::motion_source::MotionSource;
 use crate::place_recorder::{Candidate, PlaceRecorder};
 use crate::plausibility;
@@ -38,7 +39,8 @@ impl FrontEnd {
             scale: ScaleSource::new(settings.camera, &settings.config),
             places: PlaceRecorder::new(&settings.config, settings.external.trajectory.is_none()),
             // An online run has no end at which the estimate would still help.
-            focal: FocalCheck::new(&settings.camera).filter(|_| !settings.config.online.enabled),
+            focal: FocalCheck::new(&settings.camera, settings.config.checks.focal_length)
+                .filter(|_| !settings.config.online.enabled),
             record: FrontEndRecord::new(settings),
         }
     }
@@ -153,17 +155,31 @@ impl FrontEnd {
         ))
     }
 
+    /// A warning of pictures that are shifted as a whole, for the results.
+    pub(crate) fn describe_shifts(&self) -> Option<String> {
+        let shifted = self.motion.shifted_frames();
+        let largest_px = shifted.iter().map(|s| s.shift_px.norm()).fold(0.0, f64::max);
+        let mut list = FrameList::default();
+        let numbers = shifted.iter().filter_map(|s| Some(self.record.frames.get(s.frame)?.number));
+        numbers.for_each(|number| list.push(number));
+        let named = list.describe()?;
+        Some(format!(
+            "the picture is shifted as a whole by up to {largest_px:.0} px, as by another crop and by no motion of the camera, in {named}: \
+             the calibration does not hold on one side of each"
+        ))
+    }
+
     /// Leaves the focal length unchecked: it came from a drive itself.
     pub(crate) fn trust_focal_length(&mut self) {
         self.focal = None;
     }
 
     /// A warning of a focal length that the turns of the drive contradict, for the results.
-    pub(crate) fn check_focal_length(&mut self) -> Option<String> {
+    pub(crate) fn check_focal_length(&mut self, options: &FocalCheckOptions) -> Option<String> {
         let (check, odometry) = (self.focal.take()?, self.motion.odometry()?);
         let stated_px = check.stated_px();
         let found = self.record.stopwatch.time("focal length", || check.finish(odometry))?;
-        plausibility::of_focal_length(stated_px, &found)
+        plausibility::of_focal_length(stated_px, &found, options)
     }
 
     /// Drops the features of the first `count` keyframes of places, which nobody asks for again.

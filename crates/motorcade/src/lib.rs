@@ -24,6 +24,7 @@
 
 mod assembly;
 mod calibration;
+mod check_options;
 #[cfg(test)]
 mod circle;
 mod clock_jumps;
@@ -39,6 +40,7 @@ mod external;
 mod external_files;
 mod finite;
 mod fixed_parts;
+mod frame_list;
 mod front_end;
 mod kept_map;
 mod map_merge;
@@ -46,6 +48,7 @@ mod motion_source;
 mod motorcade;
 pub mod output;
 mod path_ahead;
+mod picture_faults;
 mod place_recorder;
 mod plausibility;
 mod progress;
@@ -63,6 +66,7 @@ mod swapped_frames;
 mod timing;
 
 pub use calibration::{CameraCalibration, Mounting, calibrate};
+pub use check_options::{CheckOptions, ClockJumpOptions};
 pub use closed_loop::{ClosedLoop, Loops};
 pub use config::{Config, Preset, RunOptions, ScaleOptions, VehicleMask};
 pub use distances::{DistanceSensor, Distances};
@@ -76,7 +80,7 @@ pub use kept_map::{KeptMap, MapMatch, MapUse};
 pub use map_merge::{MergedMap, merge_maps};
 pub use motion_source::ExternalTrajectory;
 pub use motorcade::{Motorcade, MotorcadeBuilder};
-pub use motorcade_calibrate::{CalibrateOptions, LensEstimate, ViewPrior};
+pub use motorcade_calibrate::{CalibrateOptions, FocalCheckOptions, LensEstimate, ViewPrior};
 pub use motorcade_dataset::{ExternalVehiclePose, read_vehicle_poses};
 pub use motorcade_multibody as multibody;
 pub use motorcade_multibody::{CameraCoupling, GraphKernel, GraphOptions, LoopEdge, LoopOptions, MapEdge};
@@ -84,12 +88,14 @@ pub use motorcade_perception::KeypointTable;
 pub use motorcade_places::{MapSummary, PlaceMap, PlaceOptions};
 pub use motorcade_vehicles::{TrackerOptions, TrafficSide, VehicleOptions};
 pub use output::{RunContext, write_run, write_run_and};
+pub use picture_faults::PictureFaultOptions;
 pub use progress::{NoProgress, Progress};
 pub use record::{FrameInfo, FrontEndRecord, FrontEndView};
 pub use recorded::{
     RecordedCounters, RecordedFrame, RecordedInput, RecordedRun, RecordedState, RecordedVehicle, RunRecord,
 };
 pub use relative::relative_sigma_m;
+pub use repeated_frames::{RepeatedPictures, repeated_pictures};
 pub use result::RunResult;
 pub use revision::{RevisedKeyframe, Revision};
 pub use run::{FrameCallback, push_sequence, survey_sequence};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use image::GrayImage;
 use motorcade_geometry::{Camera, Pose, World};
-use motorcade_odometry::{Odometry, OdometryTrajectory, Pyramid, RoadFeedback, StaticMask};
+use motorcade_odometry::{Odometry, OdometryTrajectory, Pyramid, RoadFeedback, ShiftedFrame, StaticMask};
 
 /// A camera trajectory from elsewhere, one pose a frame of the run.
 #[derive(Clone, Debug)]
@@ -110,6 +110,13 @@ impl MotionSource {
     pub(crate) fn renewals(&self) -> &[usize] {
         match self {
             Self::Own(odometry) => odometry.renewals(),
+            Self::External { .. } => &[],
+        }
+    }
+    /// Frames from which on the picture is shifted as a whole.
+    pub(crate) fn shifted_frames(&self) -> &[ShiftedFrame] {
+        match self {
+            Self::Own(odometry) => odometry.shifted_frames(),
             Self::External { .. } => &[],
         }
     }

@@ -16,6 +16,7 @@ use crate::estimator::{SlidingEstimator, camera_height, estimate_drive};
 use crate::external::External;
 use crate::fixed_parts::FixedParts;
 use crate::front_end::FrontEnd;
+use crate::picture_faults::PictureFaults;
 use crate::plausibility;
 use crate::progress::{NoProgress, Progress};
 use crate::record::{FrameInfo, FrontEndRecord};
@@ -52,6 +53,7 @@ pub struct Motorcade {
     front_end: FrontEnd,
     fixed: FixedParts,
     repeated: RepeatedFrames,
+    pictures: PictureFaults,
     sliding: SlidingEstimator,
 }
 
@@ -118,7 +120,7 @@ impl Motorcade {
             }
         }
         self.add_external_keypoints(frame.number, &mut observations);
-        let Self { front_end, fixed, repeated, settings, .. } = self;
+        let Self { front_end, fixed, repeated, pictures, settings, .. } = self;
         if fixed.searching() {
             fixed.observe(&frame.gray(), frame.timestamp_ns, &settings.camera);
         }
@@ -127,6 +129,10 @@ impl Motorcade {
             front_end.skip(frame.number, frame.timestamp_ns, "repeats the frame before".to_owned());
             return Ok(());
         }
+        let checks = &settings.config.checks.pictures;
+        front_end.record_mut().stopwatch.time("picture checks", || {
+            pictures.observe(&frame.gray(), frame.number, frame.timestamp_ns, checks);
+        });
         let ignore = fixed.with(frame.ignore.as_ref());
         front_end.process(frame, ignore.as_deref(), observations, settings);
         Ok(())
@@ -231,8 +237,10 @@ impl Motorcade {
             .describe()
             .into_iter()
             .chain(self.repeated.describe())
+            .chain(self.pictures.describe())
+            .chain(self.front_end.describe_shifts())
             .chain(self.front_end.describe_renewals())
-            .chain(self.front_end.check_focal_length())
+            .chain(self.front_end.check_focal_length(&self.settings.config.checks.focal_length))
             .collect();
         found.iter().for_each(|text| progress.warn(text));
         self.front_end.record_mut().warnings.extend(found);
@@ -415,7 +423,7 @@ impl MotorcadeBuilder {
         front_end.record_mut().warnings.extend(plausibility::of_camera(&settings.camera, settings.height_m));
         let sliding = SlidingEstimator::new(&settings);
         let fixed = FixedParts::new(settings.config.run.fixed_regions);
-        let repeated = RepeatedFrames::default();
-        Ok(Motorcade { settings, perception, front_end, fixed, repeated, sliding })
+        let (repeated, pictures) = (RepeatedFrames::default(), PictureFaults::default());
+        Ok(Motorcade { settings, perception, front_end, fixed, repeated, pictures, sliding })
     }
 }

@@ -1,6 +1,6 @@
 //! Settings and results that are possible but rarely meant.
 
-use motorcade_calibrate::LensEstimate;
+use motorcade_calibrate::{FocalCheckOptions, LensEstimate};
 use motorcade_geometry::PinholeCamera;
 
 use crate::result::RunResult;
@@ -46,16 +46,15 @@ pub(crate) fn of_camera(camera: &PinholeCamera, height_m: f64) -> Vec<String> {
     out
 }
 
-/// Standard deviations by which a stated focal length and that of the drive differ when one of them is wrong.
-const FOCAL_SIGMAS: f64 = 3.0;
-/// Least difference of the logarithms that is told: tracks of a good camera err by up to 2 %.
-const FOCAL_DIFFERENCE: f64 = 0.03;
-
 /// A warning about a focal length \[px\] that the turns of the drive contradict.
-pub(crate) fn of_focal_length(stated_px: f64, found: &LensEstimate) -> Option<String> {
+pub(crate) fn of_focal_length(
+    stated_px: f64,
+    found: &LensEstimate,
+    options: &FocalCheckOptions,
+) -> Option<String> {
     let (focal_px, sigma) = (found.lens.focal_px, found.focal_sigma());
     let difference = (focal_px / stated_px).ln().abs();
-    (difference > FOCAL_DIFFERENCE && difference > FOCAL_SIGMAS * sigma).then(|| {
+    (difference > options.disagreement && difference > options.disagreement_sigmas * sigma).then(|| {
         format!(
             "the focal length of {stated_px:.0} px disagrees with the drive, whose turns say {focal_px:.0} ± {:.0} px: all distances may be wrong by as much; \
              check the calibration (fx, fy), or estimate it: motorcade calibrate",
@@ -67,11 +66,10 @@ pub(crate) fn of_focal_length(stated_px: f64, found: &LensEstimate) -> Option<St
 /// Warnings about speeds no road vehicle has.
 pub(crate) fn of_speeds(result: &RunResult) -> Vec<String> {
     let mut out = Vec::new();
-    let speeds = result.ego.frames.windows(2).zip(result.frames.windows(2)).filter_map(|(ego, frames)| {
-        let way = ego[1].world_from_camera.translation() - ego[0].world_from_camera.translation();
-        let time_s = (frames[1].timestamp_ns - frames[0].timestamp_ns) as f64 * 1e-9;
-        let speed = way.norm() / time_s;
-        (speed > FASTEST_MPS).then_some((frames[1].number, speed))
+    let speeds = (1..result.frames.len().min(result.ego.frames.len())).filter_map(|k| {
+        let (before, frame) = (&result.frames[k - 1], &result.frames[k]);
+        let speed = result.way_m(k) / ((frame.timestamp_ns - before.timestamp_ns) as f64 * 1e-9);
+        (speed > FASTEST_MPS).then_some((frame.number, speed))
     });
     let fast: Vec<(u64, f64)> = speeds.collect();
     if let Some((number, speed)) = fast.iter().max_by(|a, b| a.1.total_cmp(&b.1)) {

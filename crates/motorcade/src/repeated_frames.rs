@@ -1,6 +1,7 @@
 //! Frames that show the frame before again: ten pictures a second in a video of thirty, or a picture that is frozen for seconds.
 
 use image::GrayImage;
+use motorcade_dataset::Sequence;
 
 /// Every how many pixels two pictures are compared.
 const STEP: usize = 7;
@@ -89,6 +90,26 @@ impl RepeatedFrames {
         });
         repeated.into_iter().chain(frozen).collect()
     }
+}
+
+/// Pictures that show the one before again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RepeatedPictures {
+    /// Pictures that were looked at, from the first on.
+    pub looked_at: usize,
+    /// Those that repeat the picture before while the camera drives, as in a video whose rate was raised.
+    pub repeated: usize,
+    /// Those of a picture that stands although the camera drove.
+    pub frozen: usize,
+}
+
+/// Looks for repeated pictures among the first `most` of an input. Frames that do not read are left out.
+pub fn repeated_pictures(sequence: &Sequence, most: usize) -> RepeatedPictures {
+    let mut frames = RepeatedFrames::default();
+    for frame in sequence.frames().take(most).flatten() {
+        frames.is_repeated(&frame.gray(), frame.timestamp_ns);
+    }
+    RepeatedPictures { looked_at: frames.frames, repeated: frames.count, frozen: frames.frozen }
 }
 
 #[cfg(test)]

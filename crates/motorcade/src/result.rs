@@ -18,6 +18,9 @@ pub struct RunResult {
     pub frames: Vec<FrameInfo>,
     /// The camera's trajectory and the road.
     pub ego: EgoTrajectory,
+    /// Speed of the camera over the interval before each frame \[m/s\], as an online run told it: poses are told at the scale of their time, so
+    /// that the difference of two is no speed where the scale changed. `None` of a drive that was estimated as a whole.
+    pub speeds_mps: Option<Vec<f64>>,
     /// Road measurements the scale came from; of an online run the last ones.
     pub road_measurements: Vec<RoadMeasurement>,
     /// Number of road measurements of the whole drive.
@@ -47,6 +50,18 @@ pub struct RunResult {
 }
 
 impl RunResult {
+    /// Way of the camera from the frame before to this one \[m\]; 0 in the first. Both ends are at one scale.
+    pub fn way_m(&self, frame: usize) -> f64 {
+        let Some(before) = frame.checked_sub(1) else { return 0.0 };
+        if let Some(speed_mps) = self.speeds_mps.as_ref().and_then(|speeds| speeds.get(frame)) {
+            return speed_mps
+                * (self.frames[frame].timestamp_ns - self.frames[before].timestamp_ns) as f64
+                * 1e-9;
+        }
+        let place = |k: usize| self.ego.frames[k].world_from_camera.translation();
+        (place(frame) - place(before)).norm()
+    }
+
     /// Share of frames whose pose was tracked (or stood). Frames of the first second that were filled in from the map that
     /// began after them do not count against it.
     pub fn tracked_share(&self) -> f64 {

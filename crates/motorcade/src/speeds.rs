@@ -91,8 +91,7 @@ fn camera_speed(result: &RunResult, frame: usize) -> Estimated {
         return Estimated { value: 0.0, sigma: f64::INFINITY };
     }
     let frames = &result.ego.frames[first..=last];
-    let position = |k: usize| frames[k].world_from_camera.translation();
-    let way_m: f64 = (1..frames.len()).map(|k| (position(k) - position(k - 1)).norm()).sum();
+    let way_m: f64 = (first + 1..=last).map(|k| result.way_m(k)).sum();
     let variance: f64 = frames[1..].iter().map(|f| f.step_covariance[(5, 5)].max(0.0)).sum();
     let scale = frames.iter().map(|f| f.scale_sigma.hypot(f.scale_bias_sigma)).fold(0.0, f64::max);
     let value = way_m / duration_s;

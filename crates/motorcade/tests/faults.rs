@@ -145,3 +145,59 @@ fn jumps_of_the_clock_are_said_and_do_not_move_the_camera() {
     let said = result.warnings.iter().find(|w| w.contains("far apart in time")).unwrap();
     assert!(said.contains("the way between is assumed"), "{said}");
 }
+
+/// Warnings of a drive along a street whose pictures are changed.
+fn warned(online: bool, change: impl Fn(i64, image::GrayImage) -> image::GrayImage) -> Vec<String> {
+    let mut config = Config::default();
+    config.online.enabled = online;
+    let mut slam = Motorcade::builder(CAMERA).height_m(1.5).config(config).build().unwrap();
+    for k in 0..40_i64 {
+        let image = change(k, street_image(&CAMERA, &StreetPose::along(0.8 * k as f64)));
+        slam.push(&Frame { number: k as u64, ..Frame::from_gray(image, k * 100_000_000) }).unwrap();
+    }
+    let result = if online { slam.finish_online(&NoProgress) } else { slam.finish() };
+    result.warnings
+}
+
+/// Words of the faults of pictures.
+const PICTURE_FAULTS: [&str; 4] =
+    ["exposure jumps", "lost all texture", "blurs in frame", "shifted as a whole"];
+
+#[test]
+fn faults_of_pictures_are_said_by_their_frames_and_clean_drives_have_none() {
+    let clean = warned(false, |_, image| image);
+    assert!(!clean.iter().any(|w| PICTURE_FAULTS.iter().any(|fault| w.contains(fault))), "{clean:?}");
+    let dark = |k, mut image: image::GrayImage| {
+        if k >= 25 {
+            image.pixels_mut().for_each(|p| p.0[0] /= 2);
+        }
+        image
+    };
+    for online in [false, true] {
+        let said = warned(online, dark);
+        assert!(said.iter().any(|w| w.contains("exposure jumps") && w.contains("in frame 25;")), "{said:?}");
+    }
+    let half = |k, mut image: image::GrayImage| {
+        let left = image.width() / 2;
+        let grey = image.enumerate_pixels_mut().filter(|(x, ..)| (25..30).contains(&k) && *x < left);
+        grey.for_each(|(.., p)| p.0[0] = 128);
+        image
+    };
+    let said = warned(false, half);
+    assert!(
+        said.iter().any(|w| w.contains("lost all texture") && w.contains("in frames 25 to 29:")),
+        "{said:?}"
+    );
+    let lower = |k, image: image::GrayImage| {
+        let by = if (25..30).contains(&k) { 10 } else { 0 };
+        let last = image.height() - 1;
+        image::GrayImage::from_fn(image.width(), image.height(), |x, y| {
+            *image.get_pixel(x, (y + by).min(last))
+        })
+    };
+    let said = warned(false, lower);
+    assert!(
+        said.iter().any(|w| w.contains("shifted as a whole by up to") && w.contains("in frames 25, 30:")),
+        "{said:?}"
+    );
+}

@@ -56,6 +56,25 @@ fn estimates_depend_on_the_past_alone() {
 }
 
 #[test]
+fn the_speeds_of_the_tables_are_those_that_were_told() {
+    let (told, _, recorded) = online(drive(60), &Config::default());
+    let table = String::from_utf8(motorcade::output::frames_csv(&recorded)).unwrap();
+    let mut differ_from_poses = 0;
+    for (k, (line, row)) in told.iter().zip(table.lines().skip(1)).enumerate() {
+        let line: serde_json::Value = serde_json::from_str(line).unwrap();
+        let told = line["camera"]["speed_mps"].as_f64().unwrap();
+        let written: f64 = row.split(',').nth(4).unwrap().parse().unwrap();
+        // The first frame has no interval before it.
+        assert!((told - written).abs() < 2e-6, "frame {k}: {told} told, {written} written");
+        let place = |k: usize| recorded.ego.frames[k].world_from_camera.translation();
+        let by_poses = k.checked_sub(1).map_or(0.0, |before| 10.0 * (place(k) - place(before)).norm());
+        differ_from_poses += usize::from((by_poses - written).abs() > 0.05);
+    }
+    // Scales of the first seconds still move the window: else the test would show nothing.
+    assert!(differ_from_poses > 0);
+}
+
+#[test]
 fn the_whole_drive_at_once_is_not_worse() {
     let config = Config::default();
     let (.., recorded) = online(drive(300), &config);

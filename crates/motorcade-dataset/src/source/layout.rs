@@ -48,6 +48,8 @@ pub(crate) struct Contents {
     pub times_ns: Option<Vec<i64>>,
     /// Frame rate of a video \[1/s\].
     pub video_fps: Option<f64>,
+    /// Turn to the left by which a video asks to be shown, which is applied \[°\].
+    pub rotation_deg: Option<i32>,
     /// Frames of a video.
     pub video_frames: u64,
 }
@@ -62,6 +64,7 @@ impl Contents {
             sequence: None,
             listing: Listing::default(),
             times_ns: None,
+            rotation_deg: None,
             video_fps: None,
             video_frames: 0,
         }

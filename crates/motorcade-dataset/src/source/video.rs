@@ -30,7 +30,7 @@ impl Layout for Video {
         let info = probe(root)?;
         let mut contents = Contents::stored(Store::Video(root.to_path_buf()));
         (contents.video_fps, contents.video_frames) = (Some(info.fps), info.frames);
-        contents.times_ns = info.times_ns;
+        (contents.times_ns, contents.rotation_deg) = (info.times_ns, info.rotation_deg);
         Ok(contents)
     }
 }
@@ -42,6 +42,8 @@ struct VideoInfo {
     pub fps: f64,
     /// Presentation times from the first frame on \[ns\], a frame each; `None` where the file does not have them all.
     pub times_ns: Option<Vec<i64>>,
+    /// Turn to the left by which the container asks to show the pictures \[°\]; ffmpeg applies it while it decodes.
+    pub rotation_deg: Option<i32>,
 }
 
 pub(super) fn failed(program: &str, error: &std::io::Error) -> Error {
@@ -72,8 +74,7 @@ fn probe(path: &Path) -> Result<VideoInfo> {
 }
 
 /// What is asked of `ffprobe`.
-const ENTRIES: &str =
-    "stream=avg_frame_rate,r_frame_rate,nb_read_packets,sample_aspect_ratio:packet=pts_time,flags";
+const ENTRIES: &str = "stream=avg_frame_rate,r_frame_rate,nb_read_packets,sample_aspect_ratio:stream_side_data=rotation:packet=pts_time,flags";
 
 /// Reads the output of `ffprobe`: packets first, then the stream.
 fn info(text: &str) -> std::result::Result<VideoInfo, String> {
@@ -89,7 +90,8 @@ fn info(text: &str) -> std::result::Result<VideoInfo, String> {
     let fps = rate("avg_frame_rate")
         .or_else(|| rate("r_frame_rate"))
         .ok_or("has no frame rate; set one with the fps option")?;
-    Ok(VideoInfo { frames, fps, times_ns: presentation_times(text, frames) })
+    let rotation_deg = value("rotation").and_then(|v| v.parse().ok()).filter(|turn| *turn != 0);
+    Ok(VideoInfo { frames, fps, times_ns: presentation_times(text, frames), rotation_deg })
 }
 
 /// The objection to a sample aspect ratio, `None` for one that is or may be square.

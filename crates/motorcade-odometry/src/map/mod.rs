@@ -8,6 +8,7 @@ mod landmark;
 mod nearby_depths;
 mod normal_equations;
 mod options;
+mod picture_shift;
 mod pose_only;
 mod reprojection;
 mod road_point;
@@ -25,6 +26,8 @@ pub use options::{
     AdvancedBundleOptions, AdvancedPoseOnlyOptions, AdvancedWindowOptions, BundleOptions, PoseOnlyOptions,
     WindowOptions,
 };
+pub use picture_shift::PictureShiftOptions;
+pub(crate) use picture_shift::picture_shift;
 pub use pose_only::{Observation, PoseEstimate, PoseRefiner};
 pub use road_point::RoadPoint;
 pub(crate) use window::Window;

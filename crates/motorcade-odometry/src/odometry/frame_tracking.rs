@@ -44,6 +44,7 @@ impl Odometry {
         let status = if standstill.stands { FrameStatus::Standstill } else { FrameStatus::Tracked };
         let interval_ns = self.since_last_record_ns(frame.timestamp_ns);
 
+        self.note_shift(frame.number, &predicted, &estimate, &scratch.observations);
         self.failing_ns = 0;
         self.commit_pixels(&scratch.pixels, scratch.refiner.inliers(), interval_ns);
         self.window.triangulate_tracked(&self.camera, &estimate.camera_from_world);

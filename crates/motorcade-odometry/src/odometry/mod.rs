@@ -7,6 +7,7 @@ mod initial_poses;
 mod initialisation;
 mod keyframes;
 mod options;
+mod picture_shifts;
 mod records;
 mod scratch;
 mod static_vehicles;
@@ -19,6 +20,7 @@ use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
 
 pub use feedback::RoadFeedback;
 pub use options::{AdvancedPolicyOptions, FeedbackOptions, OdometryOptions, PolicyOptions};
+pub use picture_shifts::ShiftedFrame;
 
 use crate::map::{Landmark, Window};
 use crate::rows::Rows;
@@ -51,6 +53,8 @@ pub struct Odometry {
     contradicted_since_ns: Option<i64>,
     /// Frames after which a new map was started because the unit of the old one was lost.
     renewals: Vec<usize>,
+    /// Frames whose picture is shifted as a whole.
+    shifted: Vec<ShiftedFrame>,
     pyramids: PyramidPool,
     scratch: Scratch,
 }
@@ -105,6 +109,7 @@ impl Odometry {
             held_log_height: None,
             contradicted_since_ns: None,
             renewals: Vec::new(),
+            shifted: Vec::new(),
             pyramids: PyramidPool::default(),
             scratch: Scratch::default(),
         }
@@ -123,6 +128,11 @@ impl Odometry {
     /// Frames after which a new map was started because the unit of length of the old one had drifted away.
     pub fn renewals(&self) -> &[usize] {
         &self.renewals
+    }
+
+    /// Frames from which on the picture is shifted against those before as no motion of the camera explains.
+    pub fn shifted_frames(&self) -> &[ShiftedFrame] {
+        &self.shifted
     }
 
     /// Forgets the records of frames before `frame` that no later step needs: those whose poses a map to come may still fill in stay.

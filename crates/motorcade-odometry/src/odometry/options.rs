@@ -1,6 +1,6 @@
 //! Options of the odometry.
 
-use crate::map::{MOST_NEIGHBOURS, PoseOnlyOptions, WindowOptions};
+use crate::map::{MOST_NEIGHBOURS, PictureShiftOptions, PoseOnlyOptions, WindowOptions};
 use crate::tracking::{CornerOptions, KltOptions};
 
 /// All options of the odometry.
@@ -21,6 +21,8 @@ pub struct OdometryOptions {
     pub policy: PolicyOptions,
     /// Feedback of the road and of static vehicles.
     pub feedback: FeedbackOptions,
+    /// Jumps of the whole picture, which are told.
+    pub picture_shift: PictureShiftOptions,
     /// Seed of the two-view sampling.
     pub seed: u64,
 }
@@ -40,6 +42,7 @@ impl OdometryOptions {
             ("pose.max_iterations", self.pose.max_iterations, 1, 1000),
             ("window.free_keyframes", window.free_keyframes, 3, 1000),
             ("window.fixed_keyframes", window.fixed_keyframes, 2, 1000),
+            ("picture_shift.iterations", self.picture_shift.iterations, 1, 100),
             ("window.advanced.depth_neighbours", window.advanced.depth_neighbours, 1, MOST_NEIGHBOURS),
         ] {
             if !(least..=most).contains(&value) {
@@ -49,6 +52,9 @@ impl OdometryOptions {
         for (name, value) in [
             ("corners.distance_px", self.corners.distance_px),
             ("pose.kernel_px", self.pose.kernel_px),
+            ("picture_shift.least_px", self.picture_shift.least_px),
+            ("picture_shift.most_rest", self.picture_shift.most_rest),
+            ("picture_shift.least_sigmas", self.picture_shift.least_sigmas),
             ("pose.inlier_px", self.pose.inlier_px),
             ("window.outlier_px", window.outlier_px),
             ("window.bundle.kernel_px", window.bundle.kernel_px),

@@ -49,7 +49,17 @@ pub fn estimate_drive(mut record: FrontEndRecord, settings: &Settings, progress:
     let metric = settings.metric() || unit.is_some() || fit.is_some();
     RunResult::new(
         record,
-        Estimated { camera: settings.camera, ego, vehicles, graph, loops, warnings, metric },
+        Estimated {
+            camera: settings.camera,
+            ego,
+            vehicles,
+            graph,
+            loops,
+            warnings,
+            metric,
+            speeds_mps: None,
+        },
+        &settings.config.checks,
         progress,
     )
 }

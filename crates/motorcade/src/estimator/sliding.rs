@@ -62,8 +62,8 @@ pub struct SlidingEstimator {
     vehicles: BTreeMap<usize, VehicleTrajectory>,
     /// Their states that no later estimate needs.
     archive: VehicleArchive,
-    /// Speed of the camera in the newest frame \[m/s\], by poses that share a scale.
-    speed_mps: f64,
+    /// Speed of the camera in every frame \[m/s\], by poses that share a scale.
+    speeds_mps: Vec<f64>,
     stopwatch: Stopwatch,
     warnings: Vec<String>,
     /// Places seen again; poses above stay in the world before their corrections.
@@ -119,7 +119,7 @@ impl SlidingEstimator {
             ego: EgoArchive::default(),
             vehicles: BTreeMap::new(),
             archive: VehicleArchive::default(),
-            speed_mps: 0.0,
+            speeds_mps: Vec::new(),
             stopwatch: Stopwatch::default(),
             warnings: Vec::new(),
             loops: OnlineLoops::new(settings),
@@ -173,7 +173,7 @@ impl SlidingEstimator {
             self.solve(&mut window, &mut vehicles, settings);
         }
         self.stopwatch.add("graph", lap());
-        self.speed_mps = window.speed_mps();
+        self.speeds_mps.push(window.speed_mps());
         window.ego.frames.pop().into_iter().for_each(|frame| self.ego.push(frame));
         for vehicle in vehicles {
             self.keep(vehicle, &window.rows);
@@ -210,7 +210,7 @@ impl SlidingEstimator {
             let next = prediction::vehicle(state, newest, elapsed_s, (seen.observed.bbox, seen.score));
             vehicle.states.push(next);
         }
-        self.speed_mps = self.predicted_speed_mps(view, &ego.frames[0]);
+        self.speeds_mps.push(self.predicted_speed_mps(view, &ego.frames[0]));
         ego.frames.into_iter().for_each(|frame| self.ego.push(frame));
     }
 

@@ -63,10 +63,9 @@ pub(super) fn frames(out: impl std::io::Write, result: &RunResult) -> std::io::R
         "sigma_yaw_rad",
     ])?;
     for (k, (ego, frame)) in result.ego.frames.iter().zip(&result.frames).enumerate() {
-        let before = k.checked_sub(1).map(|b| (&result.ego.frames[b], &result.frames[b]));
-        let speed = before.map_or(0.0, |(e, f)| {
-            let step = (ego.world_from_camera.translation() - e.world_from_camera.translation()).norm();
-            step / ((frame.timestamp_ns - f.timestamp_ns) as f64 * 1e-9).max(1e-6)
+        let speed = k.checked_sub(1).map_or(0.0, |before| {
+            let interval_ns = frame.timestamp_ns - result.frames[before].timestamp_ns;
+            result.way_m(k) / (interval_ns as f64 * 1e-9).max(1e-6)
         });
         let n = ego.road_normal;
         let sigma = |i: usize| ego.covariance[(i, i)].max(0.0).sqrt();

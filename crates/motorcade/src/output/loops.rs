@@ -12,6 +12,11 @@ use crate::error::Result;
 use crate::kept_map::MapMatch;
 use crate::result::RunResult;
 
+const LOOP_COLUMNS: &str =
+    "later_frame,earlier_frame,tx,ty,tz,qx,qy,qz,qw,sigma_m,sigma_rad,inliers,share,rms_px,weight,closed";
+const MAP_COLUMNS: &str =
+    "frame,map_row,tx,ty,tz,qx,qy,qz,qw,sigma_m,sigma_rad,inliers,share,rms_px,weight,holds";
+
 /// Writes the tables where there is something in them.
 pub(super) fn write(folder: &Path, result: &RunResult) -> Result<()> {
     let loops = &result.loops.all;
@@ -26,10 +31,7 @@ pub(super) fn write(folder: &Path, result: &RunResult) -> Result<()> {
 }
 
 fn table(out: &mut impl Write, result: &RunResult) -> io::Result<()> {
-    writeln!(
-        out,
-        "later_frame,earlier_frame,tx,ty,tz,qx,qy,qz,qw,sigma_m,sigma_rad,inliers,share,rms_px,weight,closed"
-    )?;
+    writeln!(out, "{LOOP_COLUMNS}")?;
     let number = |row: usize| result.frames.get(row).map_or(row as u64, |f| f.number);
     for l in &result.loops.all {
         let edge = relative(&l.edge.later_from_earlier, &l.edge.covariance);
@@ -41,7 +43,7 @@ fn table(out: &mut impl Write, result: &RunResult) -> io::Result<()> {
 }
 
 fn map_table(out: &mut impl Write, result: &RunResult, matches: &[MapMatch]) -> io::Result<()> {
-    writeln!(out, "frame,map_row,tx,ty,tz,qx,qy,qz,qw,sigma_m,sigma_rad,inliers,share,rms_px,weight,holds")?;
+    writeln!(out, "{MAP_COLUMNS}")?;
     for m in matches {
         let row = m.edge.frame;
         let number = result.frames.get(row).map_or(row as u64, |f| f.number);
@@ -68,4 +70,26 @@ fn relative(pose: &Pose<Camera, Camera>, covariance: &Matrix6<f64>) -> String {
         block(3),
         block(0)
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Columns of a file in the table of its section of the book, in order.
+    fn documented(book: &str, file: &str) -> Vec<String> {
+        let section =
+            book.split("\n## ").find(|s| s.lines().next().is_some_and(|l| l.contains(&format!("`{file}`"))));
+        let rows = section.unwrap().lines().filter_map(|line| line.strip_prefix("| `")?.split_once('`'));
+        rows.map(|(column, _)| column.to_owned()).collect()
+    }
+
+    #[test]
+    fn the_book_lists_the_columns_in_their_order() {
+        let book = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/src/outputs.md");
+        let book = std::fs::read_to_string(book).unwrap();
+        for (file, columns) in [("loops.csv", LOOP_COLUMNS), ("map_matches.csv", MAP_COLUMNS)] {
+            assert_eq!(documented(&book, file), columns.split(',').collect::<Vec<_>>(), "{file}");
+        }
+    }
 }

@@ -1,7 +1,8 @@
 //! Readers on damaged files: an answer or an error, in time, never a panic. Every input follows from a seed, so that a failure comes again.
 //!
 //! `MOTORCADE_FUZZ_SECONDS` is the time of each reader (a third of a second by default), `MOTORCADE_FUZZ_INPUTS` the number of inputs after which it ends
-//! earlier, `MOTORCADE_FUZZ_FIRST` the number of the first one: `MOTORCADE_FUZZ_SECONDS=60 cargo test --release -p motorcade --test fuzz -- --nocapture`.
+//! earlier, `MOTORCADE_FUZZ_FIRST` the number of the first one, `MOTORCADE_FUZZ_ONLY` the one reader that gets any:
+//! `MOTORCADE_FUZZ_SECONDS=60 cargo test --release -p motorcade --test fuzz -- --nocapture`.
 //! `found.rs` holds what was found once.
 
 #![allow(
@@ -54,6 +55,9 @@ fn number<T: FromStr>(name: &str, default: T) -> T {
 
 /// Gives `reader` damaged versions of the samples, as files of these names, and every input that failed once.
 fn fuzz(name: &str, samples: &[(&str, &[u8])], reader: impl Fn(&Path) -> bool) {
+    if std::env::var("MOTORCADE_FUZZ_ONLY").is_ok_and(|only| only != name) {
+        return;
+    }
     let folder = folder();
     let begin = Instant::now();
     let end = begin + Duration::from_secs_f64(number("MOTORCADE_FUZZ_SECONDS", 0.33));

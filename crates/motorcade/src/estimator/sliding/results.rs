@@ -29,7 +29,12 @@ impl SlidingEstimator {
             loops.offsets.camera(row, &mut ego);
             vehicles.iter_mut().for_each(|v| loops.offsets.vehicle(&mut v.state));
         }
-        Some(Estimate { frame: frame.clone(), ego, speed_mps: self.speed_mps, vehicles })
+        Some(Estimate {
+            frame: frame.clone(),
+            ego,
+            speed_mps: self.speeds_mps.last().copied().unwrap_or_default(),
+            vehicles,
+        })
     }
 
     /// Ends the drive: every frame and vehicle as it was estimated when it came.
@@ -66,7 +71,8 @@ impl SlidingEstimator {
             loops,
             warnings,
             metric: settings.metric() || self.unit.is_some(),
+            speeds_mps: Some(self.speeds_mps),
         };
-        RunResult::new(record, estimated, progress)
+        RunResult::new(record, estimated, &settings.config.checks, progress)
     }
 }
