@@ -80,6 +80,7 @@ pub use motorcade_calibrate::{CalibrateOptions, LensEstimate, ViewPrior};
 pub use motorcade_dataset::{ExternalVehiclePose, read_vehicle_poses};
 pub use motorcade_multibody as multibody;
 pub use motorcade_multibody::{CameraCoupling, GraphKernel, GraphOptions, LoopEdge, LoopOptions, MapEdge};
+pub use motorcade_odometry::ScaleAverage;
 pub use motorcade_perception::KeypointTable;
 pub use motorcade_places::{MapSummary, PlaceMap, PlaceOptions};
 pub use motorcade_vehicles::{TrackerOptions, TrafficSide, VehicleOptions};
