@@ -62,7 +62,7 @@ mod speeds;
 mod swapped_frames;
 mod timing;
 
-pub use calibration::{CameraCalibration, Mounting, calibrate};
+pub use calibration::{CameraCalibration, FocalPrior, Mounting, PriorOrigin, calibrate};
 pub use closed_loop::{ClosedLoop, Loops};
 pub use config::{Config, Preset, RunOptions, ScaleOptions, VehicleMask};
 pub use distances::{DistanceSensor, Distances};
