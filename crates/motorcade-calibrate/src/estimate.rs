@@ -47,11 +47,22 @@ impl LensEstimate {
         // Windows that disagree by more than their pixels say: errors of tracks last from frame to frame.
         let disagreement: f64 = votes.iter().map(|(h, g)| g[0] * g[0] / (h[(0, 0)] * noise)).sum();
         let inflation = (disagreement / (votes.len().max(2) - 1) as f64).max(1.0);
-        let mut covariance = total.try_inverse().unwrap_or_else(Matrix4::identity) * (noise * inflation);
+        let inverse = total.try_inverse().unwrap_or_else(Matrix4::identity);
+        let mut covariance = inverse * (noise * inflation);
         // An error of the turns is an error of the focal length: f times angle is what pixels tell.
         let turned_rad: f64 = windows.iter().map(Window::turn_rad).sum();
         let by_turns = options.turn_sigma_rad / turned_rad.max(1e-6);
-        covariance[(0, 0)] += options.common_focal_sigma.powi(2) + by_turns.powi(2);
+        if by_turns > prior.log_focal_sigma() {
+            // The turns tell less than what was known before: each counts by its share of the estimate.
+            let known = (inverse[(0, 0)] * prior.information(lens)[(0, 0)]).clamp(0.0, 1.0);
+            let by_drive = covariance[(0, 0)] + by_turns.powi(2);
+            covariance.fill_row(0, 0.0);
+            covariance.fill_column(0, 0.0);
+            covariance[(0, 0)] = (known * prior.log_focal_sigma()).powi(2) + (1.0 - known).powi(2) * by_drive;
+            covariance[(0, 0)] += options.common_focal_sigma.powi(2);
+        } else {
+            covariance[(0, 0)] += options.common_focal_sigma.powi(2) + by_turns.powi(2);
+        }
         covariance[(1, 1)] += options.common_k1_sigma.powi(2) + (options.common_k1_share * lens.k1).powi(2);
         Self {
             lens: *lens,

@@ -74,6 +74,13 @@ pub struct CalibrateOptions {
     pub common_k1_sigma: f64,
     /// Its share of k1: a lens of several coefficients is described by one. The one real lens it was tried on, with k1 = −0.25, came out as −0.15.
     pub common_k1_share: f64,
+    /// Trust in EXIF `FocalLengthIn35mmFilm`, one standard deviation of ln f beside rounding: the correction of distortion crops, focus
+    /// breathes. Judged, not measured, as the next two are; larger values leave more to the drive.
+    pub exif_film_sigma: f64,
+    /// The same of EXIF `FocalLength` with the pixel pitch: nominal focal lengths, resolutions that makers copy from another model.
+    pub exif_focal_plane_sigma: f64,
+    /// The same of a video's tag `focal_length.35mm_equivalent`: videos are cropped from what the lens shows, stabilised ones by a tenth and more.
+    pub container_film_sigma: f64,
     /// Standard deviation of ln f above which the drive does not tell it.
     pub most_focal_sigma: f64,
 }
@@ -102,6 +109,9 @@ impl CalibrateOptions {
             ("k1_sigma", self.k1_sigma),
             ("k1_kernel", self.k1_kernel),
             ("centre_sigma", self.centre_sigma),
+            ("exif_film_sigma", self.exif_film_sigma),
+            ("exif_focal_plane_sigma", self.exif_focal_plane_sigma),
+            ("container_film_sigma", self.container_film_sigma),
         ] {
             if value <= 0.0 {
                 return Err(format!("{name} must be positive, got {value}"));
@@ -132,6 +142,9 @@ impl Default for CalibrateOptions {
             turn_sigma_rad: 0.6_f64.to_radians(),
             common_k1_sigma: 0.01,
             common_k1_share: 0.4,
+            exif_film_sigma: 0.08,
+            exif_focal_plane_sigma: 0.08,
+            container_film_sigma: 0.15,
             most_focal_sigma: 0.08,
         }
     }

@@ -33,6 +33,11 @@ impl LensPrior {
         }
     }
 
+    /// Standard deviation of ln f.
+    pub fn log_focal_sigma(&self) -> f64 {
+        self.sigmas[0]
+    }
+
     /// Differences in standard deviations.
     fn whitened(&self, lens: &Lens) -> Vector4<f64> {
         let mean = &self.mean;

@@ -1,14 +1,18 @@
 //! `motorcade ablate`: one drive, many configurations, a table of errors.
 
+mod scale;
+mod sources;
 mod suites;
 mod table;
+
+use std::path::Path;
 
 use motorcade::{Config, FrontEndRecord, RunResult, Settings, estimate_drive, output};
 use motorcade_dataset::{Trajectory, read_trajectory};
 use motorcade_evaluate::{EgoReport, VehicleReport, evaluate_trajectory};
 use motorcade_geometry::{Camera, Pose, World};
 
-use crate::arguments::{AblateArguments, AblateCommand};
+use crate::arguments::{AblateArguments, AblateCommand, RunArguments};
 use crate::drive::{Drive, LoadedDrive};
 use crate::evaluation::evaluate_result;
 use crate::exit;
@@ -32,11 +36,12 @@ pub fn ablate(command: &AblateCommand) -> anyhow::Result<u8> {
     match command {
         AblateCommand::Odometry(arguments) => odometry(arguments),
         AblateCommand::Graph(arguments) => graph(arguments),
+        AblateCommand::Scale(arguments) => scale::scale(arguments),
     }
 }
 
 fn odometry(arguments: &AblateArguments) -> anyhow::Result<u8> {
-    let mut ablation = Ablation::open(arguments)?;
+    let mut ablation = Ablation::of(arguments)?;
     let mut rows = Vec::new();
     for variant in suites::odometry() {
         let (record, settings) = ablation.front_end(&ablation.config(&variant)?)?;
@@ -49,11 +54,11 @@ fn odometry(arguments: &AblateArguments) -> anyhow::Result<u8> {
             rows.extend(ablation.true_scale(&result)?);
         }
     }
-    ablation.conclude(&rows, table::odometry(&rows))
+    ablation.conclude(&table::odometry(&rows), &table::csv(&rows))
 }
 
 fn graph(arguments: &AblateArguments) -> anyhow::Result<u8> {
-    let mut ablation = Ablation::open(arguments)?;
+    let mut ablation = Ablation::of(arguments)?;
     let base = overlaid(Config::default(), &arguments.run)?;
     // The front end does not depend on the options of the graph: one pass over the frames serves all variants.
     let (record, base) = ablation.front_end(&base)?;
@@ -66,26 +71,40 @@ fn graph(arguments: &AblateArguments) -> anyhow::Result<u8> {
         let result = estimate_drive(record.clone(), &settings, &ablation.reporter);
         rows.push(ablation.row(&variant, &settings.config, &result)?);
     }
-    ablation.conclude(&rows, table::graph(&rows))
+    ablation.conclude(&table::graph(&rows), &table::csv(&rows))
+}
+
+/// Ground truth of a drive, where there is one.
+#[derive(Clone, Copy)]
+struct Truth<'a> {
+    /// KITTI tracking split.
+    kitti: Option<&'a Path>,
+    /// Trajectory of the camera.
+    camera: Option<&'a Path>,
 }
 
 /// A drive with its ground truth.
 struct Ablation<'a> {
-    arguments: &'a AblateArguments,
+    run: &'a RunArguments,
+    truth: Truth<'a>,
     drive: LoadedDrive,
     reporter: Reporter,
 }
 
 impl<'a> Ablation<'a> {
-    fn open(arguments: &'a AblateArguments) -> anyhow::Result<Self> {
-        let run = &arguments.run;
+    fn of(arguments: &'a AblateArguments) -> anyhow::Result<Self> {
+        let AblateArguments { run, kitti, ground_truth } = arguments;
+        Self::open(run, Truth { kitti: kitti.as_deref(), camera: ground_truth.as_deref() })
+    }
+
+    fn open(run: &'a RunArguments, truth: Truth<'a>) -> anyhow::Result<Self> {
         output::prepare_folder(&run.out)?;
         let drive = Drive::open(run)?.load(run)?.record()?;
-        Ok(Self { arguments, drive, reporter: Reporter::new(run.progress) })
+        Ok(Self { run, truth, drive, reporter: Reporter::new(run.progress) })
     }
 
     fn config(&self, variant: &Variant) -> anyhow::Result<Config> {
-        let mut config = overlaid(Config::preset(variant.preset), &self.arguments.run)?;
+        let mut config = overlaid(Config::preset(variant.preset), self.run)?;
         for assignment in &variant.set {
             config = config.set(assignment)?;
         }
@@ -102,7 +121,7 @@ impl<'a> Ablation<'a> {
 
     fn row(&self, variant: &Variant, config: &Config, result: &RunResult) -> anyhow::Result<Row> {
         let name = variant.name.clone();
-        let (ego, vehicles) = match &self.arguments.kitti {
+        let (ego, vehicles) = match self.truth.kitti {
             Some(kitti) => {
                 let report = evaluate_result(result, &self.drive.context(*config, String::new()), kitti)?;
                 (report.ego, report.vehicles.unwrap_or_default())
@@ -110,7 +129,7 @@ impl<'a> Ablation<'a> {
             None => {
                 let poses: Vec<_> = result.ego.frames.iter().map(|f| f.world_from_camera).collect();
                 let numbers: Vec<u64> = result.frames.iter().map(|f| f.number).collect();
-                (evaluate_trajectory(&poses, &self.truth(&numbers)?)?, Vec::new())
+                (evaluate_trajectory(&poses, &self.poses(&numbers)?)?, Vec::new())
             }
         };
         tracing::info!("{name}: ATE {:.3} m, SE(3)", ego.ate_se3_m);
@@ -118,8 +137,8 @@ impl<'a> Ablation<'a> {
     }
 
     /// True poses of the frames of the run, from `--ground-truth`.
-    fn truth(&self, numbers: &[u64]) -> anyhow::Result<Vec<Pose<World, Camera>>> {
-        let Some(path) = &self.arguments.ground_truth else { return Ok(Vec::new()) };
+    fn poses(&self, numbers: &[u64]) -> anyhow::Result<Vec<Pose<World, Camera>>> {
+        let Some(path) = self.truth.camera else { return Ok(Vec::new()) };
         let whole: Trajectory<World, Camera> = read_trajectory(path)?;
         if whole.poses.len() == numbers.len() {
             return Ok(whole.poses);
@@ -137,21 +156,21 @@ impl<'a> Ablation<'a> {
 
     /// The floor: the same odometry with the true scale of ±5 frames put in. Only with the camera's own ground truth.
     fn true_scale(&self, result: &RunResult) -> anyhow::Result<Option<Row>> {
-        if self.arguments.ground_truth.is_none() {
+        if self.truth.camera.is_none() {
             return Ok(None);
         }
         let numbers: Vec<u64> = result.frames.iter().map(|f| f.number).collect();
-        let truth = self.truth(&numbers)?;
+        let truth = self.poses(&numbers)?;
         let poses: Vec<_> = result.ego.frames.iter().map(|f| f.world_from_camera).collect();
         let ego = evaluate_trajectory(&suites::with_true_scale(&poses, &truth), &truth)?;
         Ok(Some(Row { name: "floor: true scale of ±5 frames".to_owned(), ego, vehicles: Vec::new() }))
     }
 
-    fn conclude(self, rows: &[Row], table: String) -> anyhow::Result<u8> {
+    fn conclude(self, table: &str, csv: &str) -> anyhow::Result<u8> {
         let interrupted = motorcade::Progress::cancelled(&self.reporter);
         self.reporter.finish();
-        let out = &self.arguments.run.out;
-        for (name, text) in [("ablation.md", &table), ("ablation.csv", &table::csv(rows))] {
+        let out = &self.run.out;
+        for (name, text) in [("ablation.md", table), ("ablation.csv", csv)] {
             let path = out.join(name);
             OutFile::create(&path)?.write(text)?;
         }

@@ -18,7 +18,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use motorcade_dataset::{ClockOffset, Format, FrameRange};
 
-pub use self::ablate::{AblateArguments, AblateCommand};
+pub use self::ablate::{AblateArguments, AblateCommand, ScaleAblateArguments};
 pub use self::batch::BatchArguments;
 pub use self::calibrate::CalibrateArguments;
 pub use self::draw::DrawArguments;

@@ -3,7 +3,7 @@
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use motorcade::{CameraCalibration, Config, Progress, ViewPrior, calibrate as by_drive};
+use motorcade::{CameraCalibration, Config, FocalPrior, Progress, ViewPrior, calibrate as by_drive};
 use motorcade_dataset::{Sequence, SequenceOptions};
 use motorcade_perception::{Perception, PerceptionOptions};
 
@@ -24,12 +24,11 @@ pub fn calibrate(arguments: &CalibrateArguments) -> anyhow::Result<u8> {
     let mask_file = place(&mask, arguments.force)?;
     let options = SequenceOptions { uncalibrated: true, ..arguments.input.options() };
     let sequence = Sequence::open(&arguments.input.input, &options)?;
-    let prior = arguments.view_deg.map_or_else(ViewPrior::default, |(view, per_cent)| ViewPrior {
-        view_rad: view.to_radians(),
-        log_sigma: 0.01 * per_cent,
-    });
+    let stated = arguments
+        .view_deg
+        .map(|(view, per_cent)| ViewPrior { view_rad: view.to_radians(), log_sigma: 0.01 * per_cent });
     let reporter = Reporter::new(arguments.progress);
-    let found = of(&sequence, arguments.models.as_deref(), prior, &config, &reporter)?;
+    let found = of(&sequence, arguments.models.as_deref(), stated, &config, &reporter)?;
     reporter.finish();
     out.write(found.to_toml())?;
     for line in found.describe() {
@@ -45,16 +44,17 @@ pub fn calibrate(arguments: &CalibrateArguments) -> anyhow::Result<u8> {
     Ok(exit::FINE)
 }
 
-/// The camera of a drive that was opened without a calibration.
+/// The camera of a drive that was opened without a calibration. A stated view replaces what metadata tell.
 pub fn of(
     sequence: &Sequence,
     networks: Option<&Path>,
-    prior: ViewPrior,
+    stated: Option<ViewPrior>,
     config: &Config,
     reporter: &Reporter,
 ) -> anyhow::Result<CameraCalibration> {
     let options =
         PerceptionOptions { models: models::source(networks), without_keypoints: true, ..Default::default() };
+    let prior = stated.map_or_else(|| FocalPrior::of(sequence, &config.calibration), FocalPrior::stated);
     let perception = Perception::open(&options, sequence.size())?;
     let most = config.calibration.most_frames;
     if sequence.len() > most {

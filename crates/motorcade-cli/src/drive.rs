@@ -4,8 +4,7 @@ use std::sync::Arc;
 
 use motorcade::output::Extra;
 use motorcade::{
-    Config, External, FrameCallback, Motorcade, Progress, RunContext, ViewPrior, push_sequence,
-    survey_sequence,
+    Config, External, FrameCallback, Motorcade, Progress, RunContext, push_sequence, survey_sequence,
 };
 use motorcade_dataset::{KITTI_HEIGHT_M, Sequence, Summary};
 use motorcade_geometry::PinholeCamera;
@@ -99,8 +98,7 @@ impl Drive {
                 let problem = "--calibration auto needs the whole drive, which a live source has not; calibrate with an earlier drive";
                 anyhow::bail!(motorcade_dataset::Error::Usage(problem.into()));
             }
-            let found =
-                calibrate::of(sequence, arguments.models.as_deref(), ViewPrior::default(), config, reporter)?;
+            let found = calibrate::of(sequence, arguments.models.as_deref(), None, config, reporter)?;
             **sequence = sequence.calibrated(CAMERA_FILE.as_ref(), found.calibration())?;
             self.camera_file = Some(found.to_toml());
         }

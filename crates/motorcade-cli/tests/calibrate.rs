@@ -4,6 +4,9 @@
 
 mod common;
 
+use std::io::Cursor;
+use std::path::Path;
+
 use common::{answer, drive, json};
 use tempfile::TempDir;
 
@@ -50,4 +53,46 @@ fn a_straight_drive_tells_no_focal_length() {
     assert!(!folder.path().join("found.toml").exists());
     answer(folder.path(), &format!("{calibrate} --calibration camera.toml")).expect(1, &["--view-deg"]);
     answer(folder.path(), &format!("{calibrate} --view-deg 5")).expect(1, &["[10, 150] degrees"]);
+}
+
+/// The frames of a folder as JPEG files whose EXIF tells a focal length in 35 mm equivalents.
+fn with_exif(frames: &Path, to: &Path, film_mm: u16) {
+    // Little-endian TIFF: a directory with the place of the EXIF directory, which has one entry.
+    let mut exif = b"Exif\0\0II*\0\x08\0\0\0\x01\0\x69\x87\x04\0\x01\0\0\0\x1a\0\0\0\0\0\0\0".to_vec();
+    exif.extend(b"\x01\0\x05\xa4\x03\0\x01\0\0\0");
+    exif.extend(film_mm.to_le_bytes());
+    exif.extend([0; 6]);
+    std::fs::create_dir(to).unwrap();
+    for entry in std::fs::read_dir(frames).unwrap() {
+        let path = entry.unwrap().path();
+        let mut jpeg = Cursor::new(Vec::new());
+        image::open(&path).unwrap().write_to(&mut jpeg, image::ImageFormat::Jpeg).unwrap();
+        let mut bytes = jpeg.into_inner();
+        let mut segment = vec![0xff, 0xe1];
+        segment.extend((exif.len() as u16 + 2).to_be_bytes());
+        segment.extend(&exif);
+        bytes.splice(2..2, segment);
+        std::fs::write(to.join(path.file_name().unwrap()).with_extension("jpg"), bytes).unwrap();
+    }
+}
+
+#[test]
+fn exif_is_a_prior_of_the_focal_length() {
+    let folder = drive(20);
+    let path = |name: &str| folder.path().join(name);
+    with_exif(&path("frames"), &path("pictures"), 30);
+    // The drive is straight: what is known before decides, and says how well.
+    let calibrate =
+        "calibrate pictures --fps 10 --models none --progress none --set calibration.exif_film_sigma";
+    let said =
+        answer(folder.path(), &format!("{calibrate}=0.04 --out found.toml")).expect(0, &[]).stdout.clone();
+    assert!(said.contains("by EXIF FocalLengthIn35mmFilm (30 mm)"), "{said}");
+    let text = std::fs::read_to_string(path("found.toml")).unwrap();
+    assert!(text.contains("# Known before the drive: 386 px ± 5 %"), "{text}");
+    assert!((focal_px(&text) / 390.0).ln().abs() < 0.05, "{text}");
+    // Trusted less it does not suffice, and a stated view replaces it.
+    answer(folder.path(), &format!("{calibrate}=0.3 --out wide.toml"))
+        .expect(3, &["does not tell the focal length"]);
+    let stated = answer(folder.path(), &format!("{calibrate}=0.04 --view-deg 63,3 --out stated.toml"));
+    assert!(stated.expect(0, &[]).stdout.contains("63 degrees across, as stated"), "{}", stated.stdout);
 }

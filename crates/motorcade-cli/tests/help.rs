@@ -20,6 +20,7 @@ fn every_command_shows_examples() {
         "ablate",
         "ablate odometry",
         "ablate graph",
+        "ablate scale",
         "shape",
         "shape convert",
         "graph",

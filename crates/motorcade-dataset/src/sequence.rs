@@ -12,6 +12,7 @@ use crate::input::Input;
 use crate::inspect::Summary;
 use crate::live::Live;
 use crate::masks::IgnoreMasks;
+use crate::metadata::{self, FocalMetadata};
 use crate::options::SequenceOptions;
 use crate::source::{Format, Slot, Store, decode, video::VideoReader};
 use crate::stream::{Decoder, Frames};
@@ -155,6 +156,11 @@ impl Sequence {
     /// The calibration file's content.
     pub fn calibration(&self) -> Option<&Calibration> {
         self.input.calibration.as_ref().map(|(_, calibration)| calibration)
+    }
+    /// Focal length that the files tell beside their pixels: EXIF of the first and last picture, tags of a video. `None` where they tell
+    /// none, where the lens was zoomed in between, or where pictures were cropped after they were taken.
+    pub fn focal_metadata(&self) -> Option<FocalMetadata> {
+        metadata::focal(&self.input.survey.contents.store, &self.input.slots, self.size())
     }
     /// `camera_from_cam0` of a KITTI rig, to write results in rectified cam0 coordinates; identity elsewhere.
     pub fn camera_from_cam0(&self) -> Pose<Camera, Cam0> {

@@ -9,7 +9,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use motorcade_dataset::{Sequence, SequenceOptions};
+use motorcade_dataset::{FocalKind, Sequence, SequenceOptions};
 
 /// A video of ten small pictures through this filter; `None` without ffmpeg.
 fn video(folder: &Path, name: &str, filter: &str) -> Option<PathBuf> {
@@ -91,4 +91,26 @@ fn a_file_whose_name_looks_like_an_address_is_a_file() {
     let name = Path::new("http:x.mp4");
     assert_eq!(times_ms(&path, &SequenceOptions::default()).len(), 10);
     assert_eq!(path.file_name().unwrap(), name);
+}
+
+#[test]
+fn a_tag_of_the_video_tells_the_focal_length() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(plain) = video(folder.path(), "plain.mp4", "null") else { return };
+    let focal = |path: &Path| Sequence::open(path, &SequenceOptions::default()).unwrap().focal_metadata();
+    assert_eq!(focal(&plain), None);
+    let tagged = folder.path().join("tagged.mp4");
+    let made = Command::new("ffmpeg")
+        .args(["-v", "error", "-nostdin", "-i"])
+        .arg(&plain)
+        .args(["-c", "copy", "-movflags", "use_metadata_tags", "-metadata"])
+        .arg("com.apple.quicktime.camera.focal_length.35mm_equivalent=26")
+        .arg(&tagged)
+        .status();
+    assert!(made.unwrap().success());
+    let found = focal(&tagged).unwrap();
+    assert_eq!((found.kind, found.stated_mm), (FocalKind::ContainerFilm, 26.0));
+    // 4:3 pictures by their diagonal and by their width, the mean of both.
+    let (diagonal, width) = (26.0 / 43.2666 * 1.25, 26.0 / 36.0);
+    assert!((found.widths - f64::sqrt(diagonal * width)).abs() < 1e-4, "{found:?}");
 }

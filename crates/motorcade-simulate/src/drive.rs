@@ -49,6 +49,17 @@ impl Drive {
     pub fn camera(&self) -> PinholeCamera {
         self.render.camera
     }
+    /// Way from the first frame to each \[m\].
+    pub(crate) fn ways_m(&self) -> Vec<f64> {
+        let place = |k: usize| self.site_from_camera[k].translation();
+        let mut way_m = 0.0;
+        (0..self.len())
+            .map(|k| {
+                way_m += k.checked_sub(1).map_or(0.0, |before| (place(k) - place(before)).norm());
+                way_m
+            })
+            .collect()
+    }
     /// True where no light reaches the camera.
     pub fn is_dark(&self, frame: usize) -> bool {
         let time_s = frame as f64 / self.render.fps;

@@ -70,10 +70,15 @@ impl Default for RenderOptions {
 const NOON_H: f64 = 12.0;
 /// Towards the sun at that hour, in the site.
 const NOON_SUN: [f64; 3] = [0.45, -0.55, 0.70];
+/// Towards the low sun of [`Weather::LowSun`], in the site: 15° left of x, 8° high.
+const LOW_SUN: [f64; 3] = [0.9565, 0.2563, 0.1392];
 
 impl RenderOptions {
     /// Towards the sun, in the site: it goes round by 15° an hour and sinks towards the horizon.
     pub(crate) fn sun(&self) -> Vector3<f64> {
+        if self.weather == Weather::LowSun {
+            return Vector3::from(LOW_SUN).normalize();
+        }
         let noon = Vector3::from(NOON_SUN).normalize();
         let hours = self.hour - NOON_H;
         if hours == 0.0 {

@@ -149,4 +149,28 @@ fn rain_is_darker_and_flatter_than_sun_and_still_has_texture() {
     assert!(rain.0 < 0.8 * overcast.0 && rain.1 < 0.9 * clear.1, "{clear:?} {overcast:?} {rain:?}");
     assert!(rain.1 > 10.0, "{rain:?}");
     assert_ne!(clear, overcast);
+    let (night, low_sun) = (seen(Weather::Night), seen(Weather::LowSun));
+    assert!(night.0 < 0.3 * overcast.0 && low_sun.0 > 1.2 * clear.0, "{night:?} {low_sun:?}");
+}
+
+/// Above a level road a pixel of the road shows what stands as far above it, upside down.
+#[test]
+fn a_wet_road_mirrors_the_houses() {
+    let mut drive = drive("straight", 1, 414);
+    drive.render.sensor.noise = 0.0;
+    drive.render.weather = Weather::Overcast;
+    let dry = picture(&drive, 0);
+    drive.render.weather = Weather::WetMirror;
+    let wet = picture(&drive, 0);
+    let (mut changed, mut all) = (0, 0);
+    for (x, y, share) in wet.road.enumerate_pixels() {
+        let difference = |k: usize| dry.rgb.get_pixel(x, y).0[k].abs_diff(wet.rgb.get_pixel(x, y).0[k]);
+        let differs = (0..3).any(|k| difference(k) > 3);
+        match share.0[0] {
+            0 => assert!(!differs, "{x}, {y} is no road"),
+            255 => (changed, all) = (changed + usize::from(differs), all + 1),
+            _ => {}
+        }
+    }
+    assert!(10 * changed > 9 * all && all > 5000, "{changed} of {all}");
 }

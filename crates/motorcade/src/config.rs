@@ -77,8 +77,14 @@ impl Default for RunOptions {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ScaleOptions {
+    /// False measures nothing on the road: metres then come from another sensor alone (`--speed`, `--gps`), and the unit of the odometry
+    /// is not held between its distances.
+    pub road: bool,
     /// The paper's closed form instead of aligning the road.
     pub closed_form: bool,
+    /// True uses the closed form of a frame in which the road was not aligned. Costs the tracking of its corners; level asphalt without
+    /// texture is bridged, hills and crowns enter by the fixed plane.
+    pub points: bool,
     /// Farthest road point of the closed form \[m\] (the paper's T).
     pub farthest_m: f64,
     /// Average over the scales of all matches of the closed form.
@@ -100,7 +106,9 @@ pub struct ScaleOptions {
 impl Default for ScaleOptions {
     fn default() -> Self {
         Self {
+            road: true,
             closed_form: false,
+            points: false,
             farthest_m: 12.0,
             average: ScaleAverage::Mean,
             smoothed: true,

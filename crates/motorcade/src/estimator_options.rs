@@ -63,6 +63,9 @@ impl Default for UnitOptions {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct VehicleHeightOptions {
+    /// True combines a stated height with the one that cars tell, by their variances, in drives that are estimated as a whole. Little
+    /// changes where the height was measured (`scale.advanced.bias_sigma` is its standard deviation); a wrong one widens the answer.
+    pub combined: bool,
     /// Cars needed for an estimate.
     pub least_vehicles: usize,
     /// Cars needed to doubt a stated height.
@@ -83,6 +86,8 @@ pub struct VehicleHeightOptions {
     pub kernel_sigmas: f64,
     /// Deviation from a stated height that is reported [standard deviations].
     pub disagreement_sigmas: f64,
+    /// Height from which an unknown one is sought, and the guess where vehicles do not tell it \[m\]: a dash-cam's in a car.
+    pub guess_m: f64,
     /// Standard deviation of the logarithm of a guessed height, where vehicles do not tell it: from a low car's 1.1 m to a lorry's 2.5 m.
     pub guess_sigma: f64,
 }
@@ -90,6 +95,7 @@ pub struct VehicleHeightOptions {
 impl Default for VehicleHeightOptions {
     fn default() -> Self {
         Self {
+            combined: false,
             least_vehicles: 3,
             least_for_disagreement: 8,
             least_views: 5,
@@ -99,6 +105,7 @@ impl Default for VehicleHeightOptions {
             common_sigma: 0.05,
             kernel_sigmas: 2.0,
             disagreement_sigmas: 3.0,
+            guess_m: 1.5,
             guess_sigma: 0.35,
         }
     }

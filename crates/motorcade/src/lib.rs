@@ -65,7 +65,7 @@ mod speeds;
 mod swapped_frames;
 mod timing;
 
-pub use calibration::{CameraCalibration, Mounting, calibrate};
+pub use calibration::{CameraCalibration, FocalPrior, Mounting, PriorOrigin, calibrate};
 pub use check_options::{CheckOptions, ClockJumpOptions};
 pub use closed_loop::{ClosedLoop, Loops};
 pub use config::{Config, Preset, RunOptions, ScaleOptions, VehicleMask};
@@ -84,6 +84,7 @@ pub use motorcade_calibrate::{CalibrateOptions, FocalCheckOptions, LensEstimate,
 pub use motorcade_dataset::{ExternalVehiclePose, read_vehicle_poses};
 pub use motorcade_multibody as multibody;
 pub use motorcade_multibody::{CameraCoupling, GraphKernel, GraphOptions, LoopEdge, LoopOptions, MapEdge};
+pub use motorcade_odometry::ScaleAverage;
 pub use motorcade_perception::KeypointTable;
 pub use motorcade_places::{MapSummary, PlaceMap, PlaceOptions};
 pub use motorcade_vehicles::{TrackerOptions, TrafficSide, VehicleOptions};

@@ -12,7 +12,7 @@ use motorcade_perception::{
 use crate::config::Config;
 use crate::error::{Error, Result};
 use crate::estimate::Estimate;
-use crate::estimator::{SlidingEstimator, camera_height, estimate_drive};
+use crate::estimator::{SlidingEstimator, estimate_drive};
 use crate::external::External;
 use crate::fixed_parts::FixedParts;
 use crate::front_end::FrontEnd;
@@ -330,10 +330,10 @@ impl MotorcadeBuilder {
         self
     }
     /// The height is not known: [`finish`](Motorcade::finish) estimates it from the sizes of cars, with a standard deviation that enters
-    /// all covariances. Until then, and online, lengths assume 1.5 m.
+    /// all covariances. Until then, and online, lengths assume `scale.height.guess_m`.
     #[must_use]
     pub fn height_by_vehicles(mut self) -> Self {
-        self.height_m = Some(camera_height::GUESS_M);
+        self.height_m = None;
         self.height_unknown = true;
         self
     }
@@ -394,6 +394,7 @@ impl MotorcadeBuilder {
     pub fn build(self) -> Result<Motorcade> {
         let Self { camera, height_m, height_unknown, focal_sigma, mut config, external, perception, threads } =
             self;
+        let height_m = height_m.or(height_unknown.then_some(config.scale.height.guess_m));
         let height_m = height_m.filter(|h| HEIGHT_RANGE_M.contains(h)).ok_or_else(|| {
             Error::Config("the height of the camera above the road must lie in [0.01, 1000] m".to_owned())
         })?;

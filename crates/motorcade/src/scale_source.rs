@@ -1,36 +1,74 @@
-//! Source of metric scale: the aligned road, or the paper's closed form.
+//! Source of metric scale: the aligned road, the paper's closed form, both, or none.
 
-use motorcade_geometry::PinholeCamera;
+use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
 use motorcade_odometry::{
     ClosedFormOptions, ClosedFormScale, EgoTrajectory, OdometryTrajectory, RoadInput, RoadMeasurement,
     RoadTracker,
 };
 use nalgebra::{Point2, Vector3};
 
-use crate::config::Config;
+use crate::config::{Config, ScaleOptions};
 
 /// The height that T of the paper is given for \[m\]: KITTI's.
 const PAPER_HEIGHT_M: f64 = 1.65;
 
-/// One of the two ways to measure scale on the road.
+/// Way to measure scale on the road.
 pub(crate) enum ScaleSource {
     Aligned(Box<RoadTracker>),
     ClosedForm(Box<ClosedFormScale>),
+    /// The closed form in frames in which the road was not aligned.
+    Both(Box<RoadAndPoints>),
+    Unmeasured,
+}
+
+/// The aligned road with the closed form as its substitute.
+pub(crate) struct RoadAndPoints {
+    road: RoadTracker,
+    points: ClosedFormScale,
+    measurements: Vec<RoadMeasurement>,
+}
+
+impl RoadAndPoints {
+    fn process(
+        &mut self,
+        input: &RoadInput<'_>,
+        pose_of: impl Fn(usize) -> Option<Pose<Camera, World>>,
+        usable: impl Fn(&Point2<f64>) -> bool,
+    ) -> Option<RoadMeasurement> {
+        let aligned = self.road.process(input, &pose_of, &usable);
+        let measured = aligned.or(self.points.process(input, &pose_of, &usable));
+        self.measurements.extend(measured);
+        measured
+    }
+
+    fn forget_before(&mut self, row: usize) -> usize {
+        self.road.forget_before(row);
+        self.points.forget_before(row);
+        let old = self.measurements.partition_point(|m| m.frame < row);
+        self.measurements.drain(..old.min(self.measurements.len().saturating_sub(1))).count()
+    }
 }
 
 impl ScaleSource {
     pub(crate) fn new(camera: PinholeCamera, config: &Config) -> Self {
-        if config.scale.closed_form {
-            Self::ClosedForm(Box::new(ClosedFormScale::new(
-                camera,
-                ClosedFormOptions {
-                    farthest_heights: config.scale.farthest_m / PAPER_HEIGHT_M,
-                    average: config.scale.average,
-                    advanced: config.scale.matching,
-                },
-            )))
-        } else {
-            Self::Aligned(Box::new(RoadTracker::new(camera, config.road)))
+        let scale = &config.scale;
+        let points = || {
+            let options = ClosedFormOptions {
+                farthest_heights: scale.farthest_m / PAPER_HEIGHT_M,
+                average: scale.average,
+                advanced: scale.matching,
+            };
+            ClosedFormScale::new(camera, options)
+        };
+        let road = || RoadTracker::new(camera, config.road);
+        match scale {
+            ScaleOptions { road: false, .. } => Self::Unmeasured,
+            ScaleOptions { closed_form: true, .. } => Self::ClosedForm(Box::new(points())),
+            ScaleOptions { points: true, .. } => {
+                let (road, points) = (road(), points());
+                Self::Both(Box::new(RoadAndPoints { road, points, measurements: Vec::new() }))
+            }
+            _ => Self::Aligned(Box::new(road())),
         }
     }
 
@@ -44,6 +82,8 @@ impl ScaleSource {
         match self {
             Self::Aligned(road) => road.process(input, pose_of, usable),
             Self::ClosedForm(scale) => scale.process(input, pose_of, usable),
+            Self::Both(both) => both.process(input, pose_of, usable),
+            Self::Unmeasured => None,
         }
     }
 
@@ -53,6 +93,8 @@ impl ScaleSource {
             Self::Aligned(road) => road.plane(),
             // A level road under a camera that looks along it.
             Self::ClosedForm(scale) => scale.height_units().map(|h| Vector3::y() / h),
+            Self::Both(both) => both.road.plane(),
+            Self::Unmeasured => None,
         }
     }
 
@@ -61,6 +103,8 @@ impl ScaleSource {
         match self {
             Self::Aligned(road) => road.forget_before(row),
             Self::ClosedForm(scale) => scale.forget_before(row),
+            Self::Both(both) => both.forget_before(row),
+            Self::Unmeasured => 0,
         }
     }
 
@@ -68,6 +112,8 @@ impl ScaleSource {
         match self {
             Self::Aligned(road) => road.measurements(),
             Self::ClosedForm(scale) => scale.measurements(),
+            Self::Both(both) => &both.measurements,
+            Self::Unmeasured => &[],
         }
     }
 }

@@ -29,6 +29,12 @@ impl Settings {
         Self { camera, height_m, height_unknown: false, config, external, threads: 1 }
     }
 
+    /// Without the stated height: the sizes of cars tell it at the end of the drive.
+    #[must_use]
+    pub fn with_height_by_vehicles(self) -> Self {
+        Self { height_m: self.config.scale.height.guess_m, height_unknown: true, ..self }
+    }
+
     /// True when the camera's motion comes in metres.
     pub(crate) fn metric(&self) -> bool {
         self.external.trajectory.as_ref().is_some_and(|t| t.metric)

@@ -6,7 +6,8 @@ use motorcade_evaluate::VehicleReport;
 
 use super::Row;
 
-fn cell(value: Option<f64>, digits: usize) -> String {
+/// A number, or a dash.
+pub fn cell(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(|| "–".to_owned(), |v| format!("{v:.digits$}"))
 }
 

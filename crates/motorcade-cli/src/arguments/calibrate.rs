@@ -24,7 +24,7 @@ pub struct CalibrateArguments {
     #[arg(long)]
     pub out: PathBuf,
     /// Horizontal field of view that is stated for the camera, in degrees, and the relative standard deviation of the focal length in per cent
-    /// (10 without one).
+    /// (10 without one). It replaces what EXIF or the tags of a video tell.
     #[arg(long, value_name = "DEG[,PERCENT]", value_parser = parse_view)]
     pub view_deg: Option<(f64, f64)>,
     /// Folder of ONNX networks, or `none`; the networks inside the program by default. Vehicles that they find are left out.

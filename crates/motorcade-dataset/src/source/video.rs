@@ -120,7 +120,7 @@ fn presentation_times(text: &str, frames: u64) -> Option<Vec<i64>> {
 }
 
 /// The path as ffmpeg's file protocol: a file named `http:x.mp4` is a file.
-fn file_url(path: &Path) -> std::ffi::OsString {
+pub(crate) fn file_url(path: &Path) -> std::ffi::OsString {
     let mut url = std::ffi::OsString::from("file:");
     url.push(path);
     url

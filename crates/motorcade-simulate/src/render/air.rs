@@ -31,16 +31,14 @@ impl Air {
             wet: 0.0,
             cloud: [0.93, 0.94, 0.95],
         };
-        match options.weather {
-            Weather::Clear | Weather::Overcast => fine,
-            Weather::Rain => Self {
-                haze: [0.55, 0.57, 0.59],
-                reach_m: 190.0,
-                brightness: 0.68,
-                wet: 1.0,
-                cloud: [0.62, 0.64, 0.66],
-                ..fine
-            },
-        }
+        let rain = Self {
+            haze: [0.55, 0.57, 0.59],
+            reach_m: 190.0,
+            brightness: 0.68,
+            wet: 1.0,
+            cloud: [0.62, 0.64, 0.66],
+            ..fine
+        };
+        if options.weather == Weather::Rain { rain } else { fine }
     }
 }

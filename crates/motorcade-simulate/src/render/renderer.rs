@@ -9,8 +9,10 @@ use rayon::prelude::*;
 
 use super::air::Air;
 use super::colour::Colour;
+use super::conditions::{self, Exposed};
 use super::lighting::Lighting;
 use super::look::VehicleLook;
+use super::mirror::RoadPlane;
 use super::picture::{Picture, VehicleView};
 use super::raster::{Band, Drawn, NOTHING, facing, project};
 use super::repairs::Repairs;
@@ -18,14 +20,15 @@ use super::resolve::{Resolved, Surface, VisiblePart, resolve};
 use super::scene::{Scene, Varied};
 use super::shadow::{ShadowCaster, Shadows};
 use super::textures::Textures;
-use super::{sensor, varied_mesh, vehicle_mesh};
+use super::{sensor, tunnel, varied_mesh, vehicle_mesh};
 use crate::drive::Drive;
 use crate::form::Form;
 use crate::hash;
-use crate::mesh::{Building, Chunk, Mesh};
+use crate::mesh::{Building, Chunk, Material, Mesh};
 use crate::options::Look;
 use crate::scenery;
 use crate::site::Site;
+use crate::weather::Weather;
 
 /// Image rows per task.
 const BAND_ROWS: usize = 8;
@@ -44,6 +47,8 @@ pub struct Renderer<'a> {
     repairs: Repairs,
     /// One per vehicle with varied appearance.
     looks: Vec<VehicleLook>,
+    /// Way from the first frame to each \[m\].
+    ways_m: Vec<f64>,
 }
 
 impl<'a> Renderer<'a> {
@@ -75,6 +80,7 @@ impl<'a> Renderer<'a> {
             textures,
             repairs: Repairs::of(&drive.road, drive.seed),
             looks,
+            ways_m: drive.ways_m(),
         }
     }
 
@@ -92,7 +98,7 @@ impl<'a> Renderer<'a> {
         let pose = *self.drive.site_from_camera.get(frame)?;
         let options = &self.drive.render;
         let now = FrameTime { frame, later: 0.0 };
-        let (mut light, mut picture) = self.expose_once(&self.scene(now), now, &options.camera, &pose);
+        let (mut light, mut picture) = self.expose_in(&self.scene(now), now, &pose);
         let samples = options.sensor.blur_samples;
         if samples > 1 {
             // The frame's own time is the middle of the shutter's: blur shifts nothing. An even number has no exposure
@@ -105,7 +111,7 @@ impl<'a> Renderer<'a> {
                 let then = FrameTime { frame, later: share * options.sensor.shutter_s * options.fps };
                 let moved =
                     pose_at_time(then, |i| self.drive.site_from_camera.get(i).copied()).unwrap_or(pose);
-                let more = self.expose_once(&self.scene(then), then, &options.camera, &moved).0;
+                let more = self.expose_in(&self.scene(then), then, &moved).0;
                 light.par_iter_mut().zip(more).for_each(|(a, b)| {
                     *a = [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
                 });
@@ -116,7 +122,9 @@ impl<'a> Renderer<'a> {
         if self.drive.is_dark(frame) {
             light.par_iter_mut().for_each(|c| *c = [0.0; 3]);
         }
-        picture.rgb = sensor::expose(&light, options, self.drive.traffic_seed, frame);
+        let exposure =
+            if options.weather == Weather::Tunnel { tunnel::gain(self.drive, frame) as f32 } else { 1.0 };
+        picture.rgb = sensor::expose(&light, options, exposure, self.drive.traffic_seed, frame);
         Some(picture)
     }
 
@@ -159,7 +167,31 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// Everything but the sensor.
+    /// Everything but the sensor, in the conditions of the weather.
+    fn expose_in(
+        &self,
+        scene: &Scene<'_>,
+        time: FrameTime,
+        pose: &Pose<Site, Camera>,
+    ) -> (Vec<Colour>, Picture) {
+        let camera = &self.drive.render.camera;
+        let (mut light, picture) = self.expose_once(scene, time, camera, pose);
+        if self.drive.render.weather == Weather::WetMirror {
+            if let Some(plane) = RoadPlane::of(camera, pose, &picture.depth_m, &picture.road) {
+                let (below, mirrored) = plane.mirrored(camera, pose);
+                let mirror = self.expose_of(scene, time, (&below, &mirrored), Ground::Omitted).0;
+                plane.reflect(&mut light, &mirror, &picture.road, camera, pose);
+            }
+            return (light, picture);
+        }
+        let (depth_m, road) = (&picture.depth_m, picture.road.as_raw());
+        let exposed = Exposed { light: &mut light, depth_m, road };
+        let way_m = self.ways_m.get(time.frame).copied().unwrap_or(0.0);
+        conditions::apply(exposed, self.drive, camera, pose, way_m);
+        (light, picture)
+    }
+
+    /// Everything but the sensor and the conditions of the weather.
     pub(super) fn expose_once(
         &self,
         scene: &Scene<'_>,
@@ -167,8 +199,18 @@ impl<'a> Renderer<'a> {
         camera: &PinholeCamera,
         pose: &Pose<Site, Camera>,
     ) -> (Vec<Colour>, Picture) {
+        self.expose_of(scene, time, (camera, pose), Ground::Drawn)
+    }
+
+    fn expose_of(
+        &self,
+        scene: &Scene<'_>,
+        time: FrameTime,
+        (camera, pose): (&PinholeCamera, &Pose<Site, Camera>),
+        ground: Ground,
+    ) -> (Vec<Colour>, Picture) {
         let (width, height) = (camera.width as usize, camera.height as usize);
-        let (surfaces, drawn, mut views) = self.draw(camera, time, pose);
+        let (surfaces, drawn, mut views) = self.draw(camera, time, pose, ground);
         let resolved: Vec<Resolved> = by_band(&drawn, height)
             .into_par_iter()
             .enumerate()
@@ -219,6 +261,7 @@ impl<'a> Renderer<'a> {
         camera: &PinholeCamera,
         time: FrameTime,
         pose: &Pose<Site, Camera>,
+        ground: Ground,
     ) -> (Vec<Surface>, Vec<Drawn>, Vec<VehicleView>) {
         let (mut surfaces, mut drawn) = (Vec::new(), Vec::new());
         let camera_from_site = pose.inverse();
@@ -227,7 +270,8 @@ impl<'a> Renderer<'a> {
             if !in_sight(camera, &camera_from_site.transform_point(&chunk.centre), chunk.radius_m) {
                 continue;
             }
-            for triangle in &chunk.mesh.triangles {
+            let shown = |m: Material| ground == Ground::Drawn || m != Material::Ground;
+            for triangle in chunk.mesh.triangles.iter().filter(|t| shown(t.material)) {
                 let normal = facing(&triangle.normal, &(eye - triangle.corners[0].position));
                 let to_camera = |v: &crate::mesh::Vertex| camera_from_site.transform_point(&v.position);
                 project(camera, triangle, to_camera, surfaces.len() as u32, &mut drawn);
@@ -259,6 +303,13 @@ impl<'a> Renderer<'a> {
         }
         (surfaces, drawn, views)
     }
+}
+
+/// The ground in a picture: left out of one that is taken from below it.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Ground {
+    Drawn,
+    Omitted,
 }
 
 /// A time: that of a frame, and an offset in frames (less than one, either sign).

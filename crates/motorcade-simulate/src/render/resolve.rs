@@ -53,7 +53,7 @@ impl VisiblePart {
 }
 
 /// Rays of the pixels in the site, one metre deep: linear in the pixel.
-struct Rays {
+pub(super) struct Rays {
     eye: Point3<f64>,
     /// Of the pixel (0, 0), and its change to the next pixel right and down.
     first: Vector3<f64>,
@@ -62,7 +62,7 @@ struct Rays {
 }
 
 impl Rays {
-    fn of(camera: &PinholeCamera, pose: &Pose<Site, Camera>) -> Self {
+    pub(super) fn of(camera: &PinholeCamera, pose: &Pose<Site, Camera>) -> Self {
         let at = |x: f64, y: f64| pose.transform_vector(&camera.ray(&Point2::new(x, y)));
         let first = at(0.0, 0.0);
         Self {
@@ -72,7 +72,7 @@ impl Rays {
             down: at(0.0, 1.0) - first,
         }
     }
-    fn at(&self, x: f64, y: f64) -> Vector3<f64> {
+    pub(super) fn at(&self, x: f64, y: f64) -> Vector3<f64> {
         self.first + self.right * x + self.down * y
     }
 }

@@ -9,13 +9,20 @@ use crate::hash;
 use crate::options::RenderOptions;
 use crate::weather::Weather;
 
-/// Exposure, noise and rounding of one frame; the same for any thread count.
-pub(super) fn expose(light: &[Colour], options: &RenderOptions, seed: u64, frame: usize) -> RgbImage {
+/// Exposure, noise and rounding of one frame, whose gain is `exposure` times the usual one; the same for any thread count.
+pub(super) fn expose(
+    light: &[Colour],
+    options: &RenderOptions,
+    exposure: f32,
+    seed: u64,
+    frame: usize,
+) -> RgbImage {
     let (width, height) = (options.camera.width, options.camera.height);
     let time_s = frame as f64 / options.fps;
     let drift = (0.7 * time_s).sin() + 0.5 * (0.23 * time_s + 1.0).sin();
-    let gain = 255.0 * (1.0 + options.sensor.exposure_drift * drift) as f32;
-    let noise = options.sensor.noise as f32;
+    let gain = 255.0 * exposure * (1.0 + options.sensor.exposure_drift * drift) as f32;
+    // Shot noise grows with the root of the gain.
+    let noise = options.sensor.noise as f32 * options.weather.noise() * exposure.sqrt();
     let key = hash::mix(seed ^ hash::mix(frame as u64));
     let mut image = RgbImage::new(width, height);
     let rows = image.par_chunks_mut(3 * width as usize).zip(light.par_chunks(width as usize)).enumerate();

@@ -5,7 +5,7 @@ use motorcade_geometry::PinholeCamera;
 use super::colour::Colour;
 use super::picture::Picture;
 use super::raster::{Band, NOTHING};
-use super::renderer::{FrameTime, Renderer};
+use super::renderer::{FrameTime, Ground, Renderer};
 use super::resolve::VisiblePart;
 
 /// Irradiance before the sensor model, row by row, with depth, instances and views; the picture's own pixels are empty.
@@ -33,7 +33,7 @@ impl Renderer<'_> {
         inside: [f64; 4],
     ) -> Option<[f64; 4]> {
         let pose = *self.drive().site_from_camera.get(frame)?;
-        let (surfaces, drawn, _) = self.draw(camera, FrameTime { frame, later: 0.0 }, &pose);
+        let (surfaces, drawn, _) = self.draw(camera, FrameTime { frame, later: 0.0 }, &pose, Ground::Drawn);
         let mut band = Band::new(0..camera.width as usize, 0, camera.height as usize);
         drawn.iter().enumerate().for_each(|(i, triangle)| band.draw(i as u32, triangle));
         let mut seen = VisiblePart::NONE;

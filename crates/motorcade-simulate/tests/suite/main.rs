@@ -6,6 +6,7 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests may fail loudly too")]
 
+mod bad_light;
 mod cases;
 mod frame_rates;
 mod nees;
@@ -64,6 +65,18 @@ const SEEN_AGAIN: [&str; 7] =
 #[test]
 fn short_drives_stay_within_their_bounds() {
     within_bounds(SHORT);
+}
+
+#[test]
+#[ignore = "a minute: nine drives, rendered and run"]
+fn every_scenario_of_bad_light_is_within_its_bounds_or_wide() {
+    let outcomes = bad_light::outcomes();
+    println!("{}", bad_light::HEAD);
+    for (case, outcome) in &outcomes {
+        println!("{}", bad_light::row(case, outcome));
+    }
+    let problems: Vec<String> = outcomes.iter().filter_map(|(c, o)| bad_light::problem(c, o)).collect();
+    assert!(problems.is_empty(), "{}", problems.join("\n"));
 }
 
 #[test]

@@ -25,6 +25,14 @@ pub struct Outcome {
     pub vehicle_ate_m: Option<f64>,
     pub coverage: Option<f64>,
     pub nees: Nees,
+    /// Relative standard deviation of scale, a mean over the frames.
+    pub scale_sigma: f64,
+    /// Share of the frames with a pose of their own.
+    pub tracked: f64,
+    /// Share of the frames whose scale was measured.
+    pub measured: f64,
+    /// What the run says of itself.
+    pub warnings: Vec<String>,
     /// Mean P(moving) of vehicles that were seen for a second and more.
     pub moving: f64,
 }
@@ -144,6 +152,8 @@ pub fn run_at(case: &Case, fps: f64, online: bool) -> Outcome {
     let truth = GroundTruth::read_kitti(&written.training, &written.sequence, 2, 0).unwrap();
     let report = evaluate(&estimates, &truth).unwrap();
     let means = report.vehicles_mean;
+    let count = result.ego.frames.len().max(1) as f64;
+    let sigmas = result.ego.frames.iter().map(|f| f.scale_sigma.hypot(f.scale_bias_sigma));
     Outcome {
         length_m: report.ego.length_m,
         ego_ate_m: report.ego.ate_se3_m,
@@ -151,6 +161,10 @@ pub fn run_at(case: &Case, fps: f64, online: bool) -> Outcome {
         vehicles: report.vehicles.as_ref().map_or(0, Vec::len),
         vehicle_ate_m: means.as_ref().map(|m| m.ate_ego_se3_m),
         coverage: means.as_ref().map(|m| m.coverage),
+        scale_sigma: sigmas.sum::<f64>() / count,
+        tracked: result.tracked_share(),
+        measured: result.ego.frames.iter().filter(|f| f.scale_measured).count() as f64 / count,
+        warnings: result.warnings.clone(),
         moving: moving(&result.vehicles, fps.round() as usize),
         nees: nees(&result.ego.frames, &drive.world_from_camera()).unwrap_or_default(),
     }

@@ -2,11 +2,12 @@
 
 mod boxes;
 mod mounting;
+mod prior;
 
 use std::path::Path;
 
 use image::GrayImage;
-use motorcade_calibrate::{CalibrateOptions, Calibrator, LensEstimate, Pass, ViewPrior};
+use motorcade_calibrate::{CalibrateOptions, Calibrator, LensEstimate, Pass};
 use motorcade_dataset::{Calibration, Sequence};
 use motorcade_geometry::{Distortion, Pose, RadialTangential};
 use motorcade_odometry::StaticMask;
@@ -18,6 +19,7 @@ use crate::progress::Progress;
 use crate::run::surveyed;
 use boxes::VehicleBoxes;
 pub use mounting::Mounting;
+pub use prior::{FocalPrior, PriorOrigin};
 
 /// A camera as its drive tells it.
 #[derive(Clone, Debug)]
@@ -26,6 +28,8 @@ pub struct CameraCalibration {
     pub lens: LensEstimate,
     /// Width and height of the pictures \[px\].
     pub size: (u32, u32),
+    /// What was known of the focal length before.
+    pub prior: FocalPrior,
     /// Angles of its mounting; `None` where the road was not seen.
     pub mounting: Option<Mounting>,
     /// Pixels (255) that are fixed to the camera; `None` where nothing was found.
@@ -42,18 +46,18 @@ pub struct CameraCalibration {
 pub fn calibrate(
     sequence: &Sequence,
     perception: Perception,
-    prior: ViewPrior,
+    prior: FocalPrior,
     options: &CalibrateOptions,
     progress: &dyn Progress,
 ) -> Result<Option<CameraCalibration>> {
     let (width, height) = sequence.size();
-    let mut calibrator = Calibrator::new(width, height, prior, *options);
+    let mut calibrator = Calibrator::new(width, height, prior.view, *options);
     let frames = sequence.len().min(options.most_frames);
     let mut regions = FixedRegions::default();
     for image in surveyed(sequence, progress) {
         regions.observe(&image);
     }
-    let mask = regions.mask(&prior.camera(width, height));
+    let mask = regions.mask(&prior.view.camera(width, height));
     let mut fixed = FixedParts::new(true);
     fixed.settle(mask.clone());
     let mut boxes = VehicleBoxes::new(perception);
@@ -71,7 +75,8 @@ pub fn calibrate(
     let Some(lens) = told.clone().filter(|lens| lens.focal_sigma() <= options.most_focal_sigma) else {
         return Err(Error::Input(untold(told.as_ref())));
     };
-    let mut found = CameraCalibration { lens, size: (width, height), mounting: None, fixed: mask, frames };
+    let mut found =
+        CameraCalibration { lens, size: (width, height), prior, mounting: None, fixed: mask, frames };
     found.mounting =
         mounting::of(&sequence.calibrated(Path::new("camera.toml"), found.calibration())?, frames, progress)?;
     Ok((!progress.cancelled()).then_some(found))
@@ -109,6 +114,9 @@ impl CameraCalibration {
             lens.corners,
             lens.median_error_px
         );
+        if let Some(prior) = self.prior.describe(self.size.0) {
+            text += &format!("# Known before the drive: {prior}.\n");
+        }
         for line in self.mounting.iter().flat_map(Mounting::lines) {
             text += &format!("# {line}\n");
         }
@@ -129,6 +137,7 @@ impl CameraCalibration {
             format!("principal point  {:.1} ± {cx:.1}, {:.1} ± {cy:.1} px", lens.cx, lens.cy),
             format!("distortion k1    {:.3} ± {k1:.3}", lens.k1),
         ];
+        lines.extend(self.prior.describe(self.size.0).map(|prior| format!("known before     {prior}")));
         match &self.mounting {
             Some(mounting) => lines.extend(mounting.lines()),
             None => {

@@ -9,8 +9,6 @@ use motorcade_vehicles::VehicleTrajectory;
 
 use crate::estimator_options::VehicleHeightOptions;
 
-/// Height from which an unknown one is sought \[m\]: a dash-cam's in a car.
-pub(crate) const GUESS_M: f64 = 1.5;
 /// Rounds of reweighting.
 const ROUNDS: usize = 20;
 
@@ -75,6 +73,18 @@ impl HeightByVehicles {
                 self.vehicles
             )
         })
+    }
+
+    /// Combines a stated height, whose logarithm has the standard deviation `stated_sigma`, with vehicles that say `log_factor` times it.
+    /// Returns the logarithm of the factor on the stated height and its standard deviation. Where both disagree one of them is wrong, and
+    /// the standard deviation is half of what they are apart.
+    pub(crate) fn combined(&self, stated_sigma: f64, options: &VehicleHeightOptions) -> (f64, f64) {
+        let (stated, vehicles) = (stated_sigma.powi(-2), self.sigma.powi(-2));
+        let sigma = (stated + vehicles).powf(-0.5);
+        let apart = self.log_factor.abs();
+        let disagree = apart > options.disagreement_sigmas * stated_sigma.hypot(self.sigma);
+        let log_factor = vehicles * self.log_factor / (stated + vehicles);
+        (log_factor, if disagree { sigma.max(0.5 * apart) } else { sigma })
     }
 
     /// Height and standard deviation \[m\] for the one that was assumed.
@@ -165,6 +175,17 @@ mod tests {
         let (same, doubtful, distant) = (with(0.85, 0.0), with(0.3, 0.0), with(0.85, 12.0));
         assert!(same.log_factor > 0.1, "{same:?}");
         assert!(doubtful.log_factor < 0.06 && distant.log_factor < 0.06, "{doubtful:?} {distant:?}");
+    }
+
+    #[test]
+    fn a_stated_height_and_vehicles_are_combined_by_their_variances() {
+        let options = VehicleHeightOptions::default();
+        let vehicles = |log_factor: f64| HeightByVehicles { log_factor, sigma: 0.06, vehicles: 12 };
+        let (log_factor, sigma) = vehicles(0.1).combined(0.08, &options);
+        assert!((log_factor - 0.1 * 0.64).abs() < 1e-12, "{log_factor}");
+        assert!((sigma - 0.048).abs() < 1e-12, "{sigma}");
+        let (_, apart) = vehicles(-0.4).combined(0.08, &options);
+        assert!((apart - 0.2).abs() < 1e-12, "{apart}");
     }
 
     #[test]

@@ -72,22 +72,26 @@ fn met_again(vehicles: Vec<VehicleTrajectory>, loops: &Loops) -> (Vec<VehicleTra
     join_met_again(vehicles, |earlier, later| loops.join(earlier, later))
 }
 
-/// Settings with the height that vehicles tell where it is unknown, and what there is to say of it.
+/// Settings with the height that vehicles tell where it is unknown or to be combined with the stated one, and what there is to say of it.
 fn known_height(record: &FrontEndRecord, settings: &Settings) -> (Settings, Option<String>) {
-    let mut known = settings.clone();
-    if !settings.height_unknown {
-        return (known, None);
-    }
     let options = &settings.config.scale.height;
+    if !settings.height_unknown && (!options.combined || settings.metric()) {
+        return (settings.clone(), None);
+    }
+    let (mut known, found) = height_by_vehicles(record, settings);
     let bias_sigma = settings.config.scale.advanced.bias_sigma;
-    let mut found = None;
-    // Sizes are linear in the height only near the right one.
-    for _ in 0..HEIGHT_ROUNDS {
-        let ego = by_road(record, &known);
-        let vehicles = vehicles_of_drive(record, &ego, &known);
-        let Some(height) = HeightByVehicles::new(&vehicles, known.height_m, options) else { break };
-        (known.height_m, _) = height.metres(known.height_m);
-        found = Some(height);
+    if !settings.height_unknown {
+        let Some(found) = found else { return (settings.clone(), None) };
+        let stated_m = settings.height_m;
+        let by_vehicles = HeightByVehicles { log_factor: (known.height_m / stated_m).ln(), ..found };
+        let (log_factor, sigma) = by_vehicles.combined(bias_sigma, options);
+        known.height_m = stated_m * log_factor.exp();
+        known.config.scale.advanced.bias_sigma = sigma;
+        let words = by_vehicles.disagreement(stated_m, options).unwrap_or_else(|| {
+            let (height_m, sigma_m, cars) = (known.height_m, known.height_m * sigma, found.vehicles);
+            format!("height of the camera as stated and by {cars} cars: {height_m:.2} ± {sigma_m:.2} m")
+        });
+        return (known, Some(words));
     }
     let sigma = found.map_or(options.guess_sigma, |height| height.sigma);
     known.config.scale.advanced.bias_sigma = bias_sigma.hypot(sigma);
@@ -102,6 +106,22 @@ fn known_height(record: &FrontEndRecord, settings: &Settings) -> (Settings, Opti
         ),
     };
     (known, Some(words))
+}
+
+/// Settings with the height by vehicles, from the given one on, and the estimate of the last round; `None` where too few tell it.
+fn height_by_vehicles(record: &FrontEndRecord, settings: &Settings) -> (Settings, Option<HeightByVehicles>) {
+    let mut known = settings.clone();
+    let mut found = None;
+    // Sizes are linear in the height only near the right one.
+    for _ in 0..HEIGHT_ROUNDS {
+        let ego = by_road(record, &known);
+        let vehicles = vehicles_of_drive(record, &ego, &known);
+        let height = HeightByVehicles::new(&vehicles, known.height_m, &settings.config.scale.height);
+        let Some(height) = height else { break };
+        (known.height_m, _) = height.metres(known.height_m);
+        found = Some(height);
+    }
+    (known, found)
 }
 
 /// A warning where vehicles contradict the stated height.

@@ -4,7 +4,7 @@
 //! through the same steps: metric trajectory, [`loops`] in a drive and [`online_loops`] beside the last seconds, [`vehicles`], [`unit`] of an external trajectory, multi-object graph. At high frame
 //! rates the last seconds are estimated every few frames, and [`prediction`] covers those between.
 
-pub(crate) mod camera_height;
+mod camera_height;
 mod distances;
 pub(crate) mod drive;
 mod ego_archive;
