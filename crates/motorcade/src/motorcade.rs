@@ -121,17 +121,18 @@ impl Motorcade {
         }
         self.add_external_keypoints(frame.number, &mut observations);
         let Self { front_end, fixed, repeated, pictures, settings, .. } = self;
+        let gray = frame.gray();
         if fixed.searching() {
-            fixed.observe(&frame.gray(), frame.timestamp_ns, &settings.camera);
+            fixed.observe(&gray, frame.timestamp_ns, &settings.camera);
         }
         front_end.record_mut().stopwatch.add("perception", perception_ms);
-        if repeated.is_repeated(&frame.gray(), frame.timestamp_ns) {
+        if repeated.is_repeated(&gray, frame.timestamp_ns) {
             front_end.skip(frame.number, frame.timestamp_ns, "repeats the frame before".to_owned());
             return Ok(());
         }
         let checks = &settings.config.checks.pictures;
         front_end.record_mut().stopwatch.time("picture checks", || {
-            pictures.observe(&frame.gray(), frame.number, frame.timestamp_ns, checks);
+            pictures.observe(&gray, frame.number, frame.timestamp_ns, checks);
         });
         let ignore = fixed.with(frame.ignore.as_ref());
         front_end.process(frame, ignore.as_deref(), observations, settings);
