@@ -74,8 +74,7 @@ impl RoadPlane {
     ) {
         let rays = Rays::of(camera, pose);
         let width = camera.width as usize;
-        for ((x, y, share), colour) in road.enumerate_pixels().zip(light).map(|((x, y, s), c)| ((x, y, s), c))
-        {
+        for ((x, y, share), colour) in road.enumerate_pixels().zip(light) {
             let row = (camera.height - 1 - y) as usize;
             let Some(seen) = mirror.get(row * width + x as usize) else { continue };
             let facing = -rays.at(f64::from(x), f64::from(y)).normalize().dot(&self.normal);
