@@ -138,6 +138,7 @@ impl Running {
             calibration: Some("in memory"),
             intrinsics_px: Some([camera.fx, camera.fy, camera.cx, camera.cy]),
             distortion: None,
+            rotation_deg: None,
             lens: None,
             camera_from_cam0_m: [0.0; 3],
             gaps: Vec::new(),
