@@ -33,7 +33,7 @@ impl ObservedBox {
         options: &BoxFitOptions,
     ) -> Self {
         let Detection { bbox, class, convention, pixel_size, .. } = *detection;
-        let mut edges = inside_border(&bbox, camera, options.border_px);
+        let mut edges = inside_border(&bbox, camera, options.border_px * pixel_size);
         let nearer = |o: &&BoundingBox| {
             convention == BoxConvention::VisibleExtent && **o != bbox && o.y2 > bbox.y2 + SLACK_PX
         };
@@ -53,14 +53,14 @@ impl ObservedBox {
     /// True for a car truncated by the left or right border: its visible height may be that of a bonnet or boot. Lorries,
     /// buses and vans have one height along their length.
     pub(crate) fn is_truncated_part(&self, camera: &PinholeCamera, border_px: f64) -> bool {
-        let [left, _, right, _] = inside_border(&self.bbox, camera, border_px);
+        let [left, _, right, _] = inside_border(&self.bbox, camera, border_px * self.pixel_size);
         let truncated = !left || !right;
         truncated && self.class == VehicleClass::Car && self.convention == BoxConvention::VisibleExtent
     }
 
     /// True when the bottom edge is above the image border, so that another vehicle and not the border ends the box.
     pub(crate) fn ends_above_border(&self, camera: &PinholeCamera, border_px: f64) -> bool {
-        inside_border(&self.bbox, camera, border_px)[3]
+        inside_border(&self.bbox, camera, border_px * self.pixel_size)[3]
     }
 
     /// False when too few edges are measured to position a vehicle.

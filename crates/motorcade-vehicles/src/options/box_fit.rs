@@ -4,8 +4,8 @@
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct BoxFitOptions {
-    /// Distance from the image border below which an edge counts as truncated \[px\]. Detectors stop one to two pixels short of the
-    /// border; a larger value discards true edges.
+    /// Distance from the image border below which an edge counts as truncated, in pixels of the detector's input. Detectors stop one to two of
+    /// them short of the border, and jitter; a larger value discards true edges.
     pub border_px: f64,
     /// Share of an edge that a nearer box must cover for the edge to count as occluded. Chosen on KITTI 0003 and 0005.
     pub occluded_share: f64,
