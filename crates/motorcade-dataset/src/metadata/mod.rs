@@ -1,4 +1,4 @@
-//! What files tell of the camera beside their pixels.
+//! Metadata of the camera in picture and video files.
 
 mod container;
 mod exif;

@@ -64,7 +64,7 @@ pub fn row(case: &Case, outcome: &Outcome) -> String {
     )
 }
 
-/// What is wrong with an outcome: beyond the bounds, and neither wide and told nor told to have failed.
+/// Faults of an outcome: figures beyond the bounds that are neither wide and told nor told to have failed.
 pub fn problem(case: &Case, outcome: &Outcome) -> Option<String> {
     let missed = missed(case, outcome);
     let told = !outcome.warnings.is_empty();

@@ -31,7 +31,7 @@ pub struct Outcome {
     pub tracked: f64,
     /// Share of the frames whose scale was measured.
     pub measured: f64,
-    /// What the run says of itself.
+    /// Warnings of the run.
     pub warnings: Vec<String>,
     /// Mean P(moving) of vehicles that were seen for a second and more.
     pub moving: f64,

@@ -28,7 +28,7 @@ pub struct CameraCalibration {
     pub lens: LensEstimate,
     /// Width and height of the pictures \[px\].
     pub size: (u32, u32),
-    /// What was known of the focal length before.
+    /// Prior of the focal length.
     pub prior: FocalPrior,
     /// Angles of its mounting; `None` where the road was not seen.
     pub mounting: Option<Mounting>,

@@ -1,4 +1,4 @@
-//! What is known of the focal length before the drive.
+//! Prior of the focal length, from before the drive.
 
 use motorcade_calibrate::{CalibrateOptions, ViewPrior};
 use motorcade_dataset::{FocalKind, FocalMetadata, Sequence};
