@@ -65,19 +65,10 @@ impl PictureFaults {
 mod tests {
     use super::*;
 
-    const OPTIONS: PictureFaultOptions = PictureFaultOptions {
-        columns: 12,
-        longest_s: 0.25,
-        exposure_factor: 1.3,
-        exposure_spread: 0.2,
-        textured_grey: 4.0,
-        blank_grey: 1.0,
-        blank_share: 0.1,
-        blur_frames: 4,
-        blur_ratio: 0.7,
-        blur_floor_grey: 0.3,
-        blur_share: 0.045,
-    };
+    /// The small pictures of these tests have half as many cells across.
+    fn options() -> PictureFaultOptions {
+        PictureFaultOptions { columns: 12, ..PictureFaultOptions::default() }
+    }
 
     /// A texture that moves by 3 px a frame.
     fn picture(k: u32) -> GrayImage {
@@ -92,7 +83,7 @@ mod tests {
         let mut faults = PictureFaults::default();
         for k in 0..40 {
             let image = change(k, picture(k));
-            faults.observe(&image, u64::from(100 + k), i64::from(k) * 100_000_000, &OPTIONS);
+            faults.observe(&image, u64::from(100 + k), i64::from(k) * 100_000_000, &options());
         }
         faults.describe()
     }
@@ -171,7 +162,7 @@ mod tests {
             (0..8).map(picture).chain((0..8).map(|k| part(picture(k), 48..96, 24..48, |_, _, v| 40 + v / 3)));
         for (k, image) in (0_i64..).zip(images) {
             let after_a_gap = if k >= 8 { 1_000_000_000 } else { 0 };
-            faults.observe(&image, k as u64, k * 100_000_000 + after_a_gap, &OPTIONS);
+            faults.observe(&image, k as u64, k * 100_000_000 + after_a_gap, &options());
         }
         assert_eq!(faults.describe(), Vec::<String>::new());
     }
