@@ -38,6 +38,7 @@ def arguments():
     parser.add_argument("--fps", default="10,20")
     parser.add_argument("--frames", default=100, type=int, help="at 10 frames/s")
     parser.add_argument("--scenarios", default=",".join(SCENARIOS))
+    parser.add_argument("--only", default="", help="names of constants, separated by commas; all without")
     parser.add_argument("--json", type=pathlib.Path)
     return parser.parse_args()
 
@@ -121,7 +122,10 @@ def main():
     print(f"{len(drives)} drives")
     print("| constant | value | scale, % | depth, % | AP moderate | -ln P(moving) |\n|---|---|---|---|---|---|")
     rows, as_default = [], None
+    wanted = [name for name in options.only.split(",") if name]
     for key, default, others in CONSTANTS:
+        if wanted and key.rsplit(".", 1)[1] not in wanted:
+            continue
         for value in [default, *others]:
             if value == default and as_default:
                 means = as_default

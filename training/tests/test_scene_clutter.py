@@ -28,3 +28,13 @@ def test_every_kind_has_its_size(monkeypatch):
             picture, cover = make(random, bank, h, w)
             assert picture.shape == (h, w, 3) and cover.shape == (h, w), make.__name__
             assert np.isfinite(picture).all() and cover.max() <= 1 and cover.max() > 0, make.__name__
+
+
+def test_leaves_hide_a_part_of_a_house():
+    bank, hidden = Bank(1), []
+    for seed in range(20):
+        piece = clutter.house(np.random.default_rng(seed), bank, 60, 90)
+        picture, cover = clutter.behind_leaves(np.random.default_rng(seed + 100), bank, piece)
+        assert np.array_equal(cover, piece[1])
+        hidden.append((picture != piece[0]).any(2).mean())
+    assert 0.1 < np.mean(hidden) < 0.9

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from motorcade_training.scene import clutter, verge
+from motorcade_training.scene import clutter, cutout, verge
 from motorcade_training.scene.boxes import area
 from motorcade_training.scene.classes import BUS, TRUCK
 from motorcade_training.scene.photometry import distort
@@ -85,8 +85,10 @@ def move(boxes: np.ndarray, matrix: np.ndarray) -> np.ndarray:
     return np.stack([x.min(1), y.min(1), x.max(1), y.max(1)], 1).astype(np.float32)
 
 
-def crop(sample: Sample, size: tuple[int, int], options: CropOptions, bank: Bank, random: np.random.Generator) -> Crop:
-    """A crop of `size` (height, width) at random."""
+def crop(
+    sample: Sample, size: tuple[int, int], options: CropOptions, bank: Bank, cutouts: list[cutout.Cutout], random: np.random.Generator
+) -> Crop:
+    """A crop of `size` (height, width) at random. `cutouts`: vehicles to park beside the road, none for none."""
     height, width = size
     matrix = window(sample, size, options, random)
     smaller = abs(matrix[1, 1]) < 0.75
@@ -104,11 +106,15 @@ def crop(sample: Sample, size: tuple[int, int], options: CropOptions, bank: Bank
     good = (inside >= options.least_inside) & (sides >= options.least_side)
     kinds = np.where(good, sample.kinds, -1)[keep]
     boxes = boxes[keep]
-    if random.random() < verge.PAINTED:
-        vanishing = verge.vanishing_point(sample.road)
-        if vanishing is not None:
-            place = half @ np.array([*vanishing, 1.0])
+    vanishing = verge.vanishing_point(sample.road)
+    if vanishing is not None:
+        place = half @ np.array([*vanishing, 1.0])
+        if random.random() < verge.PAINTED:
             image, road = verge.paint(image, road, boxes, (place[0], place[1]), bank, random)
+        if cutouts and random.random() < cutout.SHARE:
+            scene = cutout.Scene(image.copy(), road.copy(), boxes, kinds)
+            cutout.park(scene, (place[0], place[1]), cutouts, random)
+            image, road, boxes, kinds = scene.image, scene.road, scene.boxes, scene.kinds
     image, road = clutter.scatter(image, boxes, road, bank, random)
     image = occlude(image, random)
     target = cv2.resize(road, (width // ROAD_STRIDE, height // ROAD_STRIDE), interpolation=cv2.INTER_AREA) / np.float32(255)

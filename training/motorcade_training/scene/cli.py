@@ -58,6 +58,7 @@ def _train_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _train(options: argparse.Namespace) -> None:
+    from motorcade_training.scene import cutout
     from motorcade_training.scene.source import Source
     from motorcade_training.scene.train import TrainOptions, train
 
@@ -69,6 +70,7 @@ def _train(options: argparse.Namespace) -> None:
         sources.append((Source(options.data / "renders", "all"), options.renders))
     if not sources:
         raise ValueError(f"{options.data}: holds neither real/ nor renders/; run make-data first")
+    cutouts = options.data / "cutouts.npz"
     train(
         sources,
         validation,
@@ -84,6 +86,7 @@ def _train(options: argparse.Namespace) -> None:
             workers=options.workers,
             start=options.start,
         ),
+        cutouts=cutout.load(cutouts) if cutouts.is_file() else None,
     )
 
 

@@ -1,5 +1,5 @@
-"""Things beside roads that are no vehicles, drawn over a crop: fronts of houses, containers, signs, posts, lamps, railings, shrubs,
-cabinets, and pieces of the picture itself upside down. Pictures of motorways have few of them, and a network that has not seen them takes them for cars."""
+"""Things beside roads that are no vehicles, drawn over a crop: houses, their fronts, containers, signs, barriers, posts, lamps, railings, shrubs,
+cabinets, and pieces of the picture itself upside down; some of them behind leaves. Pictures of motorways have few of them, and a network that has not seen them takes them for cars."""
 
 from collections.abc import Callable
 
@@ -9,7 +9,9 @@ import numpy as np
 from motorcade_training.scene.texture import Bank
 
 #: Share of crops that get clutter, and the most pieces a crop gets.
-SHARE, MOST = 0.5, 4
+SHARE, MOST = 0.6, 4
+#: Share of large pieces that are seen through leaves.
+BEHIND_LEAVES = 0.35
 #: Tries to place a piece where no vehicle is.
 TRIES = 4
 
@@ -51,6 +53,61 @@ def facade(random: np.random.Generator, bank: Bank, h: int, w: int) -> Piece:
     return picture, np.ones((h, w), np.float32)
 
 
+def house(random: np.random.Generator, bank: Bank, h: int, w: int) -> Piece:
+    """A front below a pitched roof, the gable or the eaves towards the road; the roof is lit otherwise than the wall."""
+    ridge = max(int(h * random.uniform(0.2, 0.55)), 2)
+    picture, cover = np.zeros((h, w, 3), np.float32), np.zeros((h, w), np.float32)
+    wall, _ = facade(random, bank, max(h - ridge, 2), w)
+    picture[h - len(wall) :], cover[h - len(wall) :] = wall, 1
+    gable = random.random() < 0.4
+    inset = 0.5 if gable else random.uniform(0.0, 0.3)
+    corners = np.array([[0, ridge], [inset * w, 0], [(1 - inset) * w, 0], [w, ridge]]).astype(np.int32)
+    roof = np.zeros((h, w), np.float32)
+    cv2.fillPoly(roof, [corners], 1.0)
+    if gable:
+        # The wall goes on to the ridge; the roof shows as its two edges.
+        picture[:ridge] = plane(random, bank, ridge, w, wall[0, 0])
+        cv2.polylines(picture, [corners], False, colour(random, 20, 150).tolist(), max(h // 25, 1))
+    else:
+        tiles = np.array([170, 80, 55]) * random.uniform(0.5, 1.2) if random.random() < 0.5 else colour(random, 25, 150)
+        picture[:ridge] = plane(random, bank, ridge, w, tiles)
+        for _ in range(int(random.integers(0, 3))):
+            y, x = int(random.uniform(0.3, 0.7) * ridge), int(random.uniform(0.2, 0.7) * w)
+            picture[y : y + max(ridge // 4, 1), x : x + max(w // 12, 1)] = colour(random, 10, 230)
+    return picture, np.maximum(cover, roof)
+
+
+def barrier(random: np.random.Generator, bank: Bank, h: int, w: int) -> Piece:
+    """Boards with stripes of two colours on feet: road works, level crossings."""
+    picture, cover = np.zeros((h, w, 3), np.float32), np.zeros((h, w), np.float32)
+    bright, stripe = colour(random, 160, 250), np.array([200, 40, 30]) * random.uniform(0.6, 1.2) if random.random() < 0.7 else colour(random, 10, 220, 0.5)
+    period, slope = h * random.uniform(0.3, 1.5), random.choice([0.0, 1.0, -1.0])
+    y, x = np.mgrid[:h, :w].astype(np.float32)
+    striped = ((x + slope * y) % max(period, 2) < period / 2)[..., None]
+    picture[:] = np.where(striped, stripe, bright)
+    boards = int(random.integers(1, 4))
+    for board in range(boards):
+        top = int(board * h / boards)
+        cover[top : top + max(int(h / boards * random.uniform(0.4, 0.9)), 1)] = 1
+    foot = max(w // 30, 1)
+    for column in np.linspace(0, max(w - foot, 0), int(random.integers(2, 6))).astype(int):
+        picture[:, column : column + foot] = np.where(cover[:, column : column + foot, None] > 0, picture[:, column : column + foot], colour(random, 20, 160))
+        cover[:, column : column + foot] = 1
+    return picture, cover
+
+
+def behind_leaves(random: np.random.Generator, bank: Bank, piece: Piece) -> Piece:
+    """The piece with leaves before it: ragged dark gaps and patches of sun."""
+    picture, cover = piece
+    h, w = cover.shape
+    leaves = cv2.resize(bank.ground(random), (max(w, 2), max(h, 2)), interpolation=cv2.INTER_AREA).astype(np.float32)
+    field = bank.field(random, h, w) + 0.4 * random.standard_normal((h, w)).astype(np.float32)
+    # More of them towards the ground, where hedges stand.
+    field += np.linspace(random.uniform(-0.5, 0.5), random.uniform(0, 1.5), h, dtype=np.float32)[:, None]
+    hidden = (field > random.uniform(-0.3, 1.0))[..., None]
+    return np.where(hidden, leaves * random.uniform(0.1, 0.8), picture).astype(np.float32), cover
+
+
 def container(random: np.random.Generator, bank: Bank, h: int, w: int) -> Piece:
     """A box with ribs or panels."""
     picture = plane(random, bank, h, w, colour(random, 40, 245, 0.3))
@@ -73,6 +130,11 @@ def sign(random: np.random.Generator, bank: Bank, h: int, w: int) -> Piece:
     low = int(h * random.uniform(0.3, 0.8)) + 1
     board = plane(random, bank, low, w, colour(random, 30, 250, 0.5))
     ink = colour(random, 0, 255)
+    if random.random() < 0.4:
+        # A field of another colour along one side, as boards of firms and station signs have.
+        share = random.uniform(0.15, 0.5)
+        field = (slice(0, max(int(share * low), 1)), slice(None)) if random.random() < 0.5 else (slice(None), slice(0, max(int(share * w), 1)))
+        board[field] = colour(random, 20, 240, 0.5)
     for _ in range(int(random.integers(0, 5))):
         y, x = int(random.uniform(0.1, 0.8) * low), int(random.uniform(0.05, 0.4) * w)
         length = int(random.uniform(0.2, 0.6) * w)
@@ -177,7 +239,9 @@ def turned(random: np.random.Generator, source: np.ndarray, boxes: np.ndarray, h
 
 #: Kinds, their share, and ranges of height [px] and of width over height.
 KINDS: tuple[tuple[Callable[..., Piece], float, tuple[float, float], tuple[float, float]], ...] = (
-    (facade, 0.22, (14, 120), (0.5, 3.0)),
+    (facade, 0.14, (14, 120), (0.5, 3.0)),
+    (house, 0.16, (14, 150), (0.6, 3.0)),
+    (barrier, 0.05, (6, 50), (0.8, 6.0)),
     (container, 0.10, (10, 90), (0.7, 3.5)),
     (sign, 0.12, (10, 90), (0.3, 2.0)),
     (posts, 0.12, (6, 50), (0.15, 6.0)),
@@ -187,6 +251,8 @@ KINDS: tuple[tuple[Callable[..., Piece], float, tuple[float, float], tuple[float
     (cabinet, 0.10, (8, 70), (0.5, 1.8)),
 )
 TURNED = 0.2
+#: Kinds that may stand behind leaves.
+LARGE = (facade, house, container, sign, cabinet)
 
 
 def free(boxes: np.ndarray, x1: int, y1: int, x2: int, y2: int) -> bool:
@@ -217,6 +283,8 @@ def scatter(image: np.ndarray, boxes: np.ndarray, road: np.ndarray, bank: Bank, 
         piece = turned(random, source, boxes, h, w) if random.random() < TURNED else None
         if piece is None:
             picture, cover = make(random, bank, h, w)
+            if make in LARGE and random.random() < BEHIND_LEAVES:
+                picture, cover = behind_leaves(random, bank, (picture, cover))
             piece = light * random.uniform(0.7, 1.4) * picture, cover
         picture, cover = (part[y1 - y : y2 - y, x1 - x : x2 - x] for part in piece)
         if random.random() < 0.5:

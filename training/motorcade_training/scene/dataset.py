@@ -9,6 +9,7 @@ from torch.utils.data import Dataset
 
 from motorcade_training.common.seeds import generator
 from motorcade_training.scene.augment import Crop, CropOptions, crop
+from motorcade_training.scene.cutout import Cutout
 from motorcade_training.scene.source import Source
 from motorcade_training.scene.texture import Bank
 
@@ -26,12 +27,22 @@ class Batch:
 class CropStream(Dataset):
     """Batches of crops of several sources, each with its share."""
 
-    def __init__(self, sources: list[tuple[Source, float]], options: CropOptions, batch: int, seed: int, length: int, first: int = 0):
-        """`length`: batches; `first`: number of the first one, to go on where another stream ended."""
+    def __init__(
+        self,
+        sources: list[tuple[Source, float]],
+        options: CropOptions,
+        batch: int,
+        seed: int,
+        length: int,
+        first: int = 0,
+        cutouts: list[Cutout] | None = None,
+    ):
+        """`length`: batches; `first`: number of the first one, to go on where another stream ended; `cutouts`: vehicles to park beside roads."""
         self.sources = [source for source, _ in sources]
         shares = np.array([share for _, share in sources])
         self.shares = shares / shares.sum()
         self.options, self.batch, self.seed, self.length, self.first = options, batch, seed, length, first
+        self.cutouts = cutouts or []
         self.bank = Bank(seed)
         cv2.setNumThreads(1)
 
@@ -46,7 +57,7 @@ class CropStream(Dataset):
         """Crop number `index`."""
         random = generator(self.seed, "crop", index)
         source = self.sources[int(random.choice(len(self.sources), p=self.shares))]
-        return crop(source.draw(random), size, self.options, self.bank, random)
+        return crop(source.draw(random), size, self.options, self.bank, self.cutouts, random)
 
     def __getitem__(self, number: int) -> Batch:
         batch = self.first + number

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from motorcade_training.scene.cutout import cut_out, save
 from motorcade_training.scene.fuse import fuse_source
 from motorcade_training.scene.label import TeacherOptions, label_images
 from motorcade_training.scene.renders import render
@@ -32,7 +33,7 @@ class DataOptions:
 
 
 def make_data(options: DataOptions) -> None:
-    """Fills `out/real` and `out/renders`. Images labelled before are not labelled again."""
+    """Fills `out/real`, `out/renders` and `out/cutouts.npz`. Images labelled before are not labelled again."""
     if options.images is not None:
         folder = options.out / "real"
         if not (folder / "teacher.npz").is_file():
@@ -47,3 +48,4 @@ def make_data(options: DataOptions) -> None:
     if options.simulator is not None:
         drives = render(options.simulator, options.out / "drives", options.render_frames, options.frames_per_drive, options.seed)
         collect_renders(drives, options.out / "renders")
+        save([one for drive in drives for one in cut_out(drive)], options.out / "cutouts.npz")

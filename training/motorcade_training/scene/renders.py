@@ -56,13 +56,19 @@ class Render:
     kinds: np.ndarray
 
 
+def read_labels(drive: Path) -> dict[int, list[list[str]]]:
+    """Words of the labels of a simulated drive by frame."""
+    labels: dict[int, list[list[str]]] = {}
+    for line in (drive / "training" / "label_02" / "0000.txt").read_text().splitlines():
+        words = line.split()
+        labels.setdefault(int(words[0]), []).append(words)
+    return labels
+
+
 def read_drive(drive: Path) -> Iterator[Render]:
     """The labelled pictures of a simulated drive. Boxes enclose the whole vehicle, as in KITTI; hidden ones are regions to ignore."""
     root = drive / "training"
-    labels: dict[int, list[list[str]]] = {}
-    for line in (root / "label_02" / "0000.txt").read_text().splitlines():
-        words = line.split()
-        labels.setdefault(int(words[0]), []).append(words)
+    labels = read_labels(drive)
     for path in sorted((root / "image_02" / "0000").glob("*.png")):
         road = cv2.imread(str(root / "road_masks" / "0000" / path.name), cv2.IMREAD_GRAYSCALE)
         instance = cv2.imread(str(root / "instance" / "0000" / path.name), cv2.IMREAD_UNCHANGED)

@@ -14,6 +14,7 @@ from motorcade_training.common.ema import Ema
 from motorcade_training.common.schedule import Budget, Cosine
 from motorcade_training.common.seeds import seed_everything
 from motorcade_training.scene.augment import CropOptions
+from motorcade_training.scene.cutout import Cutout
 from motorcade_training.scene.dataset import Batch, CropStream
 from motorcade_training.scene.loss import Losses, scene_loss
 from motorcade_training.scene.model import SceneNetwork, Shape
@@ -74,8 +75,10 @@ def make_optimiser(network: SceneNetwork, rate: float, weight_decay: float) -> t
     return torch.optim.AdamW([{"params": decay, "weight_decay": weight_decay}, {"params": free, "weight_decay": 0.0}], lr=rate)
 
 
-def train(sources: list[tuple[Source, float]], validation: Source | None, options: TrainOptions, shape: Shape = Shape()) -> SceneNetwork:
-    """Trains until the budget ends; the averaged network."""
+def train(
+    sources: list[tuple[Source, float]], validation: Source | None, options: TrainOptions, shape: Shape = Shape(), cutouts: list[Cutout] | None = None
+) -> SceneNetwork:
+    """Trains until the budget ends; the averaged network. `cutouts`: vehicles to park beside roads."""
     seed_everything(options.seed)
     torch.set_flush_denormal(True)
     device = pick_device(options.device, options.threads)
@@ -95,7 +98,7 @@ def train(sources: list[tuple[Source, float]], validation: Source | None, option
         print(f"resumed at step {first}", flush=True)
     budget = Budget(options.steps, options.minutes, spent_s)
     cosine = Cosine(options.rate)
-    stream = CropStream(sources, CropOptions(), options.batch, options.seed, 1 << 30, first)
+    stream = CropStream(sources, CropOptions(), options.batch, options.seed, 1 << 30, first, cutouts)
     ahead = {"prefetch_factor": 4} if options.workers else {}
     loader = DataLoader(stream, batch_size=None, shuffle=False, num_workers=options.workers, **ahead)
     rows = log.CsvLog(options.out / "log.csv", first)

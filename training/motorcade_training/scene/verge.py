@@ -12,6 +12,8 @@ ROAD, NOT_ROAD = 128, 25
 PAINTED, NARROWED, SHADED = 0.6, 0.6, 0.4
 #: Share of narrowed roads beyond whose edge the road's own surface goes on in another light: footpaths, parking bays.
 FOOTPATH = 0.3
+#: Share of painted grounds that lie in deep shade, of houses and dense trees, where a camera shows little but darkness; and how much light is left.
+DEEP_SHADE, LEFT = 0.25, (0.08, 0.35)
 
 
 def vanishing_point(road: np.ndarray) -> tuple[float, float] | None:
@@ -73,6 +75,13 @@ def paint(image: np.ndarray, road: np.ndarray, boxes: Boxes, vanishing: tuple[fl
         texture = texture * (brightness * (1 + 0.15 * bank.field(random, height, width)))[..., None]
         if shade is not None:
             texture = texture * shade[..., None]
+        if random.random() < DEEP_SHADE:
+            dark = random.uniform(*LEFT)
+            if random.random() < 0.5:
+                # The edge of the shade runs across the ground.
+                start = random.uniform(-1, 1) * width + random.uniform(-2, 2) * y
+                dark = np.where(random.choice([-1, 1]) * (x - start) > 0, dark, 1.0).astype(np.float32)[..., None]
+            texture = texture * dark
         alpha = cv2.blur(mask, (3, 3)) * np.where(region is cut, 1.0, random.uniform(0.6, 1.0))
         picture += (texture - picture) * alpha[..., None]
     kerb &= free
@@ -83,5 +92,5 @@ def paint(image: np.ndarray, road: np.ndarray, boxes: Boxes, vanishing: tuple[fl
 def shadow(bank: Bank, random: np.random.Generator, height: int, width: int) -> np.ndarray:
     """Light under trees, f32 [height, width]: 1 in the sun, patches of shade with sharp edges."""
     field = bank.field(random, height, width) + 0.5 * bank.field(random, height, width)
-    share = 1 / (1 + np.exp(-random.uniform(3, 20) * (field - random.uniform(-1.0, 0.8))))
+    share = 1 / (1 + np.exp(np.clip(-random.uniform(3, 20) * (field - random.uniform(-1.0, 0.8)), -60, 60)))
     return (1 - share * random.uniform(0.4, 0.85)).astype(np.float32)
