@@ -50,8 +50,9 @@ pub use odometry::{
 };
 pub use road::{
     AdvancedClosedFormOptions, AdvancedRoadOptions, AlignmentOptions, ClosedFormOptions, ClosedFormScale,
-    HeightOptions, PlaneTrackingOptions, ProfileOptions, RoadCurvature, RoadEstimate, RoadInput,
-    RoadMeasurement, RoadOptions, RoadPlane, RoadState, RoadTracker, ScaleAverage, road_normal,
+    HeightOptions, MirrorOptions, MirroredFrames, PlaneTrackingOptions, ProfileOptions, RoadCurvature,
+    RoadEstimate, RoadInput, RoadMeasurement, RoadOptions, RoadPlane, RoadState, RoadTracker, ScaleAverage,
+    road_normal,
 };
 pub use rows::Rows;
 pub use scale::{

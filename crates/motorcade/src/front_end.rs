@@ -155,6 +155,17 @@ impl FrontEnd {
         ))
     }
 
+    /// A warning of a road that mirrors, for the results.
+    pub(crate) fn describe_mirror(&self) -> Option<String> {
+        let mirrored = self.scale.mirrored()?;
+        let first = self.record.frames.get(mirrored.first)?.number;
+        Some(format!(
+            "the road mirrors what stands above it in {} frames, first in frame {first}: its own texture does not show, and metres there \
+             come from points and their mirror images, less exactly",
+            mirrored.frames
+        ))
+    }
+
     /// A warning of pictures that are shifted as a whole, for the results.
     pub(crate) fn describe_shifts(&self) -> Option<String> {
         let shifted = self.motion.shifted_frames();

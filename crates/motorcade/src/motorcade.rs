@@ -241,6 +241,7 @@ impl Motorcade {
             .chain(self.pictures.describe())
             .chain(self.front_end.describe_shifts())
             .chain(self.front_end.describe_renewals())
+            .chain(self.front_end.describe_mirror())
             .chain(self.front_end.check_focal_length(&self.settings.config.checks.focal_length))
             .collect();
         found.iter().for_each(|text| progress.warn(text));

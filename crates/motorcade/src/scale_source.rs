@@ -2,8 +2,8 @@
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
 use motorcade_odometry::{
-    ClosedFormOptions, ClosedFormScale, EgoTrajectory, OdometryTrajectory, RoadInput, RoadMeasurement,
-    RoadTracker,
+    ClosedFormOptions, ClosedFormScale, EgoTrajectory, MirroredFrames, OdometryTrajectory, RoadInput,
+    RoadMeasurement, RoadTracker,
 };
 use nalgebra::{Point2, Vector3};
 
@@ -105,6 +105,15 @@ impl ScaleSource {
             Self::ClosedForm(scale) => scale.forget_before(row),
             Self::Both(both) => both.forget_before(row),
             Self::Unmeasured => 0,
+        }
+    }
+
+    /// Frames in which the road mirrored what stands above it.
+    pub(crate) fn mirrored(&self) -> Option<MirroredFrames> {
+        match self {
+            Self::Aligned(road) => road.mirrored(),
+            Self::Both(both) => both.road.mirrored(),
+            Self::ClosedForm(_) | Self::Unmeasured => None,
         }
     }
 

@@ -17,7 +17,7 @@ mod watch;
 
 pub use alignment::align_road;
 pub use closed_form::ClosedFormScale;
-pub use height::HeightOptions;
+pub use height::{HeightOptions, MirrorOptions};
 pub use measurement::{RoadCurvature, RoadEstimate, RoadMeasurement};
 pub use options::{
     AdvancedClosedFormOptions, AdvancedRoadOptions, AlignmentOptions, ClosedFormOptions,
@@ -26,5 +26,5 @@ pub use options::{
 pub use pixels::RoadPixels;
 pub use plane::{RoadPlane, road_normal};
 pub use state::RoadState;
-pub use tracker::{RoadInput, RoadTracker};
+pub use tracker::{MirroredFrames, RoadInput, RoadTracker};
 pub use view::{RoadScratch, RoadView};

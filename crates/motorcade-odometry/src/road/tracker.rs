@@ -33,6 +33,15 @@ pub struct RoadInput<'a> {
     pub masked: bool,
 }
 
+/// Frames in which the road mirrored what stands above it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MirroredFrames {
+    /// Row of the first one.
+    pub first: usize,
+    /// Number of aligned frames.
+    pub frames: usize,
+}
+
 /// Tracks the road plane through a drive.
 pub struct RoadTracker {
     camera: PinholeCamera,
@@ -54,6 +63,8 @@ pub struct RoadTracker {
     /// Half width of the stretch without a road mask \[camera heights\].
     unmasked_half_width: f64,
     measurements: Vec<RoadMeasurement>,
+    /// Frames in which the road mirrored.
+    mirrored: Option<MirroredFrames>,
     scratch: RoadScratch,
 }
 
@@ -73,6 +84,7 @@ impl RoadTracker {
             lost_ns: 0,
             unmasked_half_width: options.unmasked_half_width_heights,
             measurements: Vec::new(),
+            mirrored: None,
             scratch: RoadScratch::default(),
         }
     }
@@ -80,6 +92,11 @@ impl RoadTracker {
     /// All measurements so far, in order of frames.
     pub fn measurements(&self) -> &[RoadMeasurement] {
         &self.measurements
+    }
+
+    /// Frames in which the road mirrored what stands above it: their metres come from points and their mirror images.
+    pub fn mirrored(&self) -> Option<MirroredFrames> {
+        self.mirrored
     }
 
     /// Forgets measurements of frames before `frame`, but for the newest; returns their number.
@@ -114,10 +131,13 @@ impl RoadTracker {
         let measured = pose_of(input.frame).and_then(|camera_from_world| {
             let current = Current { input, camera_from_world, elapsed_ns: elapsed_ns.max(0), road: &road };
             let watched = self.watch(&current, &pose_of);
-            if self.plane.is_none() {
+            // The picture of a road that mirrors aligns by a plane below it.
+            let aligned = !self.watch.mirrors();
+            if self.plane.is_none() && aligned {
                 self.start(elapsed_ns.max(0));
             }
-            let tracked = self.plane.and_then(|plane| self.track(&current, plane, &pose_of));
+            let tracked =
+                self.plane.filter(|_| aligned).and_then(|plane| self.track(&current, plane, &pose_of));
             tracked.or(watched)
         });
         let (frame, timestamp_ns, pyramid) = (input.frame, input.timestamp_ns, input.pyramid.clone());
@@ -212,14 +232,25 @@ impl RoadTracker {
             pyramid: current.input.pyramid,
             road: current.road,
             far_heights: self.options.far_heights,
+            vehicles: current.input.vehicles,
         };
+        let mirrored_before = self.watch.mirrors();
         let anchor = self.anchor;
         let near = |m: &RoadMeasurement| {
             anchor.is_none_or(|a| {
                 (m.state.log_inverse_height - a).abs() < self.options.advanced.tracking.most_drift
             })
         };
-        self.watch.process(&frame, &self.history, pose_of).filter(near)
+        let found = self.watch.process(&frame, &self.history, pose_of);
+        if self.watch.mirrors() {
+            let first = self.mirrored.map_or(current.input.frame, |m| m.first);
+            let frames = 1 + self.mirrored.map_or(0, |m| m.frames);
+            self.mirrored = Some(MirroredFrames { first, frames });
+            if !mirrored_before {
+                (self.plane, self.anchor) = (None, None);
+            }
+        }
+        found.filter(near)
     }
 
     /// Starts with the height that the frames so far agree on; after a loss it must be near the height before, for a while.

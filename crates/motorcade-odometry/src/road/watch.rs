@@ -1,9 +1,11 @@
 //! Watches the camera's height: direction of travel, likelihood of this frame's pairs, what has been accumulated.
 
-use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
-use nalgebra::{Matrix3, Vector3};
+use motorcade_geometry::{BoundingBox, Camera, PinholeCamera, Pose, World};
+use nalgebra::{Matrix3, Point2, Vector3};
 
-use super::height::{HeightEstimate, HeightFilter, HeightOptions, HeightSamples, Travel};
+use super::height::{
+    HeightEstimate, HeightFilter, HeightOptions, HeightSamples, MirrorPair, MirrorTest, MirrorView, Travel,
+};
 use super::history::{EarlierFrame, RoadHistory};
 use super::measurement::RoadMeasurement;
 use super::pixels::RoadPixels;
@@ -21,6 +23,8 @@ pub(super) struct WatchedFrame<'a> {
     pub pyramid: &'a Pyramid,
     pub road: &'a RoadPixels,
     pub far_heights: f64,
+    /// Boxes of vehicles, which may move.
+    pub vehicles: &'a [BoundingBox],
 }
 
 /// Place of an earlier frame in the history, newest first, with `reference_from_current`.
@@ -32,6 +36,9 @@ pub(super) struct HeightWatch {
     filter: HeightFilter,
     travel: Travel,
     samples: HeightSamples,
+    mirror: MirrorTest,
+    /// Points and their mirror images of this frame, kept for their memory.
+    mirrored: Vec<MirrorPair>,
     /// Time of the frame last compared \[ns\].
     compared_ns: Option<i64>,
     /// Pairs of this frame, and log likelihoods by it; kept for their memory.
@@ -48,6 +55,8 @@ impl HeightWatch {
             filter: HeightFilter::new(options),
             travel: Travel::default(),
             samples: HeightSamples::default(),
+            mirror: MirrorTest::new(options.mirror),
+            mirrored: Vec::new(),
             compared_ns: None,
             pairs: Vec::with_capacity(options.most_pairs),
             log_likelihood: Vec::new(),
@@ -64,6 +73,11 @@ impl HeightWatch {
     /// The height, once it is known.
     pub fn estimate(&self) -> Option<HeightEstimate> {
         self.filter.estimate()
+    }
+
+    /// True while the road mirrors what stands above it: its pictures tell of a plane below it.
+    pub fn mirrors(&self) -> bool {
+        self.mirror.mirrors()
     }
 
     /// Unit normal away from the camera of the road by the direction of travel.
@@ -96,6 +110,7 @@ impl HeightWatch {
             Some(pose_of(earlier.frame)? * current.camera_from_world.inverse())
         };
         self.follow_travel(current, history, motion_from);
+        self.look_for_a_mirror(current, history);
         let known = self.filter.estimate();
         let elapsed_s = self.compared_ns.map_or(0.0, |before| seconds(current.timestamp_ns - before));
         if known.is_some() && self.compared_ns.is_some() && elapsed_s < self.options.interval_s {
@@ -104,14 +119,19 @@ impl HeightWatch {
         let (travel, down) = self.travel.direction().zip(self.travel.down())?;
         self.find_pairs(history, known, motion_from);
         let nearest = history.newest(self.pairs.first()?.0)?;
-        self.samples.collect(
-            current.camera,
-            (current.pyramid, &nearest.pyramid),
-            (&down, &travel),
-            current.far_heights,
-            |p| current.road.contains(p),
-            &self.options,
-        );
+        let pictures = (current.pyramid, &*nearest.pyramid);
+        if self.mirrors() {
+            let visible = |p: &Point2<f64>| !current.vehicles.iter().any(|v| v.contains(p.x, p.y));
+            let road = |p: &Point2<f64>| current.road.contains(p);
+            let view = mirror_view(current, &down, &self.options);
+            view.pairs(road, visible, &self.options.mirror, &mut self.mirrored);
+            self.samples.collect_mirrored(current.camera, pictures, &self.mirrored, &self.options);
+        } else {
+            let directions = (&down, &travel);
+            let usable = |p: &Point2<f64>| current.road.contains(p);
+            let far_heights = current.far_heights;
+            self.samples.collect(current.camera, pictures, directions, far_heights, usable, &self.options);
+        }
         if !self.samples.enough(&self.options) {
             return None;
         }
@@ -122,6 +142,19 @@ impl HeightWatch {
         let (place, motion) = self.pairs.get(self.pairs.len() / 2)?;
         let (reference, baseline) = (history.newest(*place)?.frame, motion.translation().norm());
         measured.map(|m| self.measurement(&m, &down, (current.frame, reference, baseline)))
+    }
+
+    /// Tests whether the road mirrors. What was known of the height by a road that turns out to mirror is forgotten.
+    fn look_for_a_mirror(&mut self, current: &WatchedFrame<'_>, history: &RoadHistory) {
+        let Some(down) = self.travel.down() else { return };
+        let before_ns = history.newest_ns().unwrap_or(current.timestamp_ns);
+        let view = mirror_view(current, &down, &self.options);
+        let before = self.mirror.mirrors();
+        let road = |p: &Point2<f64>| current.road.contains(p);
+        self.mirror.process(&view, road, seconds(current.timestamp_ns - before_ns));
+        if self.mirror.mirrors() && !before {
+            self.reset();
+        }
     }
 
     /// Adds the motion since the frame before to the direction of travel.
@@ -180,7 +213,8 @@ impl HeightWatch {
         for (place, motion) in &self.pairs {
             let Some(earlier) = history.newest(*place) else { continue };
             let heights = cells.clone().map(|k| self.filter.log_inverse_height(k));
-            let reference = (&*earlier.pyramid, &earlier.road);
+            let road = if self.mirror.mirrors() { RoadPixels::everywhere() } else { &earlier.road };
+            let reference = (&*earlier.pyramid, road);
             let out = &mut self.log_likelihood;
             self.samples.add_log_likelihood(camera, reference, motion, heights, &self.options, out);
         }
@@ -195,7 +229,8 @@ impl HeightWatch {
     ) -> RoadMeasurement {
         let (value, _) = coordinates(&(down * height.log_inverse_height.exp()), 0.0);
         let [pitch, roll] = self.options.tilt_sigmas_rad;
-        let sigmas = Vector3::new(height.sigma, pitch, roll);
+        let by_tilt = if self.mirrors() { self.samples.sigma_by_tilt(pitch) } else { 0.0 };
+        let sigmas = Vector3::new(height.sigma.hypot(by_tilt), pitch, roll);
         RoadMeasurement {
             frame,
             reference,
@@ -206,5 +241,20 @@ impl HeightWatch {
             agreement: 1.0,
             pixels: self.samples.len(),
         }
+    }
+}
+
+fn mirror_view<'a>(
+    current: &WatchedFrame<'a>,
+    down: &'a Vector3<f64>,
+    options: &HeightOptions,
+) -> MirrorView<'a> {
+    MirrorView {
+        camera: current.camera,
+        pyramid: current.pyramid,
+        down,
+        far_heights: current.far_heights,
+        half_width_heights: options.half_width_heights,
+        level: options.level.min(current.pyramid.len() - 1),
     }
 }

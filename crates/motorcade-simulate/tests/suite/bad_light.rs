@@ -1,14 +1,14 @@
 //! Night, low sun, tunnel and mirroring asphalt on three scenarios: within the bounds of the scenario, or wide and told.
 
-use motorcade_simulate::Weather::{self, LowSun, Night, Tunnel};
+use motorcade_simulate::Weather::{self, LowSun, Night, Tunnel, WetMirror};
 use rayon::prelude::*;
 
 use super::cases::{Case, FULL};
 use super::missed;
 use super::outcome::{Outcome, run};
 
-/// Weathers of the test. The mirroring road is wrong and narrow: `MOTORCADE_SUITE_WEATHER=wet-mirror` prints its table, and fails.
-const WEATHERS: [Weather; 3] = [LowSun, Tunnel, Night];
+/// Weathers of the test; `MOTORCADE_SUITE_WEATHER` selects another one.
+const WEATHERS: [Weather; 4] = [LowSun, Tunnel, Night, WetMirror];
 /// A straight road behind a car, bends with oncoming traffic, parked cars.
 const SCENARIOS: [&str; 3] = ["straight", "roundabout", "parked"];
 /// Largest error of scale over its standard deviation.

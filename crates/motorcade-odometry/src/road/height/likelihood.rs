@@ -6,6 +6,7 @@ use motorcade_geometry::robust::median;
 use motorcade_geometry::{Camera, PinholeCamera, Pose};
 use nalgebra::{Point2, Vector3};
 
+use super::mirror::MirrorPair;
 use super::options::HeightOptions;
 use crate::road::pixels::RoadPixels;
 use crate::tracking::Pyramid;
@@ -91,6 +92,41 @@ impl HeightSamples {
                 index % every == 0
             });
         }
+    }
+
+    /// Collects pixels about points above a road that mirrors them: their distance in camera heights is known by their mirror images.
+    pub fn collect_mirrored(
+        &mut self,
+        camera: &PinholeCamera,
+        (current, before): (&Pyramid, &Pyramid),
+        pairs: &[MirrorPair],
+        options: &HeightOptions,
+    ) {
+        let level = options.level.min(current.len() - 1);
+        let (image, before) = (current.level(level), before.level(level));
+        let scale = f64::from(1u32 << level);
+        self.samples.clear();
+        let reach = options.mirror.patch_px;
+        for MirrorPair { above: (x, y), inverse_depth } in pairs.iter().copied() {
+            for row in (y.saturating_sub(reach)..=y + reach).step_by(2) {
+                for column in (x.saturating_sub(reach)..=x + reach).step_by(2) {
+                    let grey = image.row(row)[column];
+                    let fixed = f64::from(before.row(row)[column] - grey).abs() <= options.fixed_grey;
+                    if !fixed {
+                        let ray = camera.ray(&Point2::new(column as f64 * scale, row as f64 * scale));
+                        self.samples.push(Sample { ray, inverse_depth, grey, information: 1.0 });
+                    }
+                }
+            }
+        }
+        // Pixels of a patch share its distance.
+        self.effective = (pairs.len() as f64).min(options.most_independent);
+    }
+
+    /// Standard deviation of log height by an error of the normal \[rad\], which shifts all pixels alike: the median over the pixels.
+    pub fn sigma_by_tilt(&self, tilt_sigma_rad: f64) -> f64 {
+        let mut inverse_depths: Vec<f64> = self.samples.iter().map(|s| s.inverse_depth).collect();
+        median(&mut inverse_depths).map_or(0.0, |inverse_depth| tilt_sigma_rad / inverse_depth)
     }
 
     /// Number of pixels compared.

@@ -6,10 +6,14 @@
 
 mod filter;
 mod likelihood;
+mod mirror;
+mod mirror_options;
 mod options;
 mod travel;
 
 pub(super) use filter::{HeightEstimate, HeightFilter};
 pub(super) use likelihood::HeightSamples;
+pub(super) use mirror::{MirrorPair, MirrorTest, MirrorView};
+pub use mirror_options::MirrorOptions;
 pub use options::HeightOptions;
 pub(super) use travel::Travel;

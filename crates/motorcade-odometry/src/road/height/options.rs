@@ -1,5 +1,7 @@
 //! Options of the camera's height by accumulated likelihood.
 
+use super::mirror_options::MirrorOptions;
+
 /// The camera's height in the odometry's unit, searched and watched by the likelihood of many pairs of frames.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -71,6 +73,8 @@ pub struct HeightOptions {
     /// Largest angle of an aligned road to the direction of travel \[rad\], 3.4°, and largest roll, 7°: a hill's foot, a leaning
     /// rider; a camera that is mounted askew.
     pub most_tilt_rad: [f64; 2],
+    /// A road that mirrors what stands above it.
+    pub mirror: MirrorOptions,
 }
 
 impl Default for HeightOptions {
@@ -108,6 +112,7 @@ impl Default for HeightOptions {
             tilt_sigmas_rad: [7e-3, 17e-3],
             travel_s: 1.0,
             most_tilt_rad: [0.06, 0.12],
+            mirror: MirrorOptions::default(),
         }
     }
 }
@@ -143,6 +148,6 @@ impl HeightOptions {
                 return Err(format!("{name} must lie between {least} and {most}"));
             }
         }
-        Ok(())
+        self.mirror.validate()
     }
 }
