@@ -199,6 +199,12 @@ impl LoadedDrive {
         };
         let focal_sigma = self.sequence().and_then(|s| s.calibration()?.focal_sigma);
         let builder = builder.focal_sigma(focal_sigma.unwrap_or(0.0)).config(*config);
+        let readout_ms =
+            self.sequence().and_then(|s| Some(s.calibration()?.readout_ms)).filter(|ms| *ms > 0.0);
+        let builder = match readout_ms {
+            Some(readout_ms) => builder.readout_s(1e-3 * readout_ms),
+            None => builder,
+        };
         let builder = builder.external(self.external.clone()).perception(perception).threads(self.threads);
         Ok(builder.build()?)
     }

@@ -166,6 +166,7 @@ fn render(arguments: &SimulateArguments) -> RenderOptions {
         exposure_drift: arguments.exposure_drift,
         blur_samples: arguments.blur_samples,
         shutter_s: arguments.shutter,
+        readout_s: 1e-3 * arguments.readout_ms,
         ..SensorOptions::default()
     };
     let (weather, fps, hour) = (arguments.weather, arguments.fps, arguments.hour);

@@ -104,6 +104,7 @@ fn what_cannot_be_is_refused() {
         ("simulate --training vehicle --scenario demo --out d", 1, "cannot be used with"),
         ("simulate --scenario demo --exact --out d", 1, "--keypoints"),
         ("simulate --scenario demo --exposure-drift=-1 --out d", 1, "exposure"),
+        ("simulate --scenario demo --readout-ms 300 --out d", 1, "readout time"),
         ("simulate --scenario demo --geometry-only --outliers 2 --out d", 1, "outliers"),
     ] {
         answer(folder.path(), command).expect(code, &[said]);

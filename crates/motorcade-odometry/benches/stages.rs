@@ -141,6 +141,7 @@ fn bundle(criterion: &mut Criterion) {
 fn road(criterion: &mut Criterion) {
     let (reference, current) = (pyramid_at(0.0), pyramid_at(2.0 * STEP_M));
     let view = RoadView {
+        row_share: 0.0,
         camera: &CAMERA,
         current: &current,
         reference: &reference,

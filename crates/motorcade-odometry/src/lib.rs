@@ -34,6 +34,7 @@ mod buffer;
 mod map;
 mod odometry;
 mod road;
+mod rolling_shutter;
 mod rows;
 mod scale;
 mod time;

@@ -29,5 +29,6 @@ pub fn read_calibration(
     out.set_item("view_deg", read.view_deg)?;
     out.set_item("fps", read.fps)?;
     out.set_item("height_m", read.height_m)?;
+    out.set_item("readout_ms", (read.readout_ms > 0.0).then_some(read.readout_ms))?;
     Ok(out)
 }

@@ -108,6 +108,8 @@ impl RunArguments {
             Some(height_m) => builder.height_m(height_m),
             None => builder.height_by_vehicles(),
         };
+        let readout_ms = sequence.calibration().map_or(0.0, |c| c.readout_ms);
+        let builder = if readout_ms > 0.0 { builder.readout_s(1e-3 * readout_ms) } else { builder };
         let threads = thread_count(self.threads);
         let mut slam = builder.threads(threads).build()?;
         let mut pictures = Pictures::new(sequence.len());

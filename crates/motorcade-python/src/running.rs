@@ -37,6 +37,8 @@ pub struct MotorcadeArguments {
     size_px: (u32, u32),
     /// `None` where vehicles tell it.
     height_m: Option<f64>,
+    /// Of a rolling shutter, where it is stated.
+    readout_ms: Option<f64>,
     models: Option<PathBuf>,
     threads: usize,
     settings: SettingsArguments,
@@ -59,6 +61,10 @@ impl MotorcadeArguments {
         let builder = match self.height_m {
             Some(height_m) => builder.height_m(height_m),
             None => builder.height_by_vehicles(),
+        };
+        let builder = match self.readout_ms {
+            Some(readout_ms) => builder.readout_s(1e-3 * readout_ms),
+            None => builder,
         };
         let slam = builder.threads(thread_count(self.threads)).build()?;
         Ok(Running {

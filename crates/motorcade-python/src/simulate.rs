@@ -27,6 +27,7 @@ pub struct SimulateArguments {
     exposure_drift: f64,
     blur_samples: usize,
     shutter_s: f64,
+    readout_ms: f64,
     depth: bool,
     instance: bool,
     keypoints: bool,
@@ -84,6 +85,7 @@ impl SimulateArguments {
             exposure_drift: self.exposure_drift,
             blur_samples: self.blur_samples,
             shutter_s: self.shutter_s,
+            readout_s: 1e-3 * self.readout_ms,
             ..SensorOptions::default()
         };
         let render = RenderOptions { weather, sensor, fps: self.fps, ..RenderOptions::default() };

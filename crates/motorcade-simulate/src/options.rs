@@ -28,11 +28,14 @@ pub struct SensorOptions {
     /// Pictures averaged over the shutter time, whose middle is the time of the frame; 1 for no motion blur. The cost is proportional
     /// to it, for even numbers to one picture more.
     pub blur_samples: usize,
+    /// Time from the reading of the first row to that of the last \[s\], of a rolling shutter; the middle row has the time of the frame. 0
+    /// for a global shutter. Not with blur.
+    pub readout_s: f64,
 }
 
 impl Default for SensorOptions {
     fn default() -> Self {
-        Self { noise: 1.5, exposure_drift: 0.03, shutter_s: 0.006, blur_samples: 1 }
+        Self { noise: 1.5, exposure_drift: 0.03, shutter_s: 0.006, blur_samples: 1, readout_s: 0.0 }
     }
 }
 
@@ -134,11 +137,15 @@ impl RenderOptions {
         if self.sensor.blur_samples == 0 {
             return Err(Error::Plan("at least one blur sample is needed".into()));
         }
-        let SensorOptions { noise, exposure_drift, shutter_s, .. } = self.sensor;
+        let SensorOptions { noise, exposure_drift, shutter_s, readout_s, blur_samples } = self.sensor;
+        if readout_s > 0.0 && blur_samples > 1 {
+            return Err(Error::Plan("a rolling shutter has no motion blur here: one blur sample".into()));
+        }
         let sensor = [
             ("noise [grey levels]", noise, 100.0),
             ("exposure drift [share]", exposure_drift, 0.6),
             ("shutter time [s]", shutter_s, 1.0 / self.fps),
+            ("readout time [s]", readout_s, 1.0 / self.fps),
         ];
         for (what, value, most) in sensor {
             // NaN lies in no range.

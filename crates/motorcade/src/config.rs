@@ -236,6 +236,7 @@ impl Config {
         )?;
         check(self.road.baseline_heights > 0.05, "road.baseline_heights must be more than 0.05")?;
         check(self.road.oldest_s > 0.0, "road.oldest_s must be more than 0")?;
+        check((0.0..=0.2).contains(&self.road.readout_s), "road.readout_s must lie between 0 and 0.2")?;
         self.road.advanced.height.validate().map_err(|problem| format!("road.advanced.height.{problem}"))?;
         check(
             self.scale.farthest_m > 5.0,
@@ -341,6 +342,9 @@ mod tests {
             ("odometry.pose.kernel_px=0", "odometry.pose.kernel_px must be positive"),
             ("odometry.window.advanced.depth_neighbours=17", "must lie between 1 and 16"),
             ("road.advanced.height.step=1e-9", "road.advanced.height.step must lie between 0.001 and 0.2"),
+            ("road.readout_s=-0.01", "road.readout_s must lie between 0 and 0.2"),
+            ("odometry.readout_s=30", "odometry.readout_s must lie between 0 and 0.2"),
+            ("road.advanced.height.mirror.patch_px=0", "road.advanced.height.mirror.patch_px must lie"),
             ("road.advanced.height.range_units=[2, 1]", "road.advanced.height.range_units must be two"),
             ("vehicles.advanced.keypoints.fit.deformations=9", "must be at most 8"),
         ] {

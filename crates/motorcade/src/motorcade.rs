@@ -66,6 +66,7 @@ impl Motorcade {
             height_m: None,
             height_unknown: false,
             focal_sigma: 0.0,
+            readout_s: None,
             config,
             external,
             perception,
@@ -317,6 +318,7 @@ pub struct MotorcadeBuilder {
     height_m: Option<f64>,
     height_unknown: bool,
     focal_sigma: f64,
+    readout_s: Option<f64>,
     config: Config,
     external: External,
     perception: Perception,
@@ -343,6 +345,13 @@ impl MotorcadeBuilder {
     #[must_use]
     pub fn focal_sigma(mut self, focal_sigma: f64) -> Self {
         self.focal_sigma = focal_sigma;
+        self
+    }
+    /// Time from the reading of a picture's first row to that of its last \[s\], of a rolling shutter; in place of `odometry.readout_s` and
+    /// `road.readout_s` of the configuration.
+    #[must_use]
+    pub fn readout_s(mut self, readout_s: f64) -> Self {
+        self.readout_s = Some(readout_s);
         self
     }
     /// Configuration in place of the default one.
@@ -394,8 +403,11 @@ impl MotorcadeBuilder {
     /// No height, or one that no camera has; intrinsics that are none; a configuration out of range; distances of another sensor
     /// where metres are given.
     pub fn build(self) -> Result<Motorcade> {
-        let Self { camera, height_m, height_unknown, focal_sigma, mut config, external, perception, threads } =
-            self;
+        let Self { camera, height_m, height_unknown, focal_sigma, readout_s, mut config, .. } = self;
+        let (external, perception, threads) = (self.external, self.perception, self.threads);
+        if let Some(readout_s) = readout_s {
+            (config.odometry.readout_s, config.road.readout_s) = (readout_s, readout_s);
+        }
         let height_m = height_m.or(height_unknown.then_some(config.scale.height.guess_m));
         let height_m = height_m.filter(|h| HEIGHT_RANGE_M.contains(h)).ok_or_else(|| {
             Error::Config("the height of the camera above the road must lie in [0.01, 1000] m".to_owned())

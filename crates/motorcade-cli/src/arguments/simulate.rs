@@ -120,6 +120,10 @@ pub struct SimulateArguments {
     /// Shutter time in seconds; seen only with --blur-samples.
     #[arg(long, default_value_t = 0.006)]
     pub shutter: f64,
+    /// Rolling shutter: time in milliseconds from the first row to the last, with the frame's time in the middle; 0 for a global one. Say the
+    /// same as `readout_ms` of a camera file to `run --calibration`.
+    #[arg(long, value_name = "MS", default_value_t = 0.0, conflicts_with_all = ["geometry_only", "training"])]
+    pub readout_ms: f64,
     /// Replace an earlier drive in --out; nothing else in it is removed.
     #[arg(long)]
     pub force: bool,

@@ -102,6 +102,7 @@ impl KittiCalibration {
             view_deg: None,
             fps: None,
             height_m: None,
+            readout_ms: 0.0,
             focal_sigma: None,
             camera_from_cam0: Pose::from_parts(UnitQuaternion::identity(), shift),
         })

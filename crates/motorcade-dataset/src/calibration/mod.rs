@@ -52,6 +52,8 @@ pub struct Calibration {
     pub fps: Option<f64>,
     /// Height of the camera above the road \[m\], when the file has it.
     pub height_m: Option<f64>,
+    /// Time from the reading of the first row to that of the last \[ms\]; 0 for a global shutter.
+    pub readout_ms: f64,
     /// Standard deviation of the logarithm of the focal length, when the file has it.
     pub focal_sigma: Option<f64>,
     /// `camera_from_cam0` of a KITTI rig; the identity elsewhere.
@@ -60,6 +62,8 @@ pub struct Calibration {
 
 /// Horizontal views of a pinhole that can be stated \[°\].
 const VIEW_RANGE_DEG: std::ops::RangeInclusive<f64> = 1.0..=170.0;
+/// Times in which the rows of a picture are read \[ms\].
+pub(crate) const READOUT_RANGE_MS: std::ops::RangeInclusive<f64> = 0.0..=200.0;
 /// Frames per second that there can be.
 pub(crate) const FPS_RANGE: std::ops::RangeInclusive<f64> = 0.01..=1e4;
 /// Heights of a camera above the road \[m\] beyond which numbers lose their meaning.

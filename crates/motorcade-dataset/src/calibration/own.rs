@@ -9,6 +9,7 @@
 //! height = 375       # px, optional
 //! fps = 10.0         # optional
 //! height_m = 1.65    # camera above the road, optional
+//! readout_ms = 30.0  # from the first row to the last of a rolling shutter, optional; 0 (the default) for a global one
 //! # view_deg = 80.0  # horizontal view of the undistorted frames, optional; by default the lens decides
 //!
 //! [distortion]       # optional, each field optional
@@ -30,7 +31,7 @@ use std::path::Path;
 
 use motorcade_geometry::{Distortion, Fisheye, Pose, RadialTangential, Rational};
 
-use super::Calibration;
+use super::{Calibration, READOUT_RANGE_MS};
 use crate::error::{Error, Result};
 
 #[derive(serde::Deserialize)]
@@ -44,6 +45,7 @@ struct File {
     height: Option<u32>,
     fps: Option<f64>,
     height_m: Option<f64>,
+    readout_ms: Option<f64>,
     view_deg: Option<f64>,
     #[serde(default)]
     distortion: Lens,
@@ -127,6 +129,14 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Calibration> {
         (None, None) => None,
         _ => return Err(Error::input(path, "give both width and height, or neither")),
     };
+    if let Some(readout_ms) = file.readout_ms.filter(|ms| !READOUT_RANGE_MS.contains(ms)) {
+        return Err(Error::input(
+            path,
+            format!(
+                "readout_ms = {readout_ms}: the time in which all rows are read must lie between 0 and 200 ms"
+            ),
+        ));
+    }
     Ok(Calibration {
         dialect: "motorcade TOML",
         fx: file.fx,
@@ -138,6 +148,7 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Calibration> {
         view_deg: file.view_deg,
         fps: file.fps,
         height_m: file.height_m,
+        readout_ms: file.readout_ms.unwrap_or(0.0),
         focal_sigma: file.sigma.map(|sigma| sigma.focal_px / file.fx),
         camera_from_cam0: Pose::identity(),
     })
@@ -151,6 +162,9 @@ impl Calibration {
             format!("fx = {:.4}\nfy = {:.4}\ncx = {:.4}\ncy = {:.4}\n", self.fx, self.fy, self.cx, self.cy);
         if let Some((width, height)) = self.size {
             text += &format!("width = {width}\nheight = {height}\n");
+        }
+        if self.readout_ms > 0.0 {
+            text += &format!("readout_ms = {}\n", self.readout_ms);
         }
         if let Distortion::RadialTangential(RadialTangential { k1, k2, p1, p2, k3 }) = self.distortion
             && !self.distortion.is_none()
@@ -169,13 +183,16 @@ mod tests {
 
     #[test]
     fn what_is_written_reads_back() {
-        let text = "fx = 700.5\nfy = 700.5\ncx = 600.25\ncy = 180.125\nwidth = 1242\nheight = 375\n[distortion]\nk1 = -0.25\n\
+        let text = "fx = 700.5\nfy = 700.5\ncx = 600.25\ncy = 180.125\nwidth = 1242\nheight = 375\nreadout_ms = 30.0\n[distortion]\nk1 = -0.25\n\
                     [sigma]\nfocal_px = 7.005\ncx = 3.0\ncy = 4.0\nk1 = 0.01\n";
         let read = parse(Path::new("camera.toml"), text).unwrap();
         assert!((read.focal_sigma.unwrap() - 0.01).abs() < 1e-12);
         let again = parse(Path::new("camera.toml"), &read.to_toml([7.005, 0.01, 3.0, 4.0])).unwrap();
         assert!((again.focal_sigma.unwrap() - 0.01).abs() < 1e-5);
         assert_eq!(Calibration { focal_sigma: None, ..again }, Calibration { focal_sigma: None, ..read });
+        assert_eq!(again.readout_ms, 30.0);
+        let refused = parse(Path::new("camera.toml"), &text.replace("30.0", "-1.0")).unwrap_err();
+        assert!(refused.to_string().contains("readout_ms = -1"), "{refused}");
         assert!(parse(Path::new("camera.toml"), &text.replace("[sigma]", "[sigmas]")).is_err());
     }
 }

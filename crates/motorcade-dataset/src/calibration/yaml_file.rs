@@ -40,6 +40,7 @@ pub(super) fn parse(path: &Path, file: &TextFile, camera: Option<u8>) -> Result<
         view_deg: None,
         fps: found.fps.or(document.number(&["Camera.fps", "fps"])?),
         height_m: None,
+        readout_ms: 0.0,
         focal_sigma: None,
         camera_from_cam0: Pose::identity(),
     })

@@ -3,6 +3,8 @@
 use motorcade_geometry::{Camera, Pose, World};
 use nalgebra::Vector3;
 
+use crate::rolling_shutter::RowMotion;
+
 /// A keyframe of the local map.
 #[derive(Clone, Debug)]
 pub(crate) struct Keyframe {
@@ -10,6 +12,8 @@ pub(crate) struct Keyframe {
     pub number: usize,
     /// Its pose.
     pub camera_from_world: Pose<Camera, World>,
+    /// Motion of the camera while its rows were read.
+    pub row_motion: RowMotion,
     /// Length of the baseline to the next keyframe by the road.
     pub baseline: BaselineScale,
     /// The road in its camera's frame, m with `mᵀX = 1`, once one was measured.
@@ -18,8 +22,8 @@ pub(crate) struct Keyframe {
 
 impl Keyframe {
     /// A keyframe without road measurements.
-    pub fn new(number: usize, camera_from_world: Pose<Camera, World>) -> Self {
-        Self { number, camera_from_world, baseline: BaselineScale::default(), plane: None }
+    pub fn new(number: usize, camera_from_world: Pose<Camera, World>, row_motion: RowMotion) -> Self {
+        Self { number, camera_from_world, row_motion, baseline: BaselineScale::default(), plane: None }
     }
 }
 

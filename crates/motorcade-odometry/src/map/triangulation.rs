@@ -5,6 +5,7 @@ use nalgebra::{Point2, Point3, Vector3};
 
 use super::landmark::Landmark;
 use super::window::Window;
+use crate::rolling_shutter::RowMotion;
 
 /// `camera_from_world` and pixel \[px\].
 type View = (Pose<Camera, World>, Point2<f64>);
@@ -30,23 +31,31 @@ impl Window {
     }
 
     /// Triangulates landmarks from a keyframe and the current frame at `camera_from_world`: they locate the next frame before
-    /// the next keyframe exists.
-    pub fn triangulate_tracked(&mut self, camera: &PinholeCamera, camera_from_world: &Pose<Camera, World>) {
+    /// the next keyframe exists. `row_motion` is that of the current frame.
+    pub fn triangulate_tracked(
+        &mut self,
+        camera: &PinholeCamera,
+        camera_from_world: &Pose<Camera, World>,
+        row_motion: &RowMotion,
+    ) {
         let mut landmarks = std::mem::take(&mut self.landmarks);
         for landmark in landmarks.iter_mut().filter(|l| l.point_in_world.is_none()) {
             let (Some(pixel), Some((number, first))) = (landmark.pixel, landmark.observations.first()) else {
                 continue;
             };
             let Some(keyframe) = self.index_of(*number).and_then(|i| self.keyframes.get(i)) else { continue };
-            let views = [(keyframe.camera_from_world, *first), (*camera_from_world, pixel)];
+            let then = keyframe.row_motion.pose_of_row(&keyframe.camera_from_world, first.y);
+            let views = [(then, *first), (row_motion.pose_of_row(camera_from_world, pixel.y), pixel)];
             landmark.point_in_world = self.position_from(&views, &views.map(|v| ray(&v, camera)), camera);
         }
         self.landmarks = landmarks;
     }
 
     fn position(&self, observations: &[(usize, Point2<f64>)], camera: &PinholeCamera) -> Option<Point3<f64>> {
-        let view =
-            |(n, p): &(usize, Point2<f64>)| Some((self.keyframes[self.index_of(*n)?].camera_from_world, *p));
+        let view = |(n, p): &(usize, Point2<f64>)| {
+            let keyframe = &self.keyframes[self.index_of(*n)?];
+            Some((keyframe.row_motion.pose_of_row(&keyframe.camera_from_world, p.y), *p))
+        };
         let views: Vec<View> = observations.iter().filter_map(view).collect();
         let rays: Vec<_> = views.iter().map(|v| ray(v, camera)).collect();
         self.position_from(&views, &rays, camera)

@@ -80,10 +80,15 @@ impl Window {
             .collect();
         let free_from = self.keyframes.len().saturating_sub(self.options.free_keyframes).max(2);
         let observations = |i: &usize| -> Vec<KeyframeObservation> {
-            let observed = self.landmarks[*i].observations.iter();
+            let landmark = &self.landmarks[*i];
+            let observed = landmark.observations.iter();
             observed
                 .filter_map(|(n, pixel)| {
-                    Some(KeyframeObservation { pose: self.index_of(*n)?, pixel: *pixel })
+                    let pose = self.index_of(*n)?;
+                    let Keyframe { camera_from_world, row_motion, .. } = &self.keyframes[pose];
+                    let point = landmark.point_in_world.as_ref()?;
+                    let pixel = row_motion.at_frame_time(camera, camera_from_world, point, pixel);
+                    Some(KeyframeObservation { pose, pixel })
                 })
                 .collect()
         };
@@ -148,8 +153,8 @@ impl Window {
         let before = landmark.observations.len();
         landmark.observations.retain(|(number, pixel)| {
             let keyframe = number.checked_sub(oldest).and_then(|i| keyframes.get(i));
-            let projected =
-                keyframe.and_then(|k| camera.project(&k.camera_from_world.transform_point(&point)));
+            let pose = |k: &Keyframe| k.row_motion.pose_of_row(&k.camera_from_world, pixel.y);
+            let projected = keyframe.and_then(|k| camera.project(&pose(k).transform_point(&point)));
             projected.is_some_and(|p| (p - pixel).norm() < options.outlier_px)
         });
         landmark.point_in_world = Some(point);

@@ -47,7 +47,8 @@ impl Odometry {
         self.note_shift(frame.number, &predicted, &estimate, &scratch.observations);
         self.failing_ns = 0;
         self.commit_pixels(&scratch.pixels, scratch.refiner.inliers(), interval_ns);
-        self.window.triangulate_tracked(&self.camera, &estimate.camera_from_world);
+        let row_motion = self.row_motion();
+        self.window.triangulate_tracked(&self.camera, &estimate.camera_from_world, &row_motion);
         if !late {
             self.velocity = Velocity::new(&motion.log(), since_last_ns, frame.number - last.frame);
         }
@@ -192,9 +193,12 @@ impl Odometry {
         scratch: &mut Scratch,
     ) -> Option<PoseEstimate> {
         let Scratch { pixels, observations, refiner, .. } = scratch;
+        let row_motion = self.row_motion();
         let observation = |(l, p): (&Landmark, &Option<Point2<f64>>)| {
             l.is_static().then_some(())?;
-            Some(Observation { point_in_world: l.point_in_world?, pixel: (*p)? })
+            let point_in_world = l.point_in_world?;
+            let pixel = row_motion.at_frame_time(&self.camera, predicted, &point_in_world, p.as_ref()?);
+            Some(Observation { point_in_world, pixel })
         };
         observations.clear();
         observations.extend(self.window.landmarks.iter().zip(&*pixels).filter_map(observation));

@@ -194,7 +194,7 @@ impl Odometry {
     fn start_map(&mut self, frame: &Frame<'_>, landmarks: Vec<Landmark>, last_pose: CameraFromWorld) {
         self.window = Window::new(self.options.window);
         (self.held_log_height, self.contradicted_since_ns) = (None, None);
-        self.window.push(Keyframe::new(0, CameraFromWorld::identity()));
+        self.window.push(Keyframe::new(0, CameraFromWorld::identity(), self.row_motion()));
         self.window.landmarks = landmarks;
         self.add_keyframe(frame, last_pose);
         self.last = Some(LastFrame::at(frame, self.newest_pose(last_pose)));

@@ -32,7 +32,7 @@ impl Odometry {
         let segment = self.trajectory.keyframes.len() - 1;
         let number = self.trajectory.keyframes[segment].len();
         self.trajectory.keyframes[segment].push(pose);
-        self.window.push(Keyframe::new(number, pose));
+        self.window.push(Keyframe::new(number, pose, self.row_motion()));
         self.window.triangulate(&self.camera);
         self.window.adjust(&self.camera);
         for keyframe in self.window.keyframes() {

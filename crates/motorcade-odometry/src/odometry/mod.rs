@@ -23,6 +23,7 @@ pub use options::{AdvancedPolicyOptions, FeedbackOptions, OdometryOptions, Polic
 pub use picture_shifts::ShiftedFrame;
 
 use crate::map::{Landmark, Window};
+use crate::rolling_shutter::RowMotion;
 use crate::rows::Rows;
 use crate::tracking::{Pyramid, PyramidPool, StaticMask};
 use crate::trajectory::OdometryTrajectory;
@@ -167,6 +168,14 @@ impl Odometry {
         }
         self.scratch.make_room(self.window.landmarks.len());
         pyramid
+    }
+
+    /// Motion from row to row of the newest frame, by the velocity of the last ones.
+    fn row_motion(&self) -> RowMotion {
+        match self.options.readout_s {
+            0.0 => RowMotion::none(),
+            readout_s => RowMotion::new(&self.velocity.twist_over(readout_s), &self.camera),
+        }
     }
 
     /// Ends the run; every frame has its final pose.

@@ -3,6 +3,9 @@
 use crate::map::{MOST_NEIGHBOURS, PictureShiftOptions, PoseOnlyOptions, WindowOptions};
 use crate::tracking::{CornerOptions, KltOptions};
 
+/// Times in which sensors read a picture \[s\].
+const READOUT_RANGE_S: std::ops::RangeInclusive<f64> = 0.0..=0.2;
+
 /// All options of the odometry.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
@@ -23,6 +26,9 @@ pub struct OdometryOptions {
     pub feedback: FeedbackOptions,
     /// Jumps of the whole picture, which are told.
     pub picture_shift: PictureShiftOptions,
+    /// Time in which the rows of a picture are read, from the first to the last \[s\]; 0 for a global shutter. The `readout_ms` of a camera
+    /// file sets it.
+    pub readout_s: f64,
     /// Seed of the two-view sampling.
     pub seed: u64,
 }
@@ -33,6 +39,9 @@ impl OdometryOptions {
     /// # Errors
     /// The name of the setting and its range.
     pub fn validate(&self) -> Result<(), String> {
+        if !READOUT_RANGE_S.contains(&self.readout_s) {
+            return Err("odometry.readout_s must lie between 0 and 0.2".to_owned());
+        }
         let (policy, window, feedback) = (&self.policy, &self.window, &self.feedback);
         for (name, value, least, most) in [
             ("corners.columns", self.corners.columns, 4, 200),

@@ -3,7 +3,7 @@
 use motorcade_geometry::{Camera, Pose};
 use nalgebra::Vector6;
 
-use crate::time::ratio;
+use crate::time::{ratio, seconds};
 
 /// Intervals after which a frame comes late: frames are missing, or the clock has jumped.
 const LONG: i64 = 5;
@@ -30,6 +30,15 @@ impl Velocity {
     /// True when `ns` is far longer than the interval that it was measured over.
     pub fn is_outlasted_by(&self, ns: i64) -> bool {
         self.interval_ns > 0 && ns > LONG * self.interval_ns
+    }
+
+    /// The twist over a time \[s\].
+    pub fn twist_over(&self, time_s: f64) -> Vector6<f64> {
+        if self.interval_ns == 0 {
+            Vector6::zeros()
+        } else {
+            self.twist * (time_s / seconds(self.interval_ns))
+        }
     }
 
     /// The motion over the interval that it was measured over.

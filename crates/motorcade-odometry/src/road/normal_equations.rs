@@ -39,6 +39,7 @@ pub(super) fn accumulate(
     let turn = so3::exp(&state.turn).to_rotation_matrix().into_inner();
     let r = turn * view.reference_from_current.rotation_matrix();
     let t = turn * view.reference_from_current.translation();
+    let turning = so3::log(&view.reference_from_current.rotation());
     let kernel = RobustKernel::Cauchy(options.kernel_sigmas * sigma);
     let (fx, fy) = (view.camera.fx * scale, view.camera.fy * scale);
     let (cx, cy) = (view.camera.cx * scale, view.camera.cy * scale);
@@ -47,6 +48,8 @@ pub(super) fn accumulate(
     absolute.reserve(samples.len());
     for s in samples {
         let flat = state.m.dot(&s.ray);
+        // Motion at constant velocity over the time between the two rows.
+        let t = t * (1.0 + s.longer);
         let x = &s.ray;
         let inverse_depth = flat + state.curvature / flat;
         let y = Vector3::new(
@@ -54,6 +57,7 @@ pub(super) fn accumulate(
             r.m21 * x.x + r.m22 * x.y + r.m23 * x.z + t.y * inverse_depth,
             r.m31 * x.x + r.m32 * x.y + r.m33 * x.z + t.z * inverse_depth,
         );
+        let y = if s.longer == 0.0 { y } else { y + turning.cross(&y) * s.longer };
         if y.z < 1e-6 || flat < 1e-9 {
             continue;
         }

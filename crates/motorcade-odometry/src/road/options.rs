@@ -25,6 +25,9 @@ pub struct RoadOptions {
     /// camera at 1.65 m. Hilly drives are better served by 0.002; a flat street's crown then passes for height. Zero takes
     /// the road as a plane.
     pub curvature_sigma: f64,
+    /// Time in which the rows of a picture are read, from the first to the last \[s\]; 0 for a global shutter. The `readout_ms` of a camera
+    /// file sets it.
+    pub readout_s: f64,
     /// True compares only pixels that were road in the earlier picture, too; false accepts vehicles there.
     pub both_pictures: bool,
     /// False holds the normal at (0, −1, 0), a level road and a camera looking along it, as the paper does.
@@ -43,6 +46,7 @@ impl Default for RoadOptions {
             oldest_s: 1.55,
             interval_s: 0.08,
             curvature_sigma: 0.001,
+            readout_s: 0.0,
             both_pictures: true,
             free_normal: true,
             advanced: AdvancedRoadOptions::default(),

@@ -78,7 +78,7 @@ impl RoadTracker {
             plane: None,
             anchor: None,
             normal: Vector3::y(),
-            watch: HeightWatch::new(options.advanced.height),
+            watch: HeightWatch::new(options.advanced.height, options.readout_s),
             segment: 0,
             failing_ns: 0,
             lost_ns: 0,
@@ -281,6 +281,11 @@ impl RoadTracker {
             road_in_reference: if both { &earlier.road } else { RoadPixels::everywhere() },
             reference_from_current,
             guess,
+            row_share: row_share(
+                self.options.readout_s,
+                &self.camera,
+                current.input.timestamp_ns - earlier.timestamp_ns,
+            ),
         }
     }
 
@@ -297,6 +302,11 @@ impl RoadTracker {
         let wide = tracking.unmasked_widest_heights.max(narrow);
         self.unmasked_half_width = (self.unmasked_half_width * factor).clamp(narrow, wide);
     }
+}
+
+/// Time by which a row is read later than the one above it, over the time between two frames.
+pub(super) fn row_share(readout_s: f64, camera: &PinholeCamera, between_ns: i64) -> f64 {
+    if between_ns <= 0 { 0.0 } else { readout_s / f64::from(camera.height) / seconds(between_ns) }
 }
 
 /// The frame in work.

@@ -11,6 +11,8 @@ use crate::tracking::Pyramid;
 pub(super) struct Sample {
     pub ray: Vector3<f64>,
     pub grey: f64,
+    /// Share by which the motion is longer than that between the frames: its row is read later than the same place's row in the reference.
+    pub longer: f64,
 }
 
 /// Buffers of the alignment, reused from frame to frame.
@@ -34,6 +36,8 @@ pub struct RoadView<'a> {
     pub reference_from_current: Pose<Camera, Camera>,
     /// Expected m.
     pub guess: Vector3<f64>,
+    /// Time by which a row is read later than the one above it, over the time between the frames; 0 for a global shutter.
+    pub row_share: f64,
     /// Road pixels of the reference: without vehicles and their shadows.
     pub road_in_reference: &'a RoadPixels,
 }
@@ -65,8 +69,13 @@ impl RoadView<'_> {
                 }
                 let pixel = Point2::new(x as f64 * scale, v);
                 let ray = self.camera.ray(&pixel);
-                if usable(&pixel) && self.is_road_in_reference(&ray) {
-                    out.push(Sample { ray, grey: f64::from(row[x]) });
+                if !usable(&pixel) {
+                    continue;
+                }
+                let there = self.in_reference(&ray);
+                if there.is_none_or(|p| self.road_in_reference.contains(&p)) {
+                    let longer = there.map_or(0.0, |p| self.row_share * (v - p.y));
+                    out.push(Sample { ray, grey: f64::from(row[x]), longer });
                 }
             }
         }
@@ -80,12 +89,11 @@ impl RoadView<'_> {
         }
     }
 
-    /// True when the reference shows road there, too, by the expected image.
-    fn is_road_in_reference(&self, ray: &Vector3<f64>) -> bool {
+    /// Pixel of the reference that shows the same place, by the expected image.
+    fn in_reference(&self, ray: &Vector3<f64>) -> Option<Point2<f64>> {
         let motion = &self.reference_from_current;
         let there = motion.transform_vector(ray) + motion.translation() * self.guess.dot(ray);
-        let pixel = (there.z > 1e-6).then(|| self.camera.project(&(there / there.z).into())).flatten();
-        pixel.is_none_or(|p| self.road_in_reference.contains(&p))
+        (there.z > 1e-6).then(|| self.camera.project(&(there / there.z).into())).flatten()
     }
 
     /// Columns of a row of pixels (level 0: `v`) inside the stretch: nearer than `far`, within `half_width` of the camera. Depth

@@ -11,6 +11,7 @@ use super::measurement::RoadMeasurement;
 use super::pixels::RoadPixels;
 use super::plane::coordinates;
 use super::state::RoadState;
+use super::tracker::row_share;
 use crate::time::seconds;
 use crate::tracking::Pyramid;
 
@@ -33,6 +34,7 @@ type Pair = (usize, Pose<Camera, Camera>);
 /// The camera's height by the frames so far.
 pub(super) struct HeightWatch {
     options: HeightOptions,
+    readout_s: f64,
     filter: HeightFilter,
     travel: Travel,
     samples: HeightSamples,
@@ -49,9 +51,11 @@ pub(super) struct HeightWatch {
 }
 
 impl HeightWatch {
-    pub fn new(options: HeightOptions) -> Self {
+    /// `readout_s` is the time in which the rows of a picture are read.
+    pub fn new(options: HeightOptions, readout_s: f64) -> Self {
         Self {
             options,
+            readout_s,
             filter: HeightFilter::new(options),
             travel: Travel::default(),
             samples: HeightSamples::default(),
@@ -124,7 +128,8 @@ impl HeightWatch {
             let visible = |p: &Point2<f64>| !current.vehicles.iter().any(|v| v.contains(p.x, p.y));
             let road = |p: &Point2<f64>| current.road.contains(p);
             let view = mirror_view(current, &down, &self.options);
-            view.pairs(road, visible, &self.options.mirror, &mut self.mirrored);
+            let (options, scratch) = (&self.options.mirror, &mut self.mirror.scratch);
+            view.pairs(road, visible, options, scratch, &mut self.mirrored);
             self.samples.collect_mirrored(current.camera, pictures, &self.mirrored, &self.options);
         } else {
             let directions = (&down, &travel);
@@ -135,7 +140,7 @@ impl HeightWatch {
         if !self.samples.enough(&self.options) {
             return None;
         }
-        let first = self.compare(current.camera, history, elapsed_s);
+        let first = self.compare(current, history, elapsed_s);
         self.compared_ns = Some(current.timestamp_ns);
         let measured = known.and_then(|known| self.filter.measure(first, &self.log_likelihood, &known));
         self.filter.add(first, &self.log_likelihood, elapsed_s);
@@ -201,7 +206,7 @@ impl HeightWatch {
     }
 
     /// Log likelihoods by all pairs, from the returned cell of the filter on.
-    fn compare(&mut self, camera: &PinholeCamera, history: &RoadHistory, elapsed_s: f64) -> usize {
+    fn compare(&mut self, current: &WatchedFrame<'_>, history: &RoadHistory, elapsed_s: f64) -> usize {
         self.since_whole_s += elapsed_s;
         let whole = self.filter.estimate().is_none() || self.since_whole_s >= self.options.whole_range_s;
         if whole {
@@ -216,7 +221,9 @@ impl HeightWatch {
             let road = if self.mirror.mirrors() { RoadPixels::everywhere() } else { &earlier.road };
             let reference = (&*earlier.pyramid, road);
             let out = &mut self.log_likelihood;
-            self.samples.add_log_likelihood(camera, reference, motion, heights, &self.options, out);
+            let between_ns = current.timestamp_ns - earlier.timestamp_ns;
+            let motion = (motion, row_share(self.readout_s, current.camera, between_ns));
+            self.samples.add_log_likelihood(current.camera, reference, motion, heights, &self.options, out);
         }
         cells.start
     }

@@ -28,7 +28,8 @@ class Camera:
 
     `distortion` holds the coefficients of `model` in OpenCV's order: k1, k2, p1, p2, k3 of "radial-tangential"; these and k4, k5,
     k6 of "rational"; k1, k2, k3, k4 of "fisheye" (Kannala-Brandt); those left out are 0. `view_deg` is the horizontal view of the
-    undistorted frames, where it is stated. `fps` and `height_m` (height above the road) stand in some calibration files.
+    undistorted frames, where it is stated. `fps`, `height_m` (height above the road) and `readout_ms` (time from the first row to the
+    last of a rolling shutter, 0 without) stand in some calibration files.
     """
 
     fx: float
@@ -42,6 +43,7 @@ class Camera:
     height_m: float | None = None
     model: str = "radial-tangential"
     view_deg: float | None = None
+    readout_ms: float | None = None
 
     def __post_init__(self) -> None:
         names = COEFFICIENTS.get(self.model)
@@ -74,7 +76,7 @@ class Camera:
 
     def to_toml(self) -> str:
         """This project's calibration file, which `run` and the program read."""
-        fields = ("fx", "fy", "cx", "cy", "width", "height", "fps", "height_m", "view_deg")
+        fields = ("fx", "fy", "cx", "cy", "width", "height", "fps", "height_m", "view_deg", "readout_ms")
         values = [(name, getattr(self, name)) for name in fields]
         text = "".join(f"{name} = {_number(name, value)}\n" for name, value in values if value is not None)
         if self.distorted:

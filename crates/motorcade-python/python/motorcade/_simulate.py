@@ -44,6 +44,7 @@ def simulate(
     exposure_drift: float = 0.03,
     blur_samples: int = 1,
     shutter_s: float = 0.006,
+    readout_ms: float = 0.0,
     depth: bool = False,
     instance: bool = False,
     keypoints: bool = False,
@@ -58,9 +59,10 @@ def simulate(
         frames: Frames, 12 s by default; `fps` 2 to 60 a second of the same motion.
         seed: Seed of all that is random.
         width: Width of the pictures in pixels, 16 to 8192; the view stays the same.
-        weather: clear, overcast or rain.
+        weather: clear, overcast, rain, night, low-sun, tunnel or wet-mirror.
         exposure_drift: Relative amplitude of slow changes of exposure.
         blur_samples: Pictures averaged over the shutter time `shutter_s`; 1 for no motion blur.
+        readout_ms: Time in which a rolling shutter reads all rows; 0 for a global one. Not with blur.
         depth, instance, keypoints: Also write depth maps, instance maps, 2D keypoints.
         progress: Function called as progress(stage, done, total), or True for bars by tqdm.
 
@@ -77,6 +79,7 @@ def simulate(
         "exposure_drift": exposure_drift,
         "blur_samples": blur_samples,
         "shutter_s": shutter_s,
+        "readout_ms": readout_ms,
         "depth": depth,
         "instance": instance,
         "keypoints": keypoints,

@@ -66,6 +66,7 @@ class Motorcade:
         arguments = {
             "intrinsics_px": (camera.fx, camera.fy, camera.cx, camera.cy),
             "size_px": (camera.width, camera.height),
+            "readout_ms": camera.readout_ms,
             "height_m": None if height_m == "auto" else float(height_m),
             "models": None if models is None else os.fspath(models),
             "threads": threads,

@@ -25,13 +25,15 @@ use crate::drive::Drive;
 use crate::form::Form;
 use crate::hash;
 use crate::mesh::{Building, Chunk, Material, Mesh};
-use crate::options::Look;
+use crate::options::{Look, RenderOptions};
 use crate::scenery;
 use crate::site::Site;
 use crate::weather::Weather;
 
 /// Image rows per task.
 const BAND_ROWS: usize = 8;
+/// Rows that a rolling shutter reads at once: half a millisecond of 30 at 480 rows.
+const STRIP_ROWS: u32 = 4;
 /// Largest distance of drawn scenery \[m\]: haze hides it beyond.
 const FAR_M: f64 = 900.0;
 
@@ -98,7 +100,7 @@ impl<'a> Renderer<'a> {
         let pose = *self.drive.site_from_camera.get(frame)?;
         let options = &self.drive.render;
         let now = FrameTime { frame, later: 0.0 };
-        let (mut light, mut picture) = self.expose_in(&self.scene(now), now, &pose);
+        let (mut light, mut picture) = self.expose_in(&self.scene(now), now, &options.camera, &pose);
         let samples = options.sensor.blur_samples;
         if samples > 1 {
             // The frame's own time is the middle of the shutter's: blur shifts nothing. An even number has no exposure
@@ -111,13 +113,16 @@ impl<'a> Renderer<'a> {
                 let then = FrameTime { frame, later: share * options.sensor.shutter_s * options.fps };
                 let moved =
                     pose_at_time(then, |i| self.drive.site_from_camera.get(i).copied()).unwrap_or(pose);
-                let more = self.expose_in(&self.scene(then), then, &moved).0;
+                let more = self.expose_in(&self.scene(then), then, &options.camera, &moved).0;
                 light.par_iter_mut().zip(more).for_each(|(a, b)| {
                     *a = [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
                 });
             }
             let share = 1.0 / samples as f32;
             light.par_iter_mut().for_each(|c| *c = [c[0] * share, c[1] * share, c[2] * share]);
+        }
+        if options.sensor.readout_s > 0.0 {
+            light = self.expose_rows(frame, &pose);
         }
         if self.drive.is_dark(frame) {
             light.par_iter_mut().for_each(|c| *c = [0.0; 3]);
@@ -126,6 +131,21 @@ impl<'a> Renderer<'a> {
             if options.weather == Weather::Tunnel { tunnel::gain(self.drive, frame) as f32 } else { 1.0 };
         picture.rgb = sensor::expose(&light, options, exposure, self.drive.traffic_seed, frame);
         Some(picture)
+    }
+
+    /// What a rolling shutter sees: strips of rows, each at its own time.
+    fn expose_rows(&self, frame: usize, pose: &Pose<Site, Camera>) -> Vec<Colour> {
+        let RenderOptions { camera, fps, sensor, .. } = self.drive.render;
+        let strip = |row: u32| {
+            let height = STRIP_ROWS.min(camera.height - row);
+            let middle = f64::from(row) + 0.5 * f64::from(height - 1);
+            let share = (middle - 0.5 * f64::from(camera.height - 1)) / f64::from(camera.height);
+            let then = FrameTime { frame, later: share * sensor.readout_s * fps };
+            let moved = pose_at_time(then, |i| self.drive.site_from_camera.get(i).copied()).unwrap_or(*pose);
+            let part = PinholeCamera { cy: camera.cy - f64::from(row), height, ..camera };
+            self.expose_in(&self.scene(then), then, &part, &moved).0
+        };
+        (0..camera.height).step_by(STRIP_ROWS as usize).flat_map(strip).collect()
     }
 
     pub(super) fn scene(&self, time: FrameTime) -> Scene<'_> {
@@ -172,9 +192,9 @@ impl<'a> Renderer<'a> {
         &self,
         scene: &Scene<'_>,
         time: FrameTime,
+        camera: &PinholeCamera,
         pose: &Pose<Site, Camera>,
     ) -> (Vec<Colour>, Picture) {
-        let camera = &self.drive.render.camera;
         let (mut light, picture) = self.expose_once(scene, time, camera, pose);
         if self.drive.render.weather == Weather::WetMirror {
             if let Some(plane) = RoadPlane::of(camera, pose, &picture.depth_m, &picture.road) {

@@ -11,6 +11,7 @@ mod cases;
 mod frame_rates;
 mod nees;
 mod outcome;
+mod rolling;
 
 use cases::{Case, FULL, SHORT};
 use outcome::{Outcome, run};
@@ -76,6 +77,19 @@ fn every_scenario_of_bad_light_is_within_its_bounds_or_wide() {
         println!("{}", bad_light::row(case, outcome));
     }
     let problems: Vec<String> = outcomes.iter().filter_map(|(c, o)| bad_light::problem(c, o)).collect();
+    assert!(problems.is_empty(), "{}", problems.join("\n"));
+}
+
+#[test]
+#[ignore = "a minute: three drives, rendered and run twice"]
+fn every_scenario_of_a_rolling_shutter_stays_within_the_bounds_of_a_global_one() {
+    let outcomes = rolling::outcomes();
+    println!("{}", rolling::HEAD);
+    for (case, [known, ignored]) in &outcomes {
+        println!("{}", rolling::row(case, "30 ms, known", known));
+        println!("{}", rolling::row(case, "30 ms, ignored", ignored));
+    }
+    let problems: Vec<String> = outcomes.iter().flat_map(|(case, [known, _])| missed(case, known)).collect();
     assert!(problems.is_empty(), "{}", problems.join("\n"));
 }
 

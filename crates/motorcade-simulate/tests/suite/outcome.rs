@@ -4,7 +4,7 @@ use motorcade::{Config, Motorcade, NoProgress, output, push_sequence};
 use motorcade_dataset::{Sequence, SequenceOptions};
 use motorcade_evaluate::{Estimates, GroundTruth, evaluate};
 use motorcade_perception::{ModelSource, Perception, PerceptionOptions};
-use motorcade_simulate::{RenderOptions, Scenario, Weather, WriteOptions, Written, simulate};
+use motorcade_simulate::{RenderOptions, Scenario, SensorOptions, Weather, WriteOptions, Written, simulate};
 use motorcade_vehicles::VehicleTrajectory;
 
 use super::cases::Case;
@@ -114,13 +114,23 @@ pub fn run(case: &Case) -> Outcome {
     run_at(case, RenderOptions::default().fps, false)
 }
 
+/// A case seen by a rolling shutter whose rows take `readout_s`, for which the pipeline takes `assumed_s`.
+pub fn run_rolling(case: &Case, [readout_s, assumed_s]: [f64; 2]) -> Outcome {
+    run_with(case, RenderOptions::default().fps, false, [readout_s, assumed_s])
+}
+
 /// A case with as many frames as its motion has at this rate, as a whole or online.
 pub fn run_at(case: &Case, fps: f64, online: bool) -> Outcome {
+    run_with(case, fps, online, [0.0; 2])
+}
+
+fn run_with(case: &Case, fps: f64, online: bool, [readout_s, assumed_s]: [f64; 2]) -> Outcome {
     let scenario = Scenario::by_name(case.name).unwrap();
     let usual = RenderOptions::default();
+    let sensor = SensorOptions { readout_s, ..usual.sensor };
     let frames = (case.frames as f64 * fps / usual.fps).round() as usize;
-    let render =
-        RenderOptions { weather: case.weather, fps, ..usual }.with_width(asked("WIDTH", case.width_px));
+    let render = RenderOptions { weather: case.weather, fps, sensor, ..usual }
+        .with_width(asked("WIDTH", case.width_px));
     let drive = simulate(&scenario, frames, asked("SEED", SEED), &render).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let written = drive.write_kitti(folder.path(), &WriteOptions::default(), &|_| {}).unwrap();
@@ -138,6 +148,7 @@ pub fn run_at(case: &Case, fps: f64, online: bool) -> Outcome {
     let camera_from_cam0 = sequence.camera_from_cam0();
     let mut slam = Motorcade::builder(sequence.camera().unwrap())
         .height_m(height_m)
+        .readout_s(assumed_s)
         .config(config)
         .perception(perception)
         .build()

@@ -97,6 +97,7 @@ impl CameraCalibration {
             view_deg: None,
             fps: None,
             height_m: None,
+            readout_ms: 0.0,
             focal_sigma: Some(self.lens.focal_sigma()),
             camera_from_cam0: Pose::identity(),
         }

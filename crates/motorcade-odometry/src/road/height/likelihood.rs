@@ -2,6 +2,7 @@
 
 use std::cmp::Ordering;
 
+use motorcade_geometry::lie::so3;
 use motorcade_geometry::robust::median;
 use motorcade_geometry::{Camera, PinholeCamera, Pose};
 use nalgebra::{Point2, Vector3};
@@ -17,6 +18,8 @@ struct Sample {
     /// Component of the ray across the road, of a camera at height 1 above it: inverse depth.
     inverse_depth: f64,
     grey: f32,
+    /// Row \[px\].
+    row: f64,
     /// Change of the grey value along the motion.
     information: f32,
 }
@@ -69,7 +72,7 @@ impl HeightSamples {
                 let fixed = options.fixed_grey + options.fixed_px * gx.hypot(gy);
                 if f64::from(before.row(y)[x] - rows[1][x]).abs() > fixed && usable(&pixel) {
                     let information = (along * inverse_depth).abs() as f32;
-                    self.samples.push(Sample { ray, inverse_depth, grey: rows[1][x], information });
+                    self.samples.push(Sample { ray, inverse_depth, grey: rows[1][x], row: v, information });
                 }
             }
         }
@@ -113,8 +116,9 @@ impl HeightSamples {
                     let grey = image.row(row)[column];
                     let fixed = f64::from(before.row(row)[column] - grey).abs() <= options.fixed_grey;
                     if !fixed {
-                        let ray = camera.ray(&Point2::new(column as f64 * scale, row as f64 * scale));
-                        self.samples.push(Sample { ray, inverse_depth, grey, information: 1.0 });
+                        let pixel = Point2::new(column as f64 * scale, row as f64 * scale);
+                        let (ray, row) = (camera.ray(&pixel), pixel.y);
+                        self.samples.push(Sample { ray, inverse_depth, grey, row, information: 1.0 });
                     }
                 }
             }
@@ -145,7 +149,7 @@ impl HeightSamples {
         &mut self,
         camera: &PinholeCamera,
         (reference, road): (&Pyramid, &RoadPixels),
-        reference_from_current: &Pose<Camera, Camera>,
+        (reference_from_current, row_share): (&Pose<Camera, Camera>, f64),
         log_inverse_heights: impl Iterator<Item = f64>,
         options: &HeightOptions,
         out: &mut [f64],
@@ -153,20 +157,28 @@ impl HeightSamples {
         let level = options.level.min(reference.len() - 1);
         let (image, scale) = (reference.level(level), 1.0 / f64::from(1u32 << level));
         let (r, t) = (reference_from_current.rotation_matrix(), reference_from_current.translation());
+        let turning = so3::log(&reference_from_current.rotation());
         let Self { samples, residuals, costs, known, effective } = self;
         costs.clear();
         for log_inverse_height in log_inverse_heights {
             let inverse_height = log_inverse_height.exp();
             residuals.clear();
             for s in samples.iter() {
-                let there = r * s.ray + t * (s.inverse_depth * inverse_height);
-                if there.z < 1e-6 {
-                    continue;
+                let turned = r * s.ray;
+                let project = |there: Vector3<f64>| {
+                    let x = camera.fx * there.x / there.z + camera.cx;
+                    let y = camera.fy * there.y / there.z + camera.cy;
+                    (there.z >= 1e-6).then(|| Point2::new(x, y))
+                };
+                let moved = t * (s.inverse_depth * inverse_height);
+                let Some(mut p) = project(turned + moved) else { continue };
+                if row_share > 0.0 {
+                    // Motion at constant velocity over the time between the two rows.
+                    let longer = row_share * (s.row - p.y);
+                    let turned = turned + turning.cross(&turned) * longer;
+                    let Some(later) = project(turned + moved * (1.0 + longer)) else { continue };
+                    p = later;
                 }
-                let p = Point2::new(
-                    camera.fx * there.x / there.z + camera.cx,
-                    camera.fy * there.y / there.z + camera.cy,
-                );
                 let grey = image.sample((p.x * scale) as f32, (p.y * scale) as f32);
                 residuals.extend(grey.filter(|_| road.contains(&p)).map(|g| g - s.grey));
             }

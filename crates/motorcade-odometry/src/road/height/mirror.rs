@@ -47,11 +47,28 @@ pub(crate) struct MirrorTest {
     /// Time since the last test \[s\].
     since_s: f64,
     mirrors: bool,
+    pub scratch: MirrorScratch,
+}
+
+/// Buffers, kept for their memory.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct MirrorScratch {
+    /// Middles of patches.
+    places: Vec<(usize, usize)>,
+    /// A normalised patch.
+    patch: Vec<f32>,
 }
 
 impl MirrorTest {
     pub fn new(options: MirrorOptions) -> Self {
-        Self { options, own: 0.0, compared: 0.0, since_s: f64::INFINITY, mirrors: false }
+        Self {
+            options,
+            own: 0.0,
+            compared: 0.0,
+            since_s: f64::INFINITY,
+            mirrors: false,
+            scratch: MirrorScratch::default(),
+        }
     }
 
     /// True while the road mirrors.
@@ -69,8 +86,10 @@ impl MirrorTest {
         }
         let kept = if self.since_s.is_finite() { (-self.since_s / options.forget_s).exp() } else { 0.0 };
         (self.own, self.compared, self.since_s) = (self.own * kept, self.compared * kept, 0.0);
-        for (x, y) in view.patches(usable, options.tested_patches, options) {
-            if let Some(own) = view.agrees_with_its_own_column((x, y), options) {
+        let MirrorScratch { places, patch } = &mut self.scratch;
+        view.patches(usable, options.tested_patches, options, (&mut *places, &mut *patch));
+        for (x, y) in places.iter().copied() {
+            if let Some(own) = view.agrees_with_its_own_column((x, y), options, patch) {
                 self.own += f64::from(u8::from(own));
                 self.compared += 1.0;
             }
@@ -104,13 +123,15 @@ impl MirrorView<'_> {
         usable: impl Fn(&Point2<f64>) -> bool,
         visible: impl Fn(&Point2<f64>) -> bool,
         options: &MirrorOptions,
+        MirrorScratch { places, patch }: &mut MirrorScratch,
         out: &mut Vec<MirrorPair>,
     ) {
         out.clear();
         let scale = self.scale();
-        for (x, y) in self.patches(usable, options.matched_patches, options) {
-            let Some(patch) = self.patch((x, y), options) else { continue };
-            let found = [x - 1, x, x + 1].map(|x| self.best(&patch, x, self.rows(y, options), options));
+        self.patches(usable, options.matched_patches, options, (&mut *places, &mut *patch));
+        for (x, y) in places.iter().copied() {
+            self.patch((x, y), options, patch);
+            let found = [x - 1, x, x + 1].map(|x| self.best(patch, x, self.rows(y, options), options));
             let best = found.into_iter().flatten().max_by(|a, b| a.correlation.total_cmp(&b.correlation));
             let Some(best) = best.filter(|b| b.correlation > options.least_correlation) else { continue };
             let pixel = |x: usize, y: f64| Point2::new(x as f64 * scale, y * scale);
@@ -137,11 +158,12 @@ impl MirrorView<'_> {
         usable: impl Fn(&Point2<f64>) -> bool,
         most: usize,
         options: &MirrorOptions,
-    ) -> Vec<(usize, usize)> {
+        (places, patch): (&mut Vec<(usize, usize)>, &mut Vec<f32>),
+    ) {
         let (image, scale) = (self.image(), self.scale());
         let half = options.patch_px;
         let margin = half + 2 * options.control_px + 2;
-        let mut out = Vec::new();
+        places.clear();
         for y in (half..image.height().saturating_sub(half + 1)).step_by(2 * half) {
             for x in (margin..image.width().saturating_sub(margin + 1)).step_by(2 * half) {
                 let pixel = Point2::new(x as f64 * scale, y as f64 * scale);
@@ -150,26 +172,30 @@ impl MirrorView<'_> {
                 let aside = (ray.x - self.down.x * inverse_depth).abs();
                 let near =
                     inverse_depth * self.far_heights > 1.0 && aside < self.half_width_heights * inverse_depth;
-                if near && usable(&pixel) && self.patch((x, y), options).is_some() {
-                    out.push((x, y));
+                if near && usable(&pixel) && self.patch((x, y), options, patch) {
+                    places.push((x, y));
                 }
             }
         }
-        let every = out.len().div_ceil(most.max(1)).max(1);
-        out.into_iter().step_by(every).collect()
+        let every = places.len().div_ceil(most.max(1)).max(1);
+        let mut index = 0;
+        places.retain(|_| {
+            index += 1;
+            (index - 1) % every == 0
+        });
     }
 
-    /// A patch turned upside down, of mean 0 and standard deviation 1; `None` where it has no texture.
-    fn patch(&self, (x, y): (usize, usize), options: &MirrorOptions) -> Option<Vec<f32>> {
+    /// Fills a patch, turned upside down, of mean 0 and standard deviation 1; false where it has no texture.
+    fn patch(&self, (x, y): (usize, usize), options: &MirrorOptions, out: &mut Vec<f32>) -> bool {
         let half = options.patch_px;
         let rows = (y - half..=y + half).rev();
-        let mut out: Vec<f32> =
-            rows.flat_map(|row| self.image().row(row)[x - half..=x + half].iter().copied()).collect();
+        out.clear();
+        rows.for_each(|row| out.extend_from_slice(&self.image().row(row)[x - half..=x + half]));
         let n = out.len() as f32;
         let mean = out.iter().sum::<f32>() / n;
         let sigma = (out.iter().map(|v| (v - mean) * (v - mean)).sum::<f32>() / n).sqrt();
         out.iter_mut().for_each(|v| *v = (*v - mean) / sigma);
-        (f64::from(sigma) >= options.least_contrast).then_some(out)
+        f64::from(sigma) >= options.least_contrast
     }
 
     /// Rows in which the point may lie whose image lies in row y: from the mirror of an infinite distance down to the patch itself.
@@ -182,12 +208,17 @@ impl MirrorView<'_> {
     }
 
     /// True when the patch agrees best with its own column; `None` where there is nothing to search.
-    fn agrees_with_its_own_column(&self, (x, y): (usize, usize), options: &MirrorOptions) -> Option<bool> {
-        let patch = self.patch((x, y), options)?;
+    fn agrees_with_its_own_column(
+        &self,
+        (x, y): (usize, usize),
+        options: &MirrorOptions,
+        patch: &mut Vec<f32>,
+    ) -> Option<bool> {
+        self.patch((x, y), options, patch);
         let rows = self.rows(y, options);
         let best = |column: isize| {
             let middle = x.saturating_add_signed(column * options.control_px as isize);
-            let of = |x: usize| self.best(&patch, x, rows.clone(), options).map(|b| b.correlation);
+            let of = |x: usize| self.best(patch, x, rows.clone(), options).map(|b| b.correlation);
             [middle - 1, middle, middle + 1].into_iter().filter_map(of).reduce(f64::max)
         };
         let own = best(0)?;
@@ -292,12 +323,13 @@ mod tests {
         let (pyramid, down) = (picture(true), Vector3::y());
         let mut pairs = Vec::new();
         let options = MirrorOptions::default();
-        view(&pyramid, &down).pairs(|p| p.y < 120.0, |_| true, &options, &mut pairs);
+        let mut scratch = MirrorScratch::default();
+        view(&pyramid, &down).pairs(|p| p.y < 120.0, |_| true, &options, &mut scratch, &mut pairs);
         assert!(pairs.len() > 20, "{}", pairs.len());
         let near = |pair: &&MirrorPair| (pair.inverse_depth * 8.0 - 1.0).abs() < 0.02;
         assert!(10 * pairs.iter().filter(near).count() > 9 * pairs.len(), "{pairs:?}");
         // Points that may move tell nothing.
-        view(&pyramid, &down).pairs(|_| true, |_| false, &options, &mut pairs);
+        view(&pyramid, &down).pairs(|_| true, |_| false, &options, &mut scratch, &mut pairs);
         assert!(pairs.is_empty());
     }
 }
