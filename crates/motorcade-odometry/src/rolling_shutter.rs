@@ -7,6 +7,8 @@
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
 use nalgebra::{Point2, Point3, Vector6};
 
+use crate::time::seconds;
+
 /// Motion of the camera from row to row; zero for a global shutter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RowMotion {
@@ -55,6 +57,11 @@ impl RowMotion {
     fn is_none(&self) -> bool {
         self.twist == Vector6::zeros()
     }
+}
+
+/// Time by which a row is read later than the one above it, over the time between two frames.
+pub(crate) fn row_share(readout_s: f64, camera: &PinholeCamera, between_ns: i64) -> f64 {
+    if between_ns <= 0 { 0.0 } else { readout_s / f64::from(camera.height) / seconds(between_ns) }
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ use super::pixels::RoadPixels;
 use super::plane::RoadPlane;
 use super::view::{RoadScratch, RoadView};
 use super::watch::{HeightWatch, WatchedFrame};
+use crate::rolling_shutter::row_share;
 use crate::time::{nanoseconds, seconds};
 use crate::tracking::Pyramid;
 
@@ -302,11 +303,6 @@ impl RoadTracker {
         let wide = tracking.unmasked_widest_heights.max(narrow);
         self.unmasked_half_width = (self.unmasked_half_width * factor).clamp(narrow, wide);
     }
-}
-
-/// Time by which a row is read later than the one above it, over the time between two frames.
-pub(super) fn row_share(readout_s: f64, camera: &PinholeCamera, between_ns: i64) -> f64 {
-    if between_ns <= 0 { 0.0 } else { readout_s / f64::from(camera.height) / seconds(between_ns) }
 }
 
 /// The frame in work.

@@ -11,7 +11,7 @@ use super::measurement::RoadMeasurement;
 use super::pixels::RoadPixels;
 use super::plane::coordinates;
 use super::state::RoadState;
-use super::tracker::row_share;
+use crate::rolling_shutter::row_share;
 use crate::time::seconds;
 use crate::tracking::Pyramid;
 
