@@ -8,8 +8,9 @@ mod street;
 use motorcade_perception::{BoundingBox, Detection, VehicleClass};
 use motorcade_testing::{CAMERA, CAMERA_HEIGHT_M};
 use motorcade_vehicles::{
-    ExternalTrack, ObservedBox, Track, TrackBox, VehicleOptions, estimate_consistently,
+    ExternalTrack, ExternalView, ObservedBox, Source, Track, TrackBox, VehicleOptions, estimate_consistently,
 };
+use nalgebra::{Matrix3, Vector3};
 use street::{car, detected, grounds};
 
 /// A tracker that went from one parked car to the next: no trajectory explains the boxes of both, each part has its own.
@@ -72,6 +73,49 @@ fn near_boxes_tell_which_car_of_a_row_it_is() {
     let places: Vec<f64> = found.iter().map(|v| v.states[0].world_from_vehicle.translation().z).collect();
     assert_eq!(found.len(), 2, "{places:?}");
     assert!((places[0] - own_m).abs() < 1.0 && (places[1] - next_m).abs() < 2.5, "{places:?}");
+}
+
+/// A tracker that slipped to the next parked car: one car that drives slowly explains the places, two that stand explain them better.
+#[test]
+fn a_slip_to_the_neighbour_is_no_slow_drive() {
+    const LEFT_M: f64 = 8.0;
+    let frames = 40;
+    let grounds = grounds(frames, CAMERA_HEIGHT_M);
+    let ahead_m = |k: usize, from_m: f64| from_m - grounds[k].world_from_camera.translation().z;
+    let estimate = |at_m: &dyn Fn(usize) -> f64, options: &VehicleOptions| {
+        let boxes = (0..frames).map(|frame| {
+            let detection = car(ahead_m(frame, at_m(frame)), LEFT_M).unwrap();
+            let observed = ObservedBox::new(&detection, &CAMERA, &[], &options.advanced.box_fit);
+            TrackBox { frame, observed, score: 0.8 }
+        });
+        let track = Track::new(7, VehicleClass::Car, boxes.collect());
+        let view = |b: &TrackBox| ExternalView {
+            frame: b.frame,
+            position_in_camera: grounds[b.frame].point(ahead_m(b.frame, at_m(b.frame)), LEFT_M, 0.0),
+            forward_in_camera: Vector3::z(),
+            covariance: Matrix3::identity() * 0.04,
+            heading_sigma_rad: 0.05,
+            size_dependence: None,
+            scale_sigma: 0.0,
+            source: Source::Keypoints,
+        };
+        let views =
+            |track: &Track| ExternalTrack { views: track.boxes.iter().map(view).collect(), size: None };
+        let found = estimate_consistently(&CAMERA, &grounds, &track, &views, options, Some(&mut 20));
+        found.iter().map(|v| v.p_moving).collect::<Vec<_>>()
+    };
+    let mut without = VehicleOptions::default();
+    without.advanced.hypothesis.most_moving_part = 0.0;
+    for by_m in [5.0, 6.0, 7.0] {
+        let slips = |k: usize| if k < 20 { 72.0 } else { 72.0 + by_m };
+        let (joined, parted) = (estimate(&slips, &without), estimate(&slips, &VehicleOptions::default()));
+        assert!(joined.len() == 1 && joined[0] > 0.5, "{by_m} m: {joined:?}");
+        assert!(parted.len() == 2 && parted.iter().all(|p| *p < 0.2), "{by_m} m: {parted:?}");
+    }
+    // A car that drives is one.
+    let drives = |k: usize| 72.0 + 0.4 * k as f64;
+    let driving = estimate(&drives, &VehicleOptions::default());
+    assert!(driving.len() == 1 && driving[0] > 0.5, "{driving:?}");
 }
 
 /// Boxes that jump over the picture are no vehicle, however fast it would have to drive.

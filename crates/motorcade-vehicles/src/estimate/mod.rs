@@ -4,6 +4,7 @@ mod background;
 mod class;
 mod consistency;
 mod drive;
+mod halves;
 mod headings;
 mod hypothesis;
 mod input;
