@@ -8,8 +8,9 @@ use std::ops::RangeInclusive;
 
 use motorcade_geometry::{BoundingBox, PinholeCamera};
 
+use crate::doubles::is_second_box;
 use crate::ground::GroundFrame;
-use crate::options::VehicleOptions;
+use crate::options::{HypothesisOptions, VehicleOptions};
 use crate::time::independent_views;
 use crate::track::{Track, TrackBox};
 use crate::trajectory::{Source, VehicleState, VehicleTrajectory};
@@ -61,7 +62,13 @@ fn seen_frames(
     let hypothesis = &options.advanced.hypothesis;
     let boxes = boxes_by_frame(vehicles);
     let seen = |vehicle: &VehicleTrajectory| {
-        let scores = expected_scores(vehicle, &boxes, camera, hypothesis.hidden_share);
+        let mut scores = expected_scores(vehicle, &boxes, camera, hypothesis.hidden_share);
+        // A second box on another vehicle is none of this one's.
+        for (score, state) in scores.iter_mut().zip(&vehicle.states).filter(|(_, s)| is_seen(s)) {
+            if vehicles.iter().any(|other| is_on((vehicle, state), other, hypothesis)) {
+                *score = Some(0.0);
+            }
+        }
         let end = scores.len() - clutter(scores.iter().rev(), hypothesis.least_mean_score)?;
         let start = clutter(scores.iter().take(end), hypothesis.least_mean_score)?;
         let states = vehicle.states.get(start..end)?;
@@ -123,6 +130,21 @@ fn boxes_by_frame(vehicles: &[VehicleTrajectory]) -> Vec<Vec<BoundingBox>> {
     boxes
 }
 
+/// True when the box of a vehicle's state is a second one on another vehicle in its place. What is farther away may be hidden by it.
+fn is_on(
+    (vehicle, state): (&VehicleTrajectory, &VehicleState),
+    other: &VehicleTrajectory,
+    options: &HypothesisOptions,
+) -> bool {
+    let first = other.states.first().map_or(0, |s| s.frame);
+    let length_m = 0.5 * (vehicle.size.length_m + other.size.length_m);
+    let on = |there: &VehicleState| {
+        let apart = state.world_from_vehicle.translation() - there.world_from_vehicle.translation();
+        apart.norm() < length_m && is_second_box(state, there, options)
+    };
+    other.id != vehicle.id && state.frame.checked_sub(first).and_then(|k| other.states.get(k)).is_some_and(on)
+}
+
 fn is_seen(state: &VehicleState) -> bool {
     state.source != Source::Predicted
 }
@@ -145,7 +167,7 @@ mod tests {
     use crate::size_prior::size_prior;
     use motorcade_geometry::Pose;
     use motorcade_perception::VehicleClass;
-    use nalgebra::{Matrix3, Matrix6, Vector3};
+    use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3};
 
     const CAMERA: PinholeCamera =
         PinholeCamera { fx: 700.0, fy: 700.0, cx: 600.0, cy: 180.0, width: 1200, height: 370 };
@@ -215,6 +237,26 @@ mod tests {
         // A gap between certain boxes, as behind a hedge.
         let gap = |k: usize| if (15..30).contains(&k) { 0.0 } else { 0.6 };
         assert_eq!(frames(&[vehicle(HERE, gap), always]), Some(0..=39));
+    }
+
+    /// The car that a track belonged to is gone; its last boxes lie on the next one.
+    #[test]
+    fn a_track_does_not_go_on_over_another_vehicle() {
+        let moved = |k: usize| if k < 20 { ASIDE } else { HERE };
+        let mut track = vehicle(HERE, |k| if k < 20 { 0.6 } else { 0.2 });
+        track.states.iter_mut().for_each(|s| s.bbox = Some(BoundingBox::new(moved(s.frame))));
+        let with = |score: f64| {
+            let other = VehicleTrajectory { id: 1, ..vehicle(HERE, |_| score) };
+            frames(&[track.clone(), other])
+        };
+        assert_eq!(with(0.8), Some(0..=19));
+        // No surer of the other one than of this one.
+        assert_eq!(with(0.3), Some(0..=39));
+        // One that stands behind the other is hidden by it.
+        let far = Pose::from_parts(UnitQuaternion::identity(), Vector3::z() * 20.0);
+        track.states.iter_mut().for_each(|s| s.world_from_vehicle = far);
+        let other = VehicleTrajectory { id: 1, ..vehicle(HERE, |_| 0.8) };
+        assert_eq!(frames(&[track, other]), Some(0..=39));
     }
 
     #[test]

@@ -6,7 +6,7 @@
 use motorcade_geometry::BoundingBox;
 
 use crate::options::HypothesisOptions;
-use crate::trajectory::VehicleTrajectory;
+use crate::trajectory::{VehicleState, VehicleTrajectory};
 
 /// The vehicles without those whose boxes lie on the boxes of another one most of the time; of the two the one with the larger sum of
 /// scores stays.
@@ -47,6 +47,15 @@ fn is_double(weak: &VehicleTrajectory, strong: &VehicleTrajectory, options: &Hyp
     count > 0 && on_strong.count() as f64 > options.double_share * count as f64
 }
 
+/// True when the box of `own` is a weak second one on the box `other` of a vehicle that the detector is surer of.
+pub(crate) fn is_second_box(own: &VehicleState, other: &VehicleState, options: &HypothesisOptions) -> bool {
+    let boxes = own.bbox.zip(other.bbox);
+    own.score < options.double_score_ratio * other.score
+        && boxes.is_some_and(|(own, other)| {
+            own.iou(&other) > options.double_iou || is_part(&own, &other, options)
+        })
+}
+
 /// True when a box lies within another one and ends no lower: of a vehicle farther away nothing would be seen there.
 fn is_part(part: &BoundingBox, whole: &BoundingBox, options: &HypothesisOptions) -> bool {
     let across = part.x2.min(whole.x2) - part.x1.max(whole.x1);
@@ -59,7 +68,7 @@ fn is_part(part: &BoundingBox, whole: &BoundingBox, options: &HypothesisOptions)
 mod tests {
     use super::*;
     use crate::size_prior::size_prior;
-    use crate::trajectory::{Source, VehicleState};
+    use crate::trajectory::Source;
     use motorcade_geometry::Pose;
     use motorcade_perception::VehicleClass;
     use nalgebra::{Matrix3, Matrix6};
