@@ -133,7 +133,7 @@ impl<'a> Renderer<'a> {
         Some(picture)
     }
 
-    /// What a rolling shutter sees: strips of rows, each at its own time.
+    /// Strips of rows as a rolling shutter sees them, each at its own time.
     fn expose_rows(&self, frame: usize, pose: &Pose<Site, Camera>) -> Vec<Colour> {
         let RenderOptions { camera, fps, sensor, .. } = self.drive.render;
         let strip = |row: u32| {
