@@ -88,6 +88,10 @@ pub struct Detection {
     /// Size of a pixel of the detector's input in pixels of the image; 1 where that is unknown. Edges are not known better.
     #[serde(default = "one")]
     pub pixel_size: f64,
+    /// Mean probability of road in a strip below the box ([`RoadMask::share_below`](crate::RoadMask::share_below)); `None` where
+    /// that is hidden or no road is known. Detectors leave it out: it is set when the frame's road is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub road_below: Option<f64>,
 }
 
 fn one() -> f64 {

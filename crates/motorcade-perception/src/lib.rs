@@ -35,7 +35,7 @@
 //!         let (w, h) = (f64::from(frame.size().0), f64::from(frame.size().1));
 //!         let bbox = BoundingBox::new([0.4 * w, 0.4 * h, 0.6 * w, 0.6 * h]);
 //!         let convention = BoxConvention::VisibleExtent;
-//!         Ok(vec![Detection { class: VehicleClass::Car, score: 0.5, bbox, convention, external_id: None, pixel_size: 1.0 }])
+//!         Ok(vec![Detection { class: VehicleClass::Car, score: 0.5, bbox, convention, external_id: None, pixel_size: 1.0, road_below: None }])
 //!     }
 //!     fn description(&self) -> String {
 //!         "the middle".to_owned()

@@ -1,6 +1,8 @@
 //! The road in a frame.
 
 use image::GrayImage;
+use motorcade_geometry::BoundingBox;
+use nalgebra::Point2;
 
 /// Probability of road a pixel, at the resolution of the network or file that made it.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,6 +41,26 @@ impl RoadMask {
     pub fn is_road(&self, x: f64, y: f64) -> bool {
         self.probability(x, y) > 0.5
     }
+    /// Mean probability of road in the strip below a box, a quarter as high as the box and no thinner than three cells of the mask: what
+    /// a vehicle stands on. Points for which `shows` is false are left out, as those on other vehicles are. `None` where less than two fifths of the strip
+    /// show.
+    pub fn share_below(&self, bbox: &BoundingBox, shows: impl Fn(&Point2<f64>) -> bool) -> Option<f64> {
+        const COLUMNS: u32 = 16;
+        const ROWS: u32 = 6;
+        const LEAST_SHOWN: f64 = 0.4;
+        let cell_px = f64::from(self.image_height) / f64::from(self.probability.height().max(1));
+        let depth_px = (0.25 * bbox.height()).max(3.0 * cell_px);
+        let share = |k: u32, count: u32| (f64::from(k) + 0.5) / f64::from(count);
+        let (right, bottom) = (f64::from(self.image_width) - 0.5, f64::from(self.image_height) - 0.5);
+        let inside = |p: &Point2<f64>| p.x > -0.5 && p.x < right && p.y > -0.5 && p.y < bottom;
+        let row = |r: u32| {
+            let y = bbox.y2 + share(r, ROWS) * depth_px;
+            (0..COLUMNS).map(move |c| Point2::new(bbox.x1 + share(c, COLUMNS) * bbox.width(), y))
+        };
+        let shown = (0..ROWS).flat_map(row).filter(|p| inside(p) && shows(p));
+        let (sum, count) = shown.fold((0.0, 0_u32), |(sum, n), p| (sum + self.probability(p.x, p.y), n + 1));
+        (f64::from(count) >= LEAST_SHOWN * f64::from(ROWS * COLUMNS)).then(|| sum / f64::from(count))
+    }
     /// Part of the image that is road, 0 to 1.
     pub fn road_fraction(&self) -> f64 {
         let road = self.probability.pixels().filter(|p| p.0[0] > 127).count();
@@ -63,5 +85,21 @@ mod tests {
                 && !road.is_road(f64::NAN, 7.0)
         );
         assert_eq!(road.road_fraction(), 0.25);
+    }
+
+    #[test]
+    fn road_below_a_box_is_told_where_it_shows() {
+        // The lower half is road on the right, verge on the left.
+        let mask =
+            GrayImage::from_fn(100, 100, |x, y| image::Luma([if x >= 50 && y >= 50 { 255 } else { 0 }]));
+        let road = RoadMask::new(mask, 200, 200);
+        let at = |x1: f64, y2: f64| BoundingBox { x1, y1: y2 - 40.0, x2: x1 + 40.0, y2 };
+        let everywhere = |_: &Point2<f64>| true;
+        assert_eq!(road.share_below(&at(120.0, 130.0), everywhere), Some(1.0));
+        assert_eq!(road.share_below(&at(20.0, 130.0), everywhere), Some(0.0));
+        assert_eq!(road.share_below(&at(80.0, 130.0), everywhere), Some(0.5));
+        // Below the picture, or hidden by another vehicle: not known.
+        assert_eq!(road.share_below(&at(120.0, 198.0), everywhere), None);
+        assert_eq!(road.share_below(&at(120.0, 130.0), |p| p.x > 150.0), None);
     }
 }

@@ -36,6 +36,7 @@ pub fn try_models(
         convention: BoxConvention::VisibleExtent,
         external_id: None,
         pixel_size: 1.0,
+        road_below: None,
     };
     let manifest = Manifest::of_folder(folder)?;
     let each = RefCell::new(each);

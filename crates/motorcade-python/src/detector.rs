@@ -43,7 +43,15 @@ impl PythonDetector {
             }
             let class = class.parse::<VehicleClass>().map_err(|e| wrong(e.to_string()))?;
             let (bbox, convention) = (BoundingBox::new(edges), BoxConvention::VisibleExtent);
-            detections.push(Detection { class, score, bbox, convention, external_id: None, pixel_size: 1.0 });
+            detections.push(Detection {
+                class,
+                score,
+                bbox,
+                convention,
+                external_id: None,
+                pixel_size: 1.0,
+                road_below: None,
+            });
         }
         Ok(detections)
     }

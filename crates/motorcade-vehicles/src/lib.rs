@@ -16,7 +16,7 @@
 //! };
 //! let bbox = BoundingBox { x1: 570.0, y1: 184.0, x2: 631.0, y2: 240.0 };
 //! let detection =
-//!     Detection { class: VehicleClass::Car, score: 0.9, bbox, convention: BoxConvention::VisibleExtent, external_id: None, pixel_size: 1.0 };
+//!     Detection { class: VehicleClass::Car, score: 0.9, bbox, convention: BoxConvention::VisibleExtent, external_id: None, pixel_size: 1.0, road_below: None };
 //! let options = BoxFitOptions::default();
 //! let observed = ObservedBox::new(&detection, &camera, &[], &options);
 //! let fit = BoxFit { camera: &camera, ground: &ground, options: &options };

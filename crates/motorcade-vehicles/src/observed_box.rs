@@ -21,6 +21,8 @@ pub struct ObservedBox {
     pub edges: [bool; 4],
     /// Size of a pixel of the detector's input \[px\].
     pub pixel_size: f64,
+    /// Mean probability of road below the box, where it shows.
+    pub road_below: Option<f64>,
 }
 
 impl ObservedBox {
@@ -32,7 +34,7 @@ impl ObservedBox {
         others: &[BoundingBox],
         options: &BoxFitOptions,
     ) -> Self {
-        let Detection { bbox, class, convention, pixel_size, .. } = *detection;
+        let Detection { bbox, class, convention, pixel_size, road_below, .. } = *detection;
         let mut edges = inside_border(&bbox, camera, options.border_px * pixel_size);
         let nearer = |o: &&BoundingBox| {
             convention == BoxConvention::VisibleExtent && **o != bbox && o.y2 > bbox.y2 + SLACK_PX
@@ -47,7 +49,7 @@ impl ObservedBox {
             edges[2] &= !(down > covered && within(bbox.x2, other.x1, other.x2 + SLACK_PX));
             edges[3] &= !(across > covered && within(bbox.y2, other.y1, other.y2));
         }
-        Self { bbox, class, convention, edges, pixel_size }
+        Self { bbox, class, convention, edges, pixel_size, road_below }
     }
 
     /// True for a car truncated by the left or right border: its visible height may be that of a bonnet or boot. Lorries,
@@ -83,7 +85,15 @@ mod tests {
 
     fn car(bbox: BoundingBox) -> Detection {
         let (class, convention) = (VehicleClass::Car, BoxConvention::VisibleExtent);
-        Detection { class, score: 1.0, bbox, convention, external_id: None, pixel_size: 1.0 }
+        Detection {
+            class,
+            score: 1.0,
+            bbox,
+            convention,
+            external_id: None,
+            pixel_size: 1.0,
+            road_below: None,
+        }
     }
 
     #[test]

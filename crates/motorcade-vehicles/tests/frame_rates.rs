@@ -82,7 +82,15 @@ fn boxes(motion: &Motion, fps: usize, duration_s: f64, seed: u64) -> Vec<Vec<Det
                 y2: b.y2 + h * noise[3],
             };
             let bbox = bbox.clipped(CAMERA.width, CAMERA.height);
-            Detection { bbox, score: 0.8, class, convention, external_id: None, pixel_size: 1.0 }
+            Detection {
+                bbox,
+                score: 0.8,
+                class,
+                convention,
+                external_id: None,
+                pixel_size: 1.0,
+                road_below: None,
+            }
         });
         out.push(found.into_iter().collect());
     }

@@ -31,6 +31,7 @@ impl VehicleDetector for BrightCar {
             convention: BoxConvention::VisibleExtent,
             external_id: None,
             pixel_size: 1.0,
+            road_below: None,
         };
         Ok(bbox.map(detection).into_iter().collect())
     }

@@ -50,7 +50,7 @@ impl FrontEnd {
         &mut self,
         frame: &Frame,
         ignore: Option<&GrayImage>,
-        observations: Observations,
+        mut observations: Observations,
         settings: &Settings,
     ) {
         let Self { motion, scale, places, focal, record } = self;
@@ -91,6 +91,11 @@ impl FrontEnd {
             let candidate =
                 Candidate { row, timestamp_ns: frame.timestamp_ns, image: &gray, trajectory, plane };
             record.stopwatch.time("places", || places.observe(&candidate, |p| hidden.allows(p)));
+        }
+        if let Some(road) = &observations.road {
+            for detection in &mut observations.detections {
+                detection.road_below = road.share_below(&detection.bbox, |p| hidden.allows(p));
+            }
         }
         record.push(FrameInfo::of(frame), observations);
     }

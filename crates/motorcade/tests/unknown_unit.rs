@@ -22,7 +22,15 @@ fn boxed(right: f64, ahead: f64) -> Option<Detection> {
         (ahead > 6.0).then(|| image_box(&CAMERA, &pose, class, convention, &PARKED_SIZE)).flatten()?;
     let bbox = whole.clipped(CAMERA.width, CAMERA.height);
     let seen = bbox.width() > 8.0 && bbox.height() > 12.0;
-    seen.then_some(Detection { bbox, score: 0.9, class, convention, external_id: None, pixel_size: 1.0 })
+    seen.then_some(Detection {
+        bbox,
+        score: 0.9,
+        class,
+        convention,
+        external_id: None,
+        pixel_size: 1.0,
+        road_below: None,
+    })
 }
 
 /// A straight road at 10 m/s behind another car; a car is parked at the right every 35 m, where there are any. A unit of the

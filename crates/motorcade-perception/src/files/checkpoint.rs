@@ -271,6 +271,7 @@ mod tests {
                 convention: BoxConvention::VisibleExtent,
                 external_id: None,
                 pixel_size: 1.0,
+                road_below: None,
             }])
         }
         fn description(&self) -> String {

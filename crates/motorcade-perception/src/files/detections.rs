@@ -97,7 +97,10 @@ fn kitti(path: &Path) -> Result<Vec<Found>> {
         let is_label = label.score.is_none() && label.size_hwl_m.iter().all(|side| *side > 0.0);
         let convention = if is_label { BoxConvention::ProjectedCuboid } else { BoxConvention::VisibleExtent };
         let score = label.score.unwrap_or(1.0);
-        Some((label.frame, Detection { class, score, bbox, convention, external_id, pixel_size: 1.0 }))
+        Some((
+            label.frame,
+            Detection { class, score, bbox, convention, external_id, pixel_size: 1.0, road_below: None },
+        ))
     };
     Ok(read_labels(path)?.into_iter().map(vehicle).collect())
 }
@@ -115,7 +118,10 @@ fn mot(row: &Row<'_>) -> Result<Found> {
     };
     let bbox = checked(row, [x, y, x + width, y + height])?;
     let (convention, external_id) = (BoxConvention::VisibleExtent, Some(id).filter(|id| *id >= 0));
-    Ok(Some((frame, Detection { class, score, bbox, convention, external_id, pixel_size: 1.0 })))
+    Ok(Some((
+        frame,
+        Detection { class, score, bbox, convention, external_id, pixel_size: 1.0, road_below: None },
+    )))
 }
 
 fn rrc(row: &Row<'_>) -> Result<Found> {
@@ -124,7 +130,10 @@ fn rrc(row: &Row<'_>) -> Result<Found> {
     let bbox = checked(row, row.numbers(1, "a box edge")?)?;
     let score = row.number(5, "a score")?;
     let (class, convention) = (VehicleClass::Car, BoxConvention::VisibleExtent);
-    Ok(Some((frame, Detection { class, score, bbox, convention, external_id: None, pixel_size: 1.0 })))
+    Ok(Some((
+        frame,
+        Detection { class, score, bbox, convention, external_id: None, pixel_size: 1.0, road_below: None },
+    )))
 }
 
 impl VehicleDetector for DetectionTable {

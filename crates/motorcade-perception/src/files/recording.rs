@@ -241,6 +241,7 @@ mod tests {
                 convention: BoxConvention::VisibleExtent,
                 external_id: None,
                 pixel_size: 1.0,
+                road_below: None,
             }],
             road: Some(RoadMask::new(mask, 1242, 375)),
             keypoints: vec![VehicleKeypoints { layout: Layout::Car14, points, bbox, heading }],

@@ -151,6 +151,7 @@ fn boxes(
             convention: BoxConvention::VisibleExtent,
             external_id: None,
             pixel_size: scale.x.max(scale.y).max(1.0),
+            road_below: None,
         });
     }
     found
@@ -244,6 +245,7 @@ mod tests {
                 convention: BoxConvention::VisibleExtent,
                 external_id: None,
                 pixel_size: 2.0,
+                road_below: None,
             };
             corrected(detection, &errors, scale, (100, 80)).bbox.to_array()
         };

@@ -38,6 +38,7 @@ fn car(bbox: BoundingBox) -> Detection {
         convention: BoxConvention::VisibleExtent,
         external_id: None,
         pixel_size: 1.0,
+        road_below: None,
     }
 }
 
@@ -132,6 +133,7 @@ fn an_occluded_bottom_edge_bounds_the_depth() {
                     convention: BoxConvention::VisibleExtent,
                     edges,
                     pixel_size: 1.0,
+                    road_below: None,
                 };
                 let found = locate(&observed, 0.0, &prior).unwrap();
                 let error = (found.position_in_camera - truth).norm() / ahead;

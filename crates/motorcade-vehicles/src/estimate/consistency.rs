@@ -78,6 +78,7 @@ mod tests {
             convention: BoxConvention::VisibleExtent,
             edges,
             pixel_size: 1.0,
+            road_below: None,
         };
         assert!((overlap(&projected, &observed(120.0, [true; 4])) - 0.2).abs() < 1e-12);
         assert!((overlap(&projected, &observed(120.0, [true, true, false, true])) - 1.0).abs() < 1e-12);

@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::headings::{static_headings, travel_headings};
 use super::input::TrackInput;
+use super::off_road;
 use super::views::Views;
 use crate::ground::GroundFrame;
 use crate::motion::{
@@ -39,7 +40,8 @@ impl TrackHypothesis {
             let views = Views::new(input, &headings)?;
             let positions = views.positions(input.grounds);
             let forward = external.and_then(|headings| mean_forward(input, headings));
-            let p_moving = probability_moving(&positions, forward.as_ref(), views.inflation, advanced);
+            let p_moving = probability_moving(&positions, forward.as_ref(), views.inflation, advanced)
+                * off_road::factor(input, &positions);
             let moves = p_moving > 0.5;
             let states = if moves {
                 smooth_motion(&positions, times, &up, advanced)

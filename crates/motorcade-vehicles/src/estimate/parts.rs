@@ -5,7 +5,6 @@ use motorcade_geometry::PinholeCamera;
 use super::background::is_background;
 use super::consistency::{overlap, parted};
 use super::drive::Drive;
-use super::halves::two_standing;
 use super::nearest::nearest_vehicle;
 use crate::external::ExternalTrack;
 use crate::ground::GroundFrame;
@@ -31,15 +30,6 @@ pub fn estimate_consistently(
     while let Some((track, splits)) = open.pop() {
         let Some(estimate) = drive.estimate(&track) else { continue };
         if is_background(&drive, &track, &estimate) {
-            continue;
-        }
-        if let Some(next) = ids.as_mut().filter(|_| splits > 0)
-            && let Some((early, late)) = two_standing(&drive, &track, estimate.p_moving)
-        {
-            let (first, second) = if early.len() > late.len() { (early, late) } else { (late, early) };
-            open.push((track.with_boxes(**next, second), splits - 1));
-            open.push((track.with_boxes(track.id, first), splits - 1));
-            **next += 1;
             continue;
         }
         // A window of the last seconds has no boxes that are far against its near ones.

@@ -287,6 +287,7 @@ mod tests {
                 convention: BoxConvention::VisibleExtent,
                 edges: [true; 4],
                 pixel_size: 1.0,
+                road_below: None,
             };
             boxes.push(TrackBox { frame: k, observed, score: 1.0 });
             detected.push(vec![keypoints]);

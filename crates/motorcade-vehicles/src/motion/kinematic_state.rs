@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::motion::PositionMeasurement;
+use crate::motion::line::Line;
 use crate::options::AdvancedVehicleOptions;
 use crate::time::independent_views;
 
@@ -23,24 +24,17 @@ pub fn probability_moving(
     if duration < options.shortest_s {
         return 0.5;
     }
-    // Slope over time of a weighted straight line through the positions.
-    let weight = |p: &PositionMeasurement| 1.0 / p.covariance.trace().max(1e-6);
-    let w_sum: f64 = positions.iter().map(weight).sum();
-    let t_mean = positions.iter().map(|p| weight(p) * p.time_s).sum::<f64>() / w_sum;
-    let lever = |p: &PositionMeasurement| weight(p) * (p.time_s - t_mean);
-    let levers: f64 = positions.iter().map(|p| lever(p) * (p.time_s - t_mean)).sum::<f64>().max(1e-9);
-    let velocity = positions.iter().map(|p| p.position * lever(p)).sum::<Vector3<f64>>() / levers;
-    let slope = |error: &dyn Fn(&PositionMeasurement) -> f64| {
-        positions.iter().map(|p| error(p) * lever(p)).sum::<f64>() / levers
-    };
+    let line = Line::new(positions);
+    let velocity = line.velocity();
     // A relative depth error common to all positions (size, slope), and a common multiple of each position's own standard deviation
     // (pitch of the road), look like motion while the range changes.
-    let common = slope(&|p| options.common_depth_share * p.range_m);
-    let apparent_speed = common.hypot(slope(&|p| p.covariance.trace().sqrt()));
+    let common = line.slope(|p| options.common_depth_share * p.range_m);
+    let apparent_speed = common.hypot(line.slope(|p| p.covariance.trace().sqrt()));
     // Noise of the line: all positions together have the weight of a few independent ones.
     let count = positions.len();
     let independent = independent_views(count, duration, correlation_time_s, options.independent_views);
-    let noise = (1.0 / w_sum * count as f64 / independent).sqrt() * options.noise_factor / duration;
+    let noise =
+        (1.0 / line.information * count as f64 / independent).sqrt() * options.noise_factor / duration;
     let sigma = options.speed_floor_mps.hypot(apparent_speed).hypot(noise) * inflation;
     let along = |forward: &Vector3<f64>| {
         let speed = velocity.dot(forward);

@@ -2,6 +2,7 @@
 
 mod filter;
 mod kinematic_state;
+mod line;
 mod smoother;
 mod static_position;
 
@@ -9,6 +10,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 
 pub(crate) use filter::MotionFilter;
 pub use kinematic_state::probability_moving;
+pub(crate) use line::Line;
 pub use smoother::smooth_motion;
 pub use static_position::static_position;
 

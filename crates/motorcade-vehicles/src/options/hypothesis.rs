@@ -23,9 +23,6 @@ pub struct HypothesisOptions {
     /// Overlap (IoU) of a box with the projected vehicle below which it is another vehicle's. A neighbour in a row of parked cars
     /// overlaps by about a third; occluded and truncated edges are bounds.
     pub least_box_iou: f64,
-    /// P(moving) below which both parts of a track that seems to drive stand, so that it is two vehicles that the tracker joined. With 0.4 for
-    /// 0.2 one vehicle of KITTI 0001 that drives is parted.
-    pub most_moving_part: f64,
     /// Share of the largest box's height from which boxes of a track are near: those at less than 1.7 times the least distance.
     pub near_share: f64,
     /// Height of a box from which on it is near whatever the largest one is, as an angle \[rad\]: a car at 19 m. Boxes of a
@@ -73,7 +70,6 @@ impl Default for HypothesisOptions {
             class_preference_chi2: 2.0,
             typical_size_sigmas: 1.0,
             least_box_iou: 0.3,
-            most_moving_part: 0.2,
             near_share: 0.6,
             near_rad: 0.08,
             least_standing_iou: 0.45,

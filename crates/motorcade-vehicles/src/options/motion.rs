@@ -58,6 +58,12 @@ pub struct KinematicStateOptions {
     pub even_odds_sigmas: f64,
     /// Slope of the logistic function in that ratio.
     pub logistic_slope: f64,
+    /// Mean probability of road below the boxes of a track under which it is beside the road. Of the vehicles of 0005 and 0003 that drive it
+    /// is 0.88 and more, of those parked beside the road 0.58 and less.
+    pub least_road_below: f64,
+    /// Factor on P(moving) of a track beside the road that appears to drive ahead, as the camera does. On 0005 and 0003 none of six such
+    /// tracks drives (rule of succession: 1/8).
+    pub off_road_factor: f64,
 }
 
 impl Default for KinematicStateOptions {
@@ -71,6 +77,8 @@ impl Default for KinematicStateOptions {
             backward_share: 0.5,
             even_odds_sigmas: 3.0,
             logistic_slope: 2.0,
+            least_road_below: 0.6,
+            off_road_factor: 0.125,
         }
     }
 }

@@ -32,7 +32,7 @@ pub fn outline(camera_from_vehicle: &Pose<Camera, Vehicle>) -> Option<BoundingBo
 
 pub fn detected(bbox: BoundingBox) -> Detection {
     let (class, convention) = (VehicleClass::Car, BoxConvention::VisibleExtent);
-    Detection { bbox, score: 0.8, class, convention, external_id: None, pixel_size: 1.0 }
+    Detection { bbox, score: 0.8, class, convention, external_id: None, pixel_size: 1.0, road_below: None }
 }
 
 /// The box of a car ahead and to the left of the camera.

@@ -39,6 +39,7 @@ pub fn drive(frames: usize) -> FrontEndRecord {
         convention: BoxConvention::VisibleExtent,
         external_id: None,
         pixel_size: 1.0,
+        road_below: None,
     };
     // The rear of the car ahead alone.
     let ahead = |ahead: f64| {

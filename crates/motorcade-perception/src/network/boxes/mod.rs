@@ -92,6 +92,7 @@ impl BoxDetector {
                 convention: BoxConvention::VisibleExtent,
                 external_id: None,
                 pixel_size: back.x.max(back.y).max(1.0),
+                road_below: None,
             })
         };
         Ok(suppress(self.decode(&outputs, size)?.into_iter().filter_map(detection).collect()))

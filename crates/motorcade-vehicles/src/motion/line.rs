@@ -1,0 +1,44 @@
+//! A straight line through positions over time.
+
+use nalgebra::Vector3;
+
+use crate::motion::PositionMeasurement;
+
+/// A straight line through positions, each weighted by its variance.
+pub(crate) struct Line<'a> {
+    positions: &'a [PositionMeasurement],
+    /// Sum of the weights \[1/m²\].
+    pub(crate) information: f64,
+    mean_time_s: f64,
+    /// Weighted sum of squared times from the mean \[s²/m²\].
+    levers: f64,
+}
+
+impl<'a> Line<'a> {
+    pub(crate) fn new(positions: &'a [PositionMeasurement]) -> Self {
+        let information: f64 = positions.iter().map(weight).sum();
+        let mean_time_s = positions.iter().map(|p| weight(p) * p.time_s).sum::<f64>() / information;
+        let mut line = Self { positions, information, mean_time_s, levers: 0.0 };
+        let levers: f64 = positions.iter().map(|p| line.lever(p) * (p.time_s - mean_time_s)).sum();
+        line.levers = levers.max(1e-9);
+        line
+    }
+
+    fn lever(&self, p: &PositionMeasurement) -> f64 {
+        weight(p) * (p.time_s - self.mean_time_s)
+    }
+
+    /// Slope over time of a value of each position \[1/s\].
+    pub(crate) fn slope(&self, value: impl Fn(&PositionMeasurement) -> f64) -> f64 {
+        self.positions.iter().map(|p| value(p) * self.lever(p)).sum::<f64>() / self.levers
+    }
+
+    /// Slope over time of the positions \[m/s\].
+    pub(crate) fn velocity(&self) -> Vector3<f64> {
+        self.positions.iter().map(|p| p.position * self.lever(p)).sum::<Vector3<f64>>() / self.levers
+    }
+}
+
+fn weight(p: &PositionMeasurement) -> f64 {
+    1.0 / p.covariance.trace().max(1e-6)
+}
