@@ -7,7 +7,7 @@ import sys
 
 from motorcade_training.common.stage import STAGES, Stage
 
-NETWORKS = ("scene", "vehicle")
+NETWORKS = ("scene", "vehicle", "presence")
 
 
 def stages_of(network: str) -> dict[str, Stage]:

@@ -10,6 +10,7 @@ import pytest
 import torch
 
 from motorcade_training.common import checkpoint
+from motorcade_training.presence import train as presence
 from motorcade_training.vehicle import crop, export, kitti, train
 from motorcade_training.vehicle.augment import NONE, Strength, augment, mirrored
 from motorcade_training.vehicle.data import CropSet
@@ -169,3 +170,24 @@ def test_the_fit_finds_heading_and_place():
         moved = truth + 1e-6 * (np.arange(5) == k)
         numeric = (linearised(prior, camera, zero, moved)[0] - residual) / 1e-6
         assert np.allclose(jacobian[..., k], numeric, rtol=1e-3, atol=1e-2)
+
+
+def test_the_head_tells_what_is_a_vehicle(tmp_path: Path):
+    torch.manual_seed(4)
+    checkpoint.write(tmp_path / "start.pt", {"ema": VehicleNet().state_dict(), "step": 0})
+    present = np.arange(400) % 2
+    crops = np.random.default_rng(5).normal(0, 0.1, (400, 4, 64, 64)) + present[:, None, None, None]
+    score = np.full(400, 0.5, np.float32)
+    np.savez(tmp_path / "candidates.npz", crops=crops.astype(np.float16), present=present.astype(np.uint8), score=score)
+    parser = argparse.ArgumentParser()
+    presence.add_arguments(parser)
+    paths = ["--candidates", tmp_path / "candidates.npz", "--start", tmp_path / "start.pt", "--out", tmp_path / "out.pt"]
+    presence.run(parser.parse_args([*map(str, paths), "--batch", "32", "--epochs", "8"]))
+    model = VehicleNet()
+    model.load_state_dict({name: value.float() for name, value in checkpoint.read(tmp_path / "out.pt")["ema"].items()})
+    with torch.no_grad():
+        logit = model.eval()(torch.from_numpy(crops).float())[5][:, 0]
+    assert ((logit > 0).numpy() == (present > 0)).mean() > 0.95
+    # The rest of the network is as it was, but for the rounding to half precision.
+    start = checkpoint.read(tmp_path / "start.pt")["ema"]
+    assert torch.equal(model.heat.weight, start["heat.weight"].half().float())

@@ -15,6 +15,8 @@ pub struct VehicleKeypoints {
     pub bbox: BoundingBox,
     /// The heading, where the detector estimates it beside the points.
     pub heading: Option<HeadingEvidence>,
+    /// Log odds that the box shows a vehicle at all, where the detector estimates them.
+    pub presence: Option<f64>,
 }
 
 impl VehicleKeypoints {
@@ -37,6 +39,6 @@ impl VehicleKeypoints {
             reach(high, f64::max, 0),
             reach(high, f64::max, 1),
         ]);
-        Some(Self { layout, points, bbox, heading: None })
+        Some(Self { layout, points, bbox, heading: None, presence: None })
     }
 }

@@ -78,7 +78,8 @@ pub use fixed_regions::{FixedRegions, LEAST_FRAMES, MOST_FRAMES};
 pub use inventory::{ModelInfo, list_models};
 pub use keypoints::VehicleKeypoints;
 pub use manifest::{
-    ColourOrder, InputSpec, KeypointVariance, MANIFEST_NAME, Manifest, ModelEntry, OutputSpec, Resize,
+    ColourOrder, InputSpec, KeypointVariance, MANIFEST_NAME, Manifest, ModelEntry, OutputSpec,
+    PresenceWeights, Resize,
 };
 pub use models::{ModelSet, ModelSource};
 pub use network::{

@@ -134,6 +134,9 @@ pub enum OutputSpec {
         /// Accuracy of the points.
         #[serde(default)]
         variance: KeypointVariance,
+        /// How its sixth output tells whether a box shows a vehicle; nothing tells it without.
+        #[serde(default)]
+        presence: Option<PresenceWeights>,
     },
 }
 
@@ -212,6 +215,18 @@ pub struct KeypointVariance {
     pub floor: f64,
 }
 
+/// Log odds that a box shows a vehicle: `logit` × the network's output + `score` × the log odds of the box's score + `bias`.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PresenceWeights {
+    /// Weight of the network's logit.
+    pub logit: f64,
+    /// Weight of the log odds of the detector's score.
+    pub score: f64,
+    /// Constant.
+    pub bias: f64,
+}
+
 impl Default for KeypointVariance {
     /// Two pixels of a crop of 64, whatever the map.
     fn default() -> Self {
@@ -278,10 +293,15 @@ impl Manifest {
                 OutputSpec::Scene { edge_errors, .. } if !EdgeErrors::is_valid(edge_errors) => {
                     return wrong("edge_errors must be numbers with increasing heights");
                 }
-                OutputSpec::Keypoints { variance: KeypointVariance { gain, floor } }
+                OutputSpec::Keypoints { variance: KeypointVariance { gain, floor }, .. }
                     if !(gain.is_finite() && *gain >= 0.0 && floor.is_finite() && *floor > 0.0) =>
                 {
                     return wrong("variance needs a gain of 0 or more and a floor above 0");
+                }
+                OutputSpec::Keypoints { presence: Some(p), .. }
+                    if ![p.logit, p.score, p.bias].iter().all(|weight| weight.is_finite()) =>
+                {
+                    return wrong("the weights of presence must be numbers");
                 }
                 _ => {}
             }

@@ -133,8 +133,8 @@ impl ModelSet {
                         keep(&mut road, 0.0, Box::new(scene));
                     }
                 }
-                OutputSpec::Keypoints { variance } => {
-                    let network = KeypointNetwork::new(network, *variance, CropOptions::default());
+                OutputSpec::Keypoints { variance, presence } => {
+                    let network = KeypointNetwork::new(network, *variance, *presence, CropOptions::default());
                     keep(&mut keypoints, 0.0, Box::new(network));
                 }
                 OutputSpec::Yolox { .. } | OutputSpec::Ssd { .. } | OutputSpec::CentrePoint { .. } => {}

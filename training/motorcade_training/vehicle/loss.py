@@ -25,7 +25,7 @@ HIDDEN_WEIGHT = 0.3
 
 def losses(outputs: tuple[torch.Tensor, ...], sample: Sample) -> dict[str, torch.Tensor]:
     """The weighted parts of the loss; their sum is trained."""
-    heat, visibility, heading, body, dimensions = outputs
+    heat, visibility, heading, body, dimensions, _ = outputs
     heat_loss, point_loss = keypoint_losses(heat, sample)
     known = (sample.sights != UNKNOWN).float()
     visible = (sample.sights == VISIBLE).float()

@@ -2,7 +2,7 @@
 
 Input `crop` (N, 4, 64, 64): normalised RGB and a plane of log(box width / box height). Outputs: `heatmaps` (N, 36, 16, 16) logits,
 `visibility` (N, 36) logits, `heading` (N, 24) logits, `body` (N, 9) logits, `dimensions` (N, 6): log ratios of length,
-width, height to the mean dimensions and the logarithms of their variances.
+width, height to the mean dimensions and the logarithms of their variances, `presence` (N, 1): logit that the box shows a vehicle.
 """
 
 import torch
@@ -11,7 +11,9 @@ from torch.nn import functional
 
 from motorcade_training.vehicle.layout import BODIES, HEADING_BINS, KEYPOINTS
 
-OUTPUTS = ["heatmaps", "visibility", "heading", "body", "dimensions"]
+OUTPUTS = ["heatmaps", "visibility", "heading", "body", "dimensions", "presence"]
+#: Features that the presence is told from: the squeezed map and the trunk, means and maxima of finer maps.
+PRESENCE_FEATURES = 48 * 16 + 96 + 128 + 128 + 64
 
 
 class Block(nn.Sequential):
@@ -39,7 +41,7 @@ class Stage(nn.Module):
 
 
 class VehicleNet(nn.Module):
-    """See the module's documentation; 0.8 M parameters."""
+    """See the module's documentation; 0.88 M parameters."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -58,11 +60,22 @@ class VehicleNet(nn.Module):
         self.heading = nn.Linear(96, HEADING_BINS)
         self.body = nn.Linear(96, len(BODIES))
         self.dimensions = nn.Linear(96, 6)
+        self.presence = nn.Sequential(nn.Linear(PRESENCE_FEATURES, 64), nn.ReLU(inplace=True), nn.Linear(64, 1))
 
-    def forward(self, crop: torch.Tensor) -> tuple[torch.Tensor, ...]:
+    def encode(self, crop: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+        """Maps at 16x16, 8x8 and 4x4."""
         at16 = self.down16(self.stem(crop))
         at8 = self.down8(at16)
-        at4 = self.down4(at8)
+        return at16, at8, self.down4(at8)
+
+    def presence_features(self, at16: torch.Tensor, at8: torch.Tensor, at4: torch.Tensor) -> torch.Tensor:
+        """(N, PRESENCE_FEATURES)."""
+        squeezed = self.squeeze(at4)
+        pooled = [at8.mean(dim=(2, 3)), at8.amax(dim=(2, 3)), at16.mean(dim=(2, 3))]
+        return torch.cat([squeezed.flatten(1), self.trunk(squeezed), *pooled], dim=1)
+
+    def forward(self, crop: torch.Tensor) -> tuple[torch.Tensor, ...]:
+        at16, at8, at4 = self.encode(crop)
         up = functional.interpolate(self.lateral4(at4), scale_factor=2.0, mode="nearest")
         up = self.merge8(at8 + up)
         up = functional.interpolate(up, scale_factor=2.0, mode="nearest")
@@ -71,9 +84,10 @@ class VehicleNet(nn.Module):
         # A keypoint's visibility is read where the keypoint is.
         place = torch.softmax(heat.flatten(2), dim=2)
         local = (place * self.local_visibility(features).flatten(2)).sum(dim=2)
-        trunk = self.trunk(self.squeeze(at4))
+        evidence = self.presence_features(at16, at8, at4)
+        trunk = evidence[:, 48 * 16 : 48 * 16 + 96]
         visibility = local + self.global_visibility(trunk)
-        return heat, visibility, self.heading(trunk), self.body(trunk), self.dimensions(trunk)
+        return heat, visibility, self.heading(trunk), self.body(trunk), self.dimensions(trunk), self.presence(evidence)
 
 
 def parameters(model: nn.Module) -> int:

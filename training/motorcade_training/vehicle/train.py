@@ -142,7 +142,7 @@ def held_out(model: VehicleNet, crops: CropSet, first: int, count: int, device: 
     for start in range(first, first + count, 128):
         indices = np.arange(start, min(start + 128, first + count))
         sample = augment(crops.batch(indices), NONE, torch.Generator().manual_seed(0))
-        heat, _, heading, body, _ = (o.cpu() for o in model(sample.input.to(device)))
+        heat, _, heading, body, _, _ = (o.cpu() for o in model(sample.input.to(device)))
         share = torch.softmax(heat.flatten(2), dim=2).view(heat.shape)
         centres = (torch.arange(HEAT_CELLS) + 0.5) / HEAT_CELLS
         x, y = (share.sum(dim=2) * centres).sum(dim=2), (share.sum(dim=3) * centres).sum(dim=2)

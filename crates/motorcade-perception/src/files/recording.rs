@@ -58,6 +58,9 @@ struct KeypointLine {
     points: Vec<PointLine>,
     /// Probabilities of heading bins.
     heading: Option<Vec<f64>>,
+    /// Log odds that the box shows a vehicle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    presence: Option<f64>,
 }
 
 /// x, y \[px\], confidence, and standard deviations along x and y \[px\] where known.
@@ -192,6 +195,7 @@ impl From<&VehicleKeypoints> for KeypointLine {
             bbox: keypoints.bbox,
             points: keypoints.points.iter().map(point).collect(),
             heading: keypoints.heading.as_ref().map(|h| h.bins().to_vec()),
+            presence: keypoints.presence,
         }
     }
 }
@@ -213,8 +217,10 @@ impl KeypointLine {
             Some(bins) => Some(HeadingEvidence::from_probabilities(bins)?),
             None => None,
         };
-        let valid = points.len() == layout.count() && is_box(&self.bbox);
-        valid.then_some(VehicleKeypoints { layout, points, bbox: self.bbox, heading })
+        let known = self.presence.is_none_or(f64::is_finite);
+        let valid = points.len() == layout.count() && is_box(&self.bbox) && known;
+        let Self { bbox, presence, .. } = self;
+        valid.then_some(VehicleKeypoints { layout, points, bbox, heading, presence })
     }
 }
 
@@ -244,7 +250,13 @@ mod tests {
                 road_below: None,
             }],
             road: Some(RoadMask::new(mask, 1242, 375)),
-            keypoints: vec![VehicleKeypoints { layout: Layout::Car14, points, bbox, heading }],
+            keypoints: vec![VehicleKeypoints {
+                layout: Layout::Car14,
+                points,
+                bbox,
+                heading,
+                presence: Some(-1.5),
+            }],
         }
     }
 

@@ -12,7 +12,7 @@ use crate::detection::{BoundingBox, Detection, VehicleClass};
 use crate::detectors::KeypointDetector;
 use crate::error::Result;
 use crate::keypoints::VehicleKeypoints;
-use crate::manifest::KeypointVariance;
+use crate::manifest::{KeypointVariance, PresenceWeights};
 
 /// Keypoints of `car-36`.
 const POINTS: usize = Layout::Car36.count();
@@ -22,6 +22,11 @@ const CELLS: usize = 16;
 const HEADING_BINS: usize = 24;
 /// Cells on each side of the peak that its position is the mean of.
 const REACH: usize = 2;
+
+/// Place of the presence among the outputs, counted from 0.
+const PRESENCE_OUTPUT: usize = 5;
+/// Scores nearer to 0 and 1 count as this near, as in the training.
+const SCORE_MARGIN: f64 = 0.02;
 
 /// Choice of the boxes that are cropped.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,14 +53,20 @@ impl Default for CropOptions {
 pub struct KeypointNetwork {
     network: Network,
     variance: KeypointVariance,
+    presence: Option<PresenceWeights>,
     options: CropOptions,
     /// Time and box of the crops of the last `interval_s`.
     recent: Vec<(i64, BoundingBox)>,
 }
 
 impl KeypointNetwork {
-    pub(crate) fn new(network: Network, variance: KeypointVariance, options: CropOptions) -> Self {
-        Self { network, variance, options, recent: Vec::new() }
+    pub(crate) fn new(
+        network: Network,
+        variance: KeypointVariance,
+        presence: Option<PresenceWeights>,
+        options: CropOptions,
+    ) -> Self {
+        Self { network, variance, presence, options, recent: Vec::new() }
     }
 
     /// Boxes to look at, largest first, without those looked at a moment ago.
@@ -65,7 +76,13 @@ impl KeypointNetwork {
         self.recent.retain(|(then, _)| (0.0..interval_s).contains(&age_s(*then)));
         let recent = &self.recent;
         let due = |d: &&Detection| !recent.iter().any(|(_, bbox)| bbox.iou(&d.bbox) > same_iou);
-        let known = |d: &&Detection| matches!(d.class, VehicleClass::Car | VehicleClass::Van);
+        // Of lorries and buses it tells the presence alone: they have no keypoints.
+        let told = self.presence.is_some();
+        let known = |d: &&Detection| match d.class {
+            VehicleClass::Car | VehicleClass::Van => true,
+            VehicleClass::Truck | VehicleClass::Bus => told,
+            VehicleClass::Motorcycle => false,
+        };
         let large =
             |d: &&Detection| d.bbox.height() >= min_height_px && d.bbox.width() >= 0.5 * min_height_px;
         let certain = detections.iter().filter(|d| d.score >= min_score);
@@ -90,6 +107,7 @@ impl KeypointDetector for KeypointNetwork {
         let outputs =
             self.network.run_all(NdTensor::from_data([crops.len(), 4, INPUT_PX, INPUT_PX], data))?;
         let [heat, visibility, heading] = self.checked(&outputs, crops.len())?;
+        let presence = self.presence(&outputs, &chosen)?;
         let vehicle = |(k, crop): (usize, &CropFrame)| {
             let map_of = |point: usize| &heat[(k * POINTS + point) * CELLS * CELLS..][..CELLS * CELLS];
             let point = |i: usize| self.point(crop, map_of(i), f64::from(visibility[k * POINTS + i]));
@@ -98,6 +116,7 @@ impl KeypointDetector for KeypointNetwork {
                 points: (0..POINTS).map(point).collect(),
                 bbox: chosen[k].bbox,
                 heading: HeadingEvidence::new(softmax(&heading[k * HEADING_BINS..][..HEADING_BINS])),
+                presence: presence.get(k).copied(),
             }
         };
         Ok(crops.iter().enumerate().map(vehicle).collect())
@@ -126,6 +145,24 @@ impl KeypointNetwork {
             }
         }
         Ok([outputs[0].to_vec(), outputs[1].to_vec(), outputs[2].to_vec()])
+    }
+
+    /// Log odds that each box shows a vehicle; none where the manifest has no weights for them.
+    fn presence(&self, outputs: &[Tensor<f32>], boxes: &[&Detection]) -> Result<Vec<f64>> {
+        let Some(PresenceWeights { logit, score, bias }) = self.presence else { return Ok(Vec::new()) };
+        let output = outputs.get(PRESENCE_OUTPUT);
+        let Some(logits) = output.filter(|output| output.shape() == [boxes.len(), 1]) else {
+            let found = output.map_or(vec![outputs.len()], |output| output.shape().to_vec());
+            return Err(self
+                .network
+                .wrong_output(&found, &format!("presence as output 6, [{}, 1]", boxes.len())));
+        };
+        let odds = |score: f64| {
+            let held = score.clamp(SCORE_MARGIN, 1.0 - SCORE_MARGIN);
+            (held / (1.0 - held)).ln()
+        };
+        let one = |(found, b): (f32, &&Detection)| logit * f64::from(found) + score * odds(b.score) + bias;
+        Ok(logits.to_vec().into_iter().zip(boxes).map(one).collect())
     }
 
     /// A keypoint from its heat map (logits) and the logit of its visibility.

@@ -108,6 +108,14 @@ impl<'a> KeypointViews<'a> {
         ExternalTrack { views, size }
     }
 
+    /// Mean log odds that the boxes of a track show a vehicle at all; `None` where nothing tells.
+    pub fn presence(&self, track: &Track) -> Option<f64> {
+        let found = |b: &TrackBox| self.in_box(b.frame, &b.observed.bbox)?.presence;
+        let (count, sum) =
+            track.boxes.iter().filter_map(found).fold((0_u32, 0.0), |(n, sum), odds| (n + 1, sum + odds));
+        (count > 0).then(|| sum / f64::from(count))
+    }
+
     fn fit(
         &self,
         frame: &FrameKeypoints,

@@ -55,6 +55,8 @@ pub struct HypothesisOptions {
     /// Mean score of the boxes of a track from a gap to its end, zero where the vehicle is missed, below which they are clutter: that which a single
     /// box must reach (`least_score` of the tracker).
     pub least_mean_score: f64,
+    /// Mean log odds of the boxes of a track that they show a vehicle, below which it is none.
+    pub least_presence: f64,
     /// Share of a vehicle's box behind the box of a nearer one from which the detector may miss it.
     pub hidden_share: f64,
 }
@@ -84,6 +86,7 @@ impl Default for HypothesisOptions {
             double_score_ratio: 0.5,
             double_share: 0.5,
             least_mean_score: 0.15,
+            least_presence: 0.0,
             hidden_share: 0.3,
         }
     }

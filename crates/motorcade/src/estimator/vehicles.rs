@@ -54,10 +54,12 @@ pub(crate) fn estimate_vehicles(
         };
         return tracks.iter().filter_map(estimate).collect();
     }
-    let tracks = track();
+    let mut tracks = track();
     let keypoints: Vec<&[VehicleKeypoints]> = input.keypoints.iter().map(Vec::as_slice).collect();
     let any = keypoints.iter().any(|of_frame| !of_frame.is_empty());
     let fits = KeypointViews::new(&keypoints, input.fitters, camera, grounds, &options.advanced);
+    let least_presence = options.advanced.hypothesis.least_presence;
+    tracks.retain(|track| fits.presence(track).is_none_or(|odds| odds >= least_presence));
     let part = known.is_none();
     let known = RefCell::new(known);
     let views = |track: &Track| match known.borrow_mut().as_mut() {
