@@ -134,7 +134,7 @@ pub enum OutputSpec {
         /// Accuracy of the points.
         #[serde(default)]
         variance: KeypointVariance,
-        /// How its sixth output tells whether a box shows a vehicle; nothing tells it without.
+        /// Weights of the sixth output, the presence of a vehicle in the box; without them it is not used.
         #[serde(default)]
         presence: Option<PresenceWeights>,
     },
