@@ -23,6 +23,11 @@ impl VehicleKeypoints {
     /// Confidence from which a point counts as found.
     pub const FOUND: f64 = 0.3;
 
+    /// Whether any point was found, however uncertain: of a lorry, the network tells the presence alone.
+    pub fn any_found(&self) -> bool {
+        self.points.iter().any(|p| p.confidence > 0.0)
+    }
+
     /// Keypoints whose box is the one around the points found; `None` for fewer than three.
     pub fn around_points(layout: Layout, points: Vec<ObservedKeypoint>) -> Option<Self> {
         let found: Vec<&ObservedKeypoint> = points.iter().filter(|p| p.confidence >= Self::FOUND).collect();

@@ -31,21 +31,56 @@ const SCORE_MARGIN: f64 = 0.02;
 /// Choice of the boxes that are cropped.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CropOptions {
-    /// Least height of a box \[px\]: below, keypoints are less certain than the box.
+    /// Cars and vans whose keypoints are looked for.
+    pub keypoints: CropChoice,
+    /// All other boxes: lorries, buses, and cars too small for keypoints, of which the network tells the presence alone.
+    pub presence: CropChoice,
+    /// Overlap (IoU) with a box cropped before from which it is the same vehicle.
+    pub same_iou: f64,
+}
+
+/// Limits of the boxes that are cropped for one purpose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CropChoice {
+    /// Least height of a box \[px\]: below, the crop tells less than the box. Least width: half of it.
     pub min_height_px: f64,
+    /// Whether pixels are those of the detector's input, not of the picture.
+    pub input_pixels: bool,
     /// Least score of a box.
     pub min_score: f64,
     /// Crops a frame at most, largest first: each costs time.
     pub max_crops: usize,
     /// Time after which a box is cropped again \[s\]: in between, a network errs as it did before.
     pub interval_s: f64,
-    /// Overlap (IoU) with a box cropped before from which it is the same vehicle.
-    pub same_iou: f64,
+}
+
+impl CropChoice {
+    fn includes(&self, detection: &Detection) -> bool {
+        let pixel = if self.input_pixels { detection.pixel_size } else { 1.0 };
+        let least_px = self.min_height_px * pixel;
+        let Detection { bbox, score, .. } = detection;
+        *score >= self.min_score && bbox.height() >= least_px && bbox.width() >= 0.5 * least_px
+    }
 }
 
 impl Default for CropOptions {
     fn default() -> Self {
-        Self { min_height_px: 20.0, min_score: 0.3, max_crops: 8, interval_s: 0.15, same_iou: 0.5 }
+        let keypoints = CropChoice {
+            min_height_px: 20.0,
+            input_pixels: false,
+            min_score: 0.3,
+            max_crops: 8,
+            interval_s: 0.15,
+        };
+        // Height and score are those of the boxes that the presence was learned from.
+        let presence = CropChoice {
+            min_height_px: 12.0,
+            input_pixels: true,
+            min_score: 0.2,
+            max_crops: 2,
+            interval_s: 0.5,
+        };
+        Self { keypoints, presence, same_iou: 0.5 }
     }
 }
 
@@ -55,8 +90,34 @@ pub struct KeypointNetwork {
     variance: KeypointVariance,
     presence: Option<PresenceWeights>,
     options: CropOptions,
-    /// Time and box of the crops of the last `interval_s`.
-    recent: Vec<(i64, BoundingBox)>,
+    /// Crops for keypoints.
+    recent: RecentCrops,
+    /// Crops for the presence, apart: a lorry's box about a car must not stand for the car's.
+    recent_presence: RecentCrops,
+}
+
+/// Time and box of the crops of the last `interval_s`.
+#[derive(Default)]
+struct RecentCrops(Vec<(i64, BoundingBox)>);
+
+impl RecentCrops {
+    /// The largest of some boxes, without those cropped a moment ago, which are then among these.
+    fn due<'d>(
+        &mut self,
+        timestamp_ns: i64,
+        candidates: impl Iterator<Item = &'d Detection>,
+        choice: &CropChoice,
+        same_iou: f64,
+    ) -> Vec<&'d Detection> {
+        let age_s = |then: i64| (timestamp_ns - then) as f64 * 1e-9;
+        self.0.retain(|(then, _)| (0.0..choice.interval_s).contains(&age_s(*then)));
+        let known = |d: &&Detection| self.0.iter().any(|(_, bbox)| bbox.iou(&d.bbox) > same_iou);
+        let mut due: Vec<&Detection> = candidates.filter(|d| !known(d)).collect();
+        due.sort_by(|a, b| b.bbox.area().total_cmp(&a.bbox.area()));
+        due.truncate(choice.max_crops);
+        self.0.extend(due.iter().map(|d| (timestamp_ns, d.bbox)));
+        due
+    }
 }
 
 impl KeypointNetwork {
@@ -66,31 +127,29 @@ impl KeypointNetwork {
         presence: Option<PresenceWeights>,
         options: CropOptions,
     ) -> Self {
-        Self { network, variance, presence, options, recent: Vec::new() }
+        let (recent, recent_presence) = Default::default();
+        Self { network, variance, presence, options, recent, recent_presence }
     }
 
-    /// Boxes to look at, largest first, without those looked at a moment ago.
+    /// Boxes to look at, without those looked at a moment ago: those with keypoints, then the others, each largest first.
     fn chosen<'d>(&mut self, timestamp_ns: i64, detections: &'d [Detection]) -> Vec<&'d Detection> {
-        let CropOptions { min_height_px, min_score, max_crops, interval_s, same_iou } = self.options;
-        let age_s = |then: i64| (timestamp_ns - then) as f64 * 1e-9;
-        self.recent.retain(|(then, _)| (0.0..interval_s).contains(&age_s(*then)));
-        let recent = &self.recent;
-        let due = |d: &&Detection| !recent.iter().any(|(_, bbox)| bbox.iou(&d.bbox) > same_iou);
-        // Of lorries and buses it tells the presence alone: they have no keypoints.
-        let told = self.presence.is_some();
-        let known = |d: &&Detection| match d.class {
-            VehicleClass::Car | VehicleClass::Van => true,
-            VehicleClass::Truck | VehicleClass::Bus => told,
-            VehicleClass::Motorcycle => false,
-        };
-        let large =
-            |d: &&Detection| d.bbox.height() >= min_height_px && d.bbox.width() >= 0.5 * min_height_px;
-        let certain = detections.iter().filter(|d| d.score >= min_score);
-        let mut chosen: Vec<&Detection> = certain.filter(known).filter(large).filter(due).collect();
-        chosen.sort_by(|a, b| b.bbox.area().total_cmp(&a.bbox.area()));
-        chosen.truncate(max_crops);
-        self.recent.extend(chosen.iter().map(|d| (timestamp_ns, d.bbox)));
+        let CropOptions { keypoints, presence, same_iou } = self.options;
+        let with_keypoints = detections.iter().filter(|d| self.options.has_keypoints(d));
+        let mut chosen = self.recent.due(timestamp_ns, with_keypoints, &keypoints, same_iou);
+        if self.presence.is_some() {
+            let others = detections.iter().filter(|d| {
+                d.class != VehicleClass::Motorcycle && presence.includes(d) && !self.options.has_keypoints(d)
+            });
+            chosen.extend(self.recent_presence.due(timestamp_ns, others, &presence, same_iou));
+        }
         chosen
+    }
+}
+
+impl CropOptions {
+    /// Whether the keypoints of a box are looked for: the network knows those of cars and vans.
+    fn has_keypoints(&self, detection: &Detection) -> bool {
+        matches!(detection.class, VehicleClass::Car | VehicleClass::Van) && self.keypoints.includes(detection)
     }
 }
 
@@ -111,11 +170,15 @@ impl KeypointDetector for KeypointNetwork {
         let vehicle = |(k, crop): (usize, &CropFrame)| {
             let map_of = |point: usize| &heat[(k * POINTS + point) * CELLS * CELLS..][..CELLS * CELLS];
             let point = |i: usize| self.point(crop, map_of(i), f64::from(visibility[k * POINTS + i]));
+            let known = self.options.has_keypoints(chosen[k]);
+            let bins = || HeadingEvidence::new(softmax(&heading[k * HEADING_BINS..][..HEADING_BINS]));
             VehicleKeypoints {
                 layout: Layout::Car36,
-                points: (0..POINTS).map(point).collect(),
+                points: (0..POINTS)
+                    .map(|i| if known { point(i) } else { ObservedKeypoint::missing() })
+                    .collect(),
                 bbox: chosen[k].bbox,
-                heading: HeadingEvidence::new(softmax(&heading[k * HEADING_BINS..][..HEADING_BINS])),
+                heading: known.then(bins).flatten(),
                 presence: presence.get(k).copied(),
             }
         };

@@ -110,7 +110,7 @@ impl<'a> KeypointViews<'a> {
 
     /// Mean log odds that the boxes of a track show a vehicle at all; `None` where nothing tells.
     pub fn presence(&self, track: &Track) -> Option<f64> {
-        let found = |b: &TrackBox| self.in_box(b.frame, &b.observed.bbox)?.presence;
+        let found = |b: &TrackBox| self.in_box(b.frame, &b.observed.bbox, |k| k.presence.is_some())?.presence;
         let (count, sum) =
             track.boxes.iter().filter_map(found).fold((0_u32, 0.0), |(n, sum), odds| (n + 1, sum + odds));
         (count > 0).then(|| sum / f64::from(count))
@@ -149,7 +149,7 @@ impl<'a> KeypointViews<'a> {
     fn in_frame(&self, seen: &TrackBox, class: VehicleClass) -> Option<FrameKeypoints> {
         let ground = self.grounds.get(seen.frame)?;
         let bbox = seen.observed.bbox;
-        let keypoints = self.in_box(seen.frame, &bbox)?;
+        let keypoints = self.in_box(seen.frame, &bbox, VehicleKeypoints::any_found)?;
         let sigma_px = self.options.sigma_share * bbox.width().max(bbox.height());
         let mut observation = Observation::new(keypoints.points.clone(), sigma_px);
         let level = RoadPlane::level(ground.height_m);
@@ -172,9 +172,15 @@ impl<'a> KeypointViews<'a> {
         self.box_fit.level_sigma_m(left_m)
     }
 
-    /// The keypoints whose bounding box overlaps a box most.
-    fn in_box(&self, frame: usize, bbox: &BoundingBox) -> Option<&VehicleKeypoints> {
-        let overlaps = self.keypoints.get(frame)?.iter().map(|k| (k.bbox.iou(bbox), k));
+    /// The keypoints, of those asked for, whose bounding box overlaps a box most.
+    fn in_box(
+        &self,
+        frame: usize,
+        bbox: &BoundingBox,
+        wanted: impl Fn(&VehicleKeypoints) -> bool,
+    ) -> Option<&VehicleKeypoints> {
+        let wanted = self.keypoints.get(frame)?.iter().filter(|k| wanted(k));
+        let overlaps = wanted.map(|k| (k.bbox.iou(bbox), k));
         let enough = overlaps.filter(|(iou, _)| *iou > self.options.least_iou);
         enough.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, k)| k)
     }
@@ -355,13 +361,39 @@ mod tests {
             }
             VehicleKeypoints::around_points(Layout::Car14, points).unwrap()
         };
-        let frame = [corners(100.0), corners(400.0)];
+        // A box about the second one that tells its presence alone, as of a lorry.
+        let presence = VehicleKeypoints {
+            points: vec![ObservedKeypoint::missing(); 14],
+            bbox: BoundingBox::new([395.0, 195.0, 485.0, 265.0]),
+            presence: Some(-2.0),
+            ..corners(400.0)
+        };
+        let frame = [corners(100.0), corners(400.0), presence];
         let (by_frame, options): ([&[VehicleKeypoints]; 1], _) =
             ([&frame], AdvancedVehicleOptions::default());
         let fitters = KeypointFitters::new(None, &options);
         let views = KeypointViews::new(&by_frame, &fitters, &CAMERA, &[], &options);
-        let found = |frame, x1: f64| views.in_box(frame, &BoundingBox::new([x1, 195.0, x1 + 90.0, 265.0]));
+        let found = |frame, x1: f64| {
+            let bbox = BoundingBox::new([x1, 195.0, x1 + 90.0, 265.0]);
+            views.in_box(frame, &bbox, VehicleKeypoints::any_found)
+        };
         assert_eq!(found(0, 395.0).unwrap().bbox.x1, 400.0);
         assert!(found(0, 700.0).is_none() && found(1, 395.0).is_none());
+        let presence_at = |x1: f64| {
+            let observed = ObservedBox {
+                bbox: BoundingBox::new([x1, 195.0, x1 + 90.0, 265.0]),
+                class: VehicleClass::Truck,
+                convention: BoxConvention::VisibleExtent,
+                edges: [true; 4],
+                pixel_size: 1.0,
+                road_below: None,
+            };
+            views.presence(&Track::new(
+                1,
+                VehicleClass::Truck,
+                vec![TrackBox { frame: 0, observed, score: 1.0 }],
+            ))
+        };
+        assert_eq!([presence_at(390.0), presence_at(95.0)], [Some(-2.0), None]);
     }
 }
