@@ -63,14 +63,18 @@ impl BoundingBox {
             y2: self.y2.clamp(0.0, bottom),
         }
     }
-    /// Intersection over union, 0 to 1.
-    pub fn iou(&self, other: &Self) -> f64 {
+    /// Area in both boxes \[px²\].
+    pub fn intersection(&self, other: &Self) -> f64 {
         let width = self.x2.min(other.x2) - self.x1.max(other.x1);
         let height = self.y2.min(other.y2) - self.y1.max(other.y1);
-        if width <= 0.0 || height <= 0.0 {
+        width.max(0.0) * height.max(0.0)
+    }
+    /// Intersection over union, 0 to 1.
+    pub fn iou(&self, other: &Self) -> f64 {
+        let both = self.intersection(other);
+        if both == 0.0 {
             return 0.0;
         }
-        let both = width * height;
         both / (self.area() + other.area() - both)
     }
 }

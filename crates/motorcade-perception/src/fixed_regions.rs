@@ -159,6 +159,16 @@ fn fill(mask: &mut GrayImage, column: usize, top: usize, bottom: usize) {
     }
 }
 
+/// Columns and rows of the non-zero pixels of a mask \[px\], region by region.
+pub fn connected_regions(mask: &GrayImage) -> Vec<Vec<(u32, u32)>> {
+    let width = mask.width();
+    let set: Vec<bool> = mask.pixels().map(|p| p.0[0] != 0).collect();
+    let places = |region: Vec<usize>| {
+        region.into_iter().map(|at| (at as u32 % width, at as u32 / width)).collect::<Vec<_>>()
+    };
+    if set.is_empty() { Vec::new() } else { regions(&set, width as usize).into_iter().map(places).collect() }
+}
+
 /// Groups of fixed pixels that are near each other, without small ones.
 fn regions(fixed: &[bool], width: usize) -> Vec<Vec<usize>> {
     let height = fixed.len() / width;

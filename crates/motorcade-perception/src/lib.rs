@@ -74,7 +74,7 @@ pub use error::{Error, Result};
 pub use files::{
     Checkpoint, DetectionFormat, DetectionTable, Identity, KeptObservations, KeypointTable, RoadMaskFolder,
 };
-pub use fixed_regions::{FixedRegions, LEAST_FRAMES, MOST_FRAMES};
+pub use fixed_regions::{FixedRegions, LEAST_FRAMES, MOST_FRAMES, connected_regions};
 pub use inventory::{ModelInfo, list_models};
 pub use keypoints::VehicleKeypoints;
 pub use manifest::{

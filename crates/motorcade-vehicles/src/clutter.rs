@@ -156,9 +156,7 @@ fn is_whole(bbox: &BoundingBox, camera: &PinholeCamera) -> bool {
 
 /// Share of a box that lies within another one.
 fn covered(bbox: &BoundingBox, other: &BoundingBox) -> f64 {
-    let across = bbox.x2.min(other.x2) - bbox.x1.max(other.x1);
-    let down = bbox.y2.min(other.y2) - bbox.y1.max(other.y1);
-    across.max(0.0) * down.max(0.0) / (bbox.width() * bbox.height()).max(f64::MIN_POSITIVE)
+    bbox.intersection(other) / bbox.area().max(f64::MIN_POSITIVE)
 }
 
 #[cfg(test)]

@@ -58,10 +58,7 @@ pub(crate) fn is_second_box(own: &VehicleState, other: &VehicleState, options: &
 
 /// True when a box lies within another one and ends no lower: of a vehicle farther away nothing would be seen there.
 fn is_part(part: &BoundingBox, whole: &BoundingBox, options: &HypothesisOptions) -> bool {
-    let across = part.x2.min(whole.x2) - part.x1.max(whole.x1);
-    let down = part.y2.min(whole.y2) - part.y1.max(whole.y1);
-    let common = across.max(0.0) * down.max(0.0);
-    part.y2 <= whole.y2 && common > options.double_inside * part.width() * part.height()
+    part.y2 <= whole.y2 && part.intersection(whole) > options.double_inside * part.area()
 }
 
 #[cfg(test)]

@@ -62,7 +62,7 @@ impl Report<'_> {
             self.evaluation.map(evaluation::evaluation).unwrap_or_default(),
             "<section class=\"over-time\"><h2>Over time</h2>\n".to_owned(),
             strip::strip(result),
-            speed::speeds(result),
+            speed::speeds(result, &speeds),
             ahead::distances(result, &speeds),
             elevation::elevation(result),
             road::road(result),

@@ -1,6 +1,6 @@
 //! Speed of the camera and of moving vehicles.
 
-use motorcade::RunResult;
+use motorcade::{FrameSpeeds, RunResult};
 
 use crate::chart::{Across, Chart, Series};
 use crate::hue::hue;
@@ -12,28 +12,14 @@ pub(crate) fn times_s(result: &RunResult) -> Vec<f64> {
     result.frames.iter().map(|f| (f.timestamp_ns - first) as f64 * 1e-9).collect()
 }
 
-/// Speed of the camera at every frame but the first, from its poses \[m/s\].
-fn camera(result: &RunResult, times_s: &[f64]) -> Vec<(f64, f64)> {
-    let frames = result.ego.frames.windows(2).zip(times_s.windows(2));
-    let one = |(f, t): (&[motorcade_odometry::EgoFrame], &[f64])| {
-        let step = f[1].world_from_camera.translation() - f[0].world_from_camera.translation();
-        let seconds = t[1] - t[0];
-        (t[1], if seconds > 0.0 { step.norm() / seconds } else { f64::NAN })
-    };
-    frames.map(one).collect()
-}
-
-/// The chart of speeds.
-pub(crate) fn speeds(result: &RunResult) -> String {
+/// The chart of speeds. That of the camera is the one of `speeds.csv`: steps between frames jump where a recorder lost one.
+pub(crate) fn speeds(result: &RunResult, of_frames: &[FrameSpeeds]) -> String {
     let times = times_s(result);
-    let mut series = vec![Series {
-        name: "camera".into(),
-        class: "camera",
-        hue: None,
-        vehicle: None,
-        values: camera(result, &times),
-        sigmas: Vec::new(),
-    }];
+    let camera =
+        times.iter().zip(of_frames).map(|(time, row)| ((*time, row.speed_mps.value), row.speed_mps.sigma));
+    let (values, sigmas) = camera.unzip();
+    let mut series =
+        vec![Series { name: "camera".into(), class: "camera", hue: None, vehicle: None, values, sigmas }];
     for (k, vehicle) in result.vehicles.iter().enumerate().filter(|(_, v)| is_moving(v)) {
         series.push(Series {
             name: format!("{} {}", vehicle.class.name(), vehicle.id),

@@ -4,15 +4,22 @@ use std::borrow::Cow;
 
 use image::GrayImage;
 use motorcade_geometry::PinholeCamera;
-use motorcade_perception::{FixedRegions, LEAST_FRAMES, MOST_FRAMES};
+use motorcade_perception::{BoundingBox, FixedRegions, LEAST_FRAMES, MOST_FRAMES, connected_regions};
 
 /// Time between two frames that are used \[ns\].
 const INTERVAL_NS: i64 = 100_000_000;
+/// Share of a region within a vehicle's box and shadow from which it is a part of that vehicle: one that sways leaves a region wider than it is.
+const WITHIN_VEHICLE: f64 = 0.5;
+/// Height of the shadow below a vehicle's box \[heights of the box\].
+const SHADOW_HEIGHT: f64 = 0.25;
+
 /// Search for what is fixed to the camera, and its result so far.
 #[derive(Debug, Default)]
 pub(crate) struct FixedParts {
     regions: FixedRegions,
     last_ns: Option<i64>,
+    found: Vec<FoundRegion>,
+    /// All that was found but what belongs to a vehicle that is followed.
     mask: Option<GrayImage>,
     /// True once the mask is not searched for any more.
     settled: bool,
@@ -37,14 +44,34 @@ impl FixedParts {
         }
         self.last_ns = Some(timestamp_ns);
         if self.regions.frames().is_multiple_of(LEAST_FRAMES) {
-            self.mask = self.regions.mask(camera);
+            self.set_mask(self.regions.mask(camera));
             self.settled = self.regions.frames() >= MOST_FRAMES;
         }
     }
 
     /// Takes the result of a search over frames of the drive.
     pub(crate) fn settle(&mut self, mask: Option<GrayImage>) {
-        (self.mask, self.settled) = (mask, true);
+        self.set_mask(mask);
+        self.settled = true;
+    }
+
+    fn set_mask(&mut self, mask: Option<GrayImage>) {
+        self.found = mask.iter().flat_map(connected_regions).map(FoundRegion::new).collect();
+        self.mask = mask;
+    }
+
+    /// Takes the boxes of a frame's vehicles. A vehicle that is followed at a constant distance stays where it is in the picture, too: what is on
+    /// one in most frames is not fixed to the camera.
+    pub(crate) fn observe_vehicles(&mut self, vehicles: &[BoundingBox]) {
+        let Some(mask) = &mut self.mask else { return };
+        for region in &mut self.found {
+            let before = region.is_vehicle();
+            region.observe(vehicles);
+            if region.is_vehicle() != before {
+                let value = if before { 255 } else { 0 };
+                region.pixels.iter().for_each(|(x, y)| mask.put_pixel(*x, *y, image::Luma([value])));
+            }
+        }
     }
 
     /// Pixels to ignore: those given and those found.
@@ -64,12 +91,48 @@ impl FixedParts {
     pub(crate) fn describe(&self) -> Option<String> {
         let mask = self.mask.as_ref()?;
         let rows = mask.enumerate_pixels().filter(|(.., p)| p.0[0] != 0).map(|(_, y, _)| y);
+        // None where all that stayed was on vehicles.
         let first = rows.clone().min()?;
         let share = 100.0 * rows.count() as f64 / mask.len().max(1) as f64;
         Some(format!(
             "{share:.1} % of the picture, from row {first} down, is fixed to the camera (bonnet, reflections) and left out; \
              --set run.fixed_regions=false takes it for the scene"
         ))
+    }
+}
+
+/// A connected region of the mask.
+#[derive(Debug)]
+struct FoundRegion {
+    pixels: Vec<(u32, u32)>,
+    bbox: BoundingBox,
+    /// Frames since it was found, and those in which it was on a vehicle.
+    frames: u32,
+    on_vehicle: u32,
+}
+
+impl FoundRegion {
+    fn new(pixels: Vec<(u32, u32)>) -> Self {
+        let empty = BoundingBox::new([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY]);
+        let bbox = pixels.iter().map(|(x, y)| (f64::from(*x), f64::from(*y))).fold(empty, |b, (x, y)| {
+            BoundingBox::new([b.x1.min(x), b.y1.min(y), b.x2.max(x + 1.0), b.y2.max(y + 1.0)])
+        });
+        Self { pixels, bbox, frames: 0, on_vehicle: 0 }
+    }
+
+    fn observe(&mut self, vehicles: &[BoundingBox]) {
+        let within = |vehicle: &BoundingBox| {
+            let shadow = vehicle.y2 + SHADOW_HEIGHT * vehicle.height();
+            let around = BoundingBox::new([vehicle.x1, vehicle.y1, vehicle.x2, shadow]);
+            self.bbox.intersection(&around) >= WITHIN_VEHICLE * self.bbox.area()
+        };
+        self.on_vehicle += u32::from(vehicles.iter().any(within));
+        self.frames += 1;
+    }
+
+    /// Whether it was on a vehicle in most frames.
+    fn is_vehicle(&self) -> bool {
+        2 * self.on_vehicle > self.frames
     }
 }
 
@@ -95,6 +158,23 @@ mod tests {
         assert!(both.get_pixel(5, 5).0[0] != 0 && both.get_pixel(5, 45).0[0] != 0);
         assert_eq!(both.get_pixel(50, 20).0[0], 0);
         assert!(FixedParts::new(false).with(None).is_none());
+    }
+
+    #[test]
+    fn what_stays_on_a_vehicle_is_none() {
+        let mask = GrayImage::from_fn(100, 60, |x, y| {
+            let bonnet = y >= 50;
+            let shadow = (40..60).contains(&x) && (30..36).contains(&y);
+            Luma([if bonnet || shadow { 255 } else { 0 }])
+        });
+        let mut parts = FixedParts::new(true);
+        parts.settle(Some(mask));
+        let car = BoundingBox::new([35.0, 5.0, 65.0, 32.0]);
+        let set = |parts: &FixedParts, x, y| parts.with(None).unwrap().get_pixel(x, y).0[0] != 0;
+        for (boxes, shadow) in [(&[car][..], false), (&[], true), (&[car], false)] {
+            parts.observe_vehicles(boxes);
+            assert_eq!((set(&parts, 50, 33), set(&parts, 50, 55)), (shadow, true));
+        }
     }
 
     #[test]

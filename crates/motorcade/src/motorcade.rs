@@ -6,7 +6,7 @@ use image::GrayImage;
 use motorcade_dataset::{Frame, HEIGHT_RANGE_M, MOST_IN_FRAME};
 use motorcade_geometry::PinholeCamera;
 use motorcade_perception::{
-    FixedRegions, KeypointDetector, Observations, Perception, RoadSegmenter, VehicleDetector,
+    BoundingBox, FixedRegions, KeypointDetector, Observations, Perception, RoadSegmenter, VehicleDetector,
 };
 
 use crate::config::Config;
@@ -135,6 +135,8 @@ impl Motorcade {
         front_end.record_mut().stopwatch.time("picture checks", || {
             pictures.observe(&gray, frame.number, frame.timestamp_ns, checks);
         });
+        let vehicles: Vec<BoundingBox> = observations.detections.iter().map(|d| d.bbox).collect();
+        fixed.observe_vehicles(&vehicles);
         let ignore = fixed.with(frame.ignore.as_ref());
         front_end.process(frame, ignore.as_deref(), observations, settings);
         Ok(())
