@@ -193,7 +193,7 @@ impl<'a> Drive<'a> {
             vehicles: &[],
             masked: false,
         };
-        road.process(&input, |k| trajectory.camera_from_world(k), |_| true);
+        road.process(&input, |k| trajectory.measured_pose(k), |_| true);
         *next += 1;
     }
 

@@ -19,7 +19,7 @@
 //!     let trajectory = odometry.trajectory();
 //!     let segment = trajectory.frames[frame].segment;
 //!     let input = RoadInput { frame, timestamp_ns, segment, pyramid: &pyramid, vehicles: &[], masked: false };
-//!     let measured = road.process(&input, |k| trajectory.camera_from_world(k), |_| true);
+//!     let measured = road.process(&input, |k| trajectory.measured_pose(k), |_| true);
 //!     odometry.apply_road(&RoadFeedback { measurement: measured.as_ref(), plane: road.plane(), vehicles: &[] });
 //! }
 //! // Black images: nothing is known, but every frame has an estimate.

@@ -113,6 +113,12 @@ impl OdometryTrajectory {
         let keyframe = self.keyframes.get(record.segment)?.get(record.keyframe)?;
         Some(record.camera_from_keyframe * *keyframe)
     }
+
+    /// The same, without poses that were only filled in before a map: no base to measure from.
+    pub fn measured_pose(&self, frame: usize) -> Option<CameraFromWorld> {
+        let measured = self.frames.get(frame).is_some_and(|f| f.status != FrameStatus::Initialising);
+        self.camera_from_world(frame).filter(|_| measured)
+    }
 }
 
 /// Covariance of a step of an external trajectory over an interval \[0.1 s\]: 0.02° and 1 % of the step at 10 frames/s, as a

@@ -57,7 +57,7 @@ fn drive(boxes: &[BoundingBox]) -> Vec<(usize, bool)> {
         let segment = trajectory.frames[frame].segment;
         let input =
             RoadInput { frame, timestamp_ns, segment, pyramid: &pyramid, vehicles: &[], masked: false };
-        let measured = road.process(&input, |k| trajectory.camera_from_world(k), |_| true);
+        let measured = road.process(&input, |k| trajectory.measured_pose(k), |_| true);
         let plane = road.plane();
         odometry.apply_road(&RoadFeedback { measurement: measured.as_ref(), plane, vehicles: boxes });
         let taken = TAKEN.with(Cell::get) - before;

@@ -78,7 +78,7 @@ impl ScaleSource {
         trajectory: &OdometryTrajectory,
         usable: impl Fn(&Point2<f64>) -> bool,
     ) -> Option<RoadMeasurement> {
-        let pose_of = |k: usize| trajectory.camera_from_world(k);
+        let pose_of = |k: usize| trajectory.measured_pose(k);
         match self {
             Self::Aligned(road) => road.process(input, pose_of, usable),
             Self::ClosedForm(scale) => scale.process(input, pose_of, usable),

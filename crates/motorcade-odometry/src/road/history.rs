@@ -24,9 +24,9 @@ pub(super) struct RoadHistory {
 }
 
 impl RoadHistory {
-    /// Removes all frames.
-    pub fn clear(&mut self) {
-        self.frames.clear();
+    /// Removes and returns all frames.
+    pub fn take(&mut self) -> VecDeque<EarlierFrame> {
+        std::mem::take(&mut self.frames)
     }
 
     /// Adds a frame.

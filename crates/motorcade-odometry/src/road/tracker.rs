@@ -24,7 +24,7 @@ pub struct RoadInput<'a> {
     pub frame: usize,
     /// Time of the frame \[ns\].
     pub timestamp_ns: i64,
-    /// Segment of the odometry.
+    /// Segment of the odometry; `usize::MAX` before its map begins.
     pub segment: usize,
     /// The image.
     pub pyramid: &'a Arc<Pyramid>,
@@ -112,7 +112,7 @@ impl RoadTracker {
 
     /// Processes a frame and returns its measurement, if the road could be aligned; frames less than
     /// [`RoadOptions::interval_s`] after the last one are not aligned. `pose_of` gives `camera_from_world` of it and of earlier
-    /// frames of the segment, `usable` the pixels that may be road.
+    /// frames of the segment, as far as they were measured, `usable` the pixels that may be road.
     pub fn process(
         &mut self,
         input: &RoadInput<'_>,
@@ -120,7 +120,7 @@ impl RoadTracker {
         usable: impl Fn(&Point2<f64>) -> bool,
     ) -> Option<RoadMeasurement> {
         if input.segment != self.segment {
-            self.start_segment(input.segment);
+            self.start_segment(input, &pose_of);
         }
         let elapsed_ns = self.history.newest_ns().map_or(0, |before| input.timestamp_ns - before);
         let is_first = self.history.newest_ns().is_none();
@@ -147,12 +147,33 @@ impl RoadTracker {
         measured
     }
 
-    /// Forgets what belongs to the unit of the segment before.
-    fn start_segment(&mut self, segment: usize) {
-        (self.segment, self.plane, self.anchor) = (segment, None, None);
+    /// Forgets what belongs to the unit of the segment before. Frames from which the new map was made have got their poses with it: their height is
+    /// watched now, so that a few frames a second need no longer than many.
+    fn start_segment(
+        &mut self,
+        input: &RoadInput<'_>,
+        pose_of: &impl Fn(usize) -> Option<Pose<Camera, World>>,
+    ) {
+        let was_initialising = self.segment == usize::MAX;
+        (self.segment, self.plane, self.anchor) = (input.segment, None, None);
         (self.failing_ns, self.lost_ns) = (0, 0);
         self.watch.reset();
-        self.history.clear();
+        let earlier = self.history.take();
+        for frame in earlier.into_iter().filter(|_| was_initialising) {
+            let Some(camera_from_world) = pose_of(frame.frame) else { continue };
+            let before = RoadInput {
+                frame: frame.frame,
+                timestamp_ns: frame.timestamp_ns,
+                pyramid: &frame.pyramid,
+                // Only a road that mirrors asks for them, and that is not known of a new segment.
+                vehicles: &[],
+                ..*input
+            };
+            let current = Current { input: &before, camera_from_world, elapsed_ns: 0, road: &frame.road };
+            let measured = self.watch(&current, pose_of);
+            self.measurements.extend(measured);
+            self.history.push(frame);
+        }
     }
 
     /// Road pixels of this frame, for itself and for later ones.

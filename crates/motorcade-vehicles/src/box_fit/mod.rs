@@ -34,6 +34,8 @@ const START_INVERSE_DEPTH: [f64; 2] = [0.004, 0.5];
 const HORIZON_INVERSE_DEPTH: f64 = 0.005;
 /// Step length at which the iteration ends \[m\].
 const CONVERGED_M: f64 = 1e-5;
+/// Halvings of a step that does not improve the fit, at most.
+const HALVINGS: i32 = 6;
 
 /// Camera, road and noise model of a fit.
 #[derive(Clone, Copy)]
@@ -53,6 +55,8 @@ struct Linearised {
     g_by_heading: Vector6<f64>,
     chi2: f64,
     cost: f64,
+    /// What the steps minimise, without the size prior: robust squared residuals of edges and road.
+    objective: f64,
 }
 
 impl BoxFit<'_> {
@@ -78,32 +82,45 @@ impl BoxFit<'_> {
         let (axes, foot) = (ground.axes(), ground.foot());
         let rotation =
             upright_pose(&Point3::origin(), &ground.direction_of(heading_rad), &ground.up).rotation_matrix();
-        let mut x = self.initial_state(observed, mean)?;
+        let mut state = self.initial_state(observed, mean)?;
         let mean = mean.to_vector();
-        let mut last = None;
-        for _ in 0..options.iterations {
-            let edges = self.linearise(observed, &x, &axes, &rotation)?;
+        let size_error = |x: &Vector6<f64>| x.fixed_rows::<3>(3).into_owned() - mean;
+        let objective = |edges: &Linearised, x: &Vector6<f64>| {
+            edges.objective + size_error(x).dot(&(size_information * size_error(x)))
+        };
+        let mut edges = self.linearise(observed, &state, &axes, &rotation)?;
+        let mut remaining = options.iterations;
+        let factor = loop {
             let (mut h, mut g) = (edges.h, edges.g);
             let mut block = h.fixed_view_mut::<3, 3>(3, 3);
             block += size_information;
             let mut rows = g.fixed_rows_mut::<3>(3);
-            rows += size_information * (x.fixed_rows::<3>(3).into_owned() - mean);
+            rows += size_information * size_error(&state);
             let factor = h.cholesky()?;
             let mut step = factor.solve(&-g);
-            last = Some((x, factor, edges));
-            let limit = options.step_share * x[0];
+            let limit = options.step_share * state[0];
             if step[0].abs() > limit {
                 step *= limit / step[0].abs();
             }
-            if step.norm() < CONVERGED_M {
-                break;
+            remaining -= 1;
+            if remaining == 0 || step.norm() < CONVERGED_M {
+                break factor;
             }
-            x += step;
-            if x[0] < NEAREST_M || x.iter().any(|v| !v.is_finite()) {
+            if state[0] + step[0] < NEAREST_M || step.iter().any(|v| !v.is_finite()) {
                 return None;
             }
-        }
-        let (state, factor, edges) = last?;
+            // Where hidden edges leave a direction almost free, a whole step may end far on the other side of the road.
+            let before = objective(&edges, &state);
+            let shortened = (0..=HALVINGS).map(|k| state + step * 0.5_f64.powi(k));
+            let better = shortened.into_iter().find_map(|x| {
+                let edges = self.linearise(observed, &x, &axes, &rotation)?;
+                (objective(&edges, &x) <= before).then_some((x, edges))
+            });
+            match better {
+                Some(found) => (state, edges) = found,
+                None => break factor,
+            }
+        };
         Some(SingleView {
             position_in_camera: Point3::from(foot + axes * state.fixed_rows::<3>(0)),
             covariance: axes * factor.inverse().fixed_view::<3, 3>(0, 0) * axes.transpose(),
@@ -133,7 +150,7 @@ impl BoxFit<'_> {
         let predicted = extreme_points(camera, rotation, &position, outline, &size)?;
         let measured = observed.bbox.to_array();
         let (mut h, mut g) = (Matrix6::zeros(), Vector6::zeros());
-        let (mut chi2, mut cost) = (0.0, 0.0);
+        let (mut chi2, mut cost, mut objective) = (0.0, 0.0, 0.0);
         let mut g_by_heading = Vector6::zeros();
         for edge in 0..4 {
             let offset_px = predicted[edge].pixel - measured[edge];
@@ -149,13 +166,16 @@ impl BoxFit<'_> {
             h += j.transpose() * j * w;
             g += j.transpose() * (r * w);
             chi2 += r * r;
-            cost += options.cauchy_scale.powi(2) * softened.ln() + 2.0 * s.ln();
+            let robust = options.cauchy_scale.powi(2) * softened.ln();
+            objective += robust;
+            cost += robust + 2.0 * s.ln();
         }
         let height_weight = 1.0 / road_height_sigma_m(ground, x[0], x[1], options).powi(2);
+        objective += x[2] * x[2] * height_weight;
         cost += x[2] * x[2] * height_weight - height_weight.ln();
         h[(2, 2)] += height_weight;
         g[2] += height_weight * x[2];
-        Some(Linearised { h, g, g_by_heading, chi2, cost })
+        Some(Linearised { h, g, g_by_heading, chi2, cost, objective })
     }
 
     /// Equation (1) at the bottom edge, or depth from the vehicle's height where that edge is not measured; size at its mean.

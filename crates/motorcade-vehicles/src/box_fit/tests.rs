@@ -115,6 +115,26 @@ fn derivative_by_heading_matches_differences() {
     assert!(slope.z > 5.0, "{slope}");
 }
 
+/// Hidden at both sides it may be a little aside, but not on the other side of the road, where no box would be.
+#[test]
+fn hidden_sides_keep_a_vehicle_near_its_box() {
+    let prior = size_prior(VehicleClass::Car);
+    for (ahead, left) in [(31.0, 21.0), (27.0, 20.0), (36.0, 24.0), (20.0, -12.0)] {
+        let truth = ground().point(ahead, left, 0.0);
+        let pose = upright_pose(&truth, &ground().direction_of(0.07), &ground().up);
+        let bbox =
+            image_box(&CAMERA, &pose, VehicleClass::Car, BoxConvention::VisibleExtent, &prior.mean).unwrap();
+        for (edges, jitter_px) in [([false, true, false, true], 2.0), ([false, true, true, true], -2.0)] {
+            let b = bbox.to_array();
+            let moved = BoundingBox::new([b[0], b[1] - jitter_px, b[2], b[3] + 0.5 * jitter_px]);
+            let observed = ObservedBox { edges, ..observe(&car(moved)) };
+            let found = locate(&observed, 0.07, &prior).unwrap();
+            let error = (found.position_in_camera - truth).norm();
+            assert!(error < 0.25 * ahead, "{ahead} {left} {edges:?}: {error}");
+        }
+    }
+}
+
 /// With the bottom occluded, the roof, as high as the camera, hardly constrains the distance.
 #[test]
 fn an_occluded_bottom_edge_bounds_the_depth() {
