@@ -72,7 +72,7 @@ impl Default for CropOptions {
             max_crops: 8,
             interval_s: 0.15,
         };
-        // Height and score are those of the boxes that the presence was learned from.
+        // The height is that of the boxes that the presence was learned from; score and number are a matter of time.
         let presence = CropChoice {
             min_height_px: 12.0,
             input_pixels: true,

@@ -102,7 +102,7 @@ impl BoxFit<'_> {
             if step[0].abs() > limit {
                 step *= limit / step[0].abs();
             }
-            remaining -= 1;
+            remaining = remaining.saturating_sub(1);
             if remaining == 0 || step.norm() < CONVERGED_M {
                 break factor;
             }
