@@ -130,7 +130,7 @@ impl FoundRegion {
         self.frames += 1;
     }
 
-    /// Whether it was on a vehicle in most frames.
+    /// True when it was on a vehicle in most frames.
     fn is_vehicle(&self) -> bool {
         2 * self.on_vehicle > self.frames
     }

@@ -44,7 +44,7 @@ pub struct CropOptions {
 pub struct CropChoice {
     /// Least height of a box \[px\]: below, the crop tells less than the box. Least width: half of it.
     pub min_height_px: f64,
-    /// Whether pixels are those of the detector's input, not of the picture.
+    /// True for pixels of the detector's input, false for those of the picture.
     pub input_pixels: bool,
     /// Least score of a box.
     pub min_score: f64,
@@ -147,7 +147,7 @@ impl KeypointNetwork {
 }
 
 impl CropOptions {
-    /// Whether the keypoints of a box are looked for: the network knows those of cars and vans.
+    /// True for a box whose keypoints are looked for: the network knows those of cars and vans.
     fn has_keypoints(&self, detection: &Detection) -> bool {
         matches!(detection.class, VehicleClass::Car | VehicleClass::Van) && self.keypoints.includes(detection)
     }

@@ -55,7 +55,7 @@ struct Linearised {
     g_by_heading: Vector6<f64>,
     chi2: f64,
     cost: f64,
-    /// What the steps minimise, without the size prior: robust squared residuals of edges and road.
+    /// Objective of the steps, without the size prior: robust squared residuals of edges and road.
     objective: f64,
 }
 
@@ -109,7 +109,7 @@ impl BoxFit<'_> {
             if state[0] + step[0] < NEAREST_M || step.iter().any(|v| !v.is_finite()) {
                 return None;
             }
-            // Where hidden edges leave a direction almost free, a whole step may end far on the other side of the road.
+            // Hidden edges leave a direction almost free: a whole step may end far on the other side of the road.
             let before = objective(&edges, &state);
             let shortened = (0..=HALVINGS).map(|k| state + step * 0.5_f64.powi(k));
             let better = shortened.into_iter().find_map(|x| {
