@@ -3,7 +3,8 @@
 use image::{GrayImage, Luma};
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_odometry::{
-    FrameStatus, Odometry, OdometryOptions, OdometryTrajectory, PolicyOptions, StaticMask,
+    EgoTrajectory, FrameStatus, MetricOptions, Odometry, OdometryOptions, OdometryTrajectory, PolicyOptions,
+    StaticMask,
 };
 use motorcade_testing::street_image::{CAMERA, StreetPose, street_image};
 use nalgebra::Vector6;
@@ -128,4 +129,19 @@ fn the_pose_is_kept_at_standstill() {
         assert!(crept < 1e-9 * poses[stop].translation().norm(), "frame {frame}: {crept}");
     }
     follows(&poses, &steps);
+}
+
+/// Frames that tell nothing of the motion: the camera may drive as fast as traffic does, and for all of them at the same speed.
+#[test]
+fn a_motion_that_was_never_measured_is_as_uncertain_as_traffic() {
+    let mut odometry = Odometry::new(CAMERA, OdometryOptions::default());
+    (0..4).for_each(|k| odometry.skip(k * 200_000_000));
+    let options = MetricOptions::default();
+    let ego = EgoTrajectory::new(&odometry.finish(), &[], 1.65, &options);
+    let along = |k: usize| ego.frames[k].covariance[(5, 5)].sqrt();
+    assert!(along(0) < 0.2, "{}", along(0));
+    for k in 1..4 {
+        let expected = options.unknown_speed_sigma_mps * 0.2 * k as f64;
+        assert!((along(k) / expected - 1.0).abs() < 0.02, "{k}: {}, expected {expected}", along(k));
+    }
 }

@@ -143,7 +143,7 @@ impl HeightWatch {
         let first = self.compare(current, history, elapsed_s);
         self.compared_ns = Some(current.timestamp_ns);
         let measured = known.and_then(|known| self.filter.measure(first, &self.log_likelihood, &known));
-        self.filter.add(first, &self.log_likelihood, elapsed_s);
+        self.filter.add(first, &self.log_likelihood, (self.pairs.len(), elapsed_s));
         let (place, motion) = self.pairs.get(self.pairs.len() / 2)?;
         let (reference, baseline) = (history.newest(*place)?.frame, motion.translation().norm());
         measured.map(|m| self.measurement(&m, &down, (current.frame, reference, baseline)))

@@ -11,8 +11,8 @@ use super::state::{NoiseModel, SmoothedState};
 use super::steps::{metric_steps, unit_steps};
 use super::uncertainty::{Uncertainty, step_covariance};
 use crate::road::{RoadMeasurement, road_normal};
-use crate::time::calibrated;
-use crate::trajectory::{FrameStatus, OdometryTrajectory};
+use crate::time::{calibrated, seconds};
+use crate::trajectory::{FrameRecord, FrameStatus, OdometryTrajectory};
 
 /// The metric trajectory of a drive.
 #[derive(Clone, Debug)]
@@ -82,7 +82,9 @@ impl EgoTrajectory {
         method: Method,
     ) -> Self {
         let steps = unit_steps(odometry);
-        let drive = Drive { odometry, steps: &steps, measurements, distances, height_m, options };
+        let motion_is_known = steps.iter().any(Option::is_some);
+        let drive =
+            Drive { odometry, steps: &steps, motion_is_known, measurements, distances, height_m, options };
         let mut states: Vec<Option<SmoothedState>> = vec![None; odometry.frames.len()];
         let segments = 0..odometry.keyframes.len();
         let noise = segments.map(|segment| drive.fill(method, segment, &mut states)).collect();
@@ -146,8 +148,14 @@ impl EgoTrajectory {
         let before = k.checked_sub(1).map_or(record, |b| &frames[b]);
         let elapsed = if k == 0 { 1.0 } else { calibrated(record.timestamp_ns - before.timestamp_ns) };
         let unmeasured = (!step_measured).then_some(elapsed);
-        let step_covariance =
+        let mut step_covariance =
             step_covariance(metric_step, record.covariance, (scale, alone), unmeasured, options);
+        if unmeasured.is_some() && !drive.motion_is_known && record.status != FrameStatus::Standstill {
+            // One speed for all frames so far: its error grows with the time, not with the root of it.
+            let since_s = |at: &FrameRecord| seconds(at.timestamp_ns - frames[0].timestamp_ns);
+            let squares = since_s(record).powi(2) - since_s(before).powi(2);
+            step_covariance[(5, 5)] += options.unknown_speed_sigma_mps.powi(2) * squares.max(0.0);
+        }
         let (pitch_rad, roll_rad) = state.map_or((0.0, 0.0), |s| (s.value.y, s.value.z));
         let mut road_tilt_covariance = Matrix3::zeros();
         match state {

@@ -31,6 +31,8 @@ pub(super) struct Drive<'a> {
     pub odometry: &'a OdometryTrajectory,
     /// Steps in the odometry's unit.
     pub steps: &'a [Option<Pose<Camera, Camera>>],
+    /// True when the step to any frame was measured.
+    pub motion_is_known: bool,
     pub measurements: &'a [RoadMeasurement],
     pub distances: &'a [ScaleMeasurement],
     pub height_m: f64,

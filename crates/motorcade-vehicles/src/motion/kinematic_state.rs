@@ -30,11 +30,15 @@ pub fn probability_moving(
     // (pitch of the road), look like motion while the range changes.
     let common = line.slope(|p| options.common_depth_share * p.range_m);
     let apparent_speed = common.hypot(line.slope(|p| p.covariance.trace().sqrt()));
-    // Noise of the line: all positions together have the weight of a few independent ones.
+    // Noise of the line: all positions together have the weight of a few independent ones. Their scatter about the line tells how far
+    // their covariances, which hold errors common to all as well, are from it: a scaled inverse χ² with a prior of `noise_dof`.
     let count = positions.len();
     let independent = independent_views(count, duration, correlation_time_s, options.independent_views);
+    let freedom = (independent_views(count, duration, correlation_time_s, f64::MAX) - 2.0).max(0.0);
+    let prior = options.noise_dof;
+    let scatter = (prior + line.reduced_scatter() * freedom) / (prior + freedom);
     let noise =
-        (1.0 / line.information * count as f64 / independent).sqrt() * options.noise_factor / duration;
+        (scatter / line.information * count as f64 / independent).sqrt() * options.noise_factor / duration;
     let sigma = options.speed_floor_mps.hypot(apparent_speed).hypot(noise) * inflation;
     let along = |forward: &Vector3<f64>| {
         let speed = velocity.dot(forward);
@@ -84,11 +88,34 @@ pub(super) mod tests {
     fn a_speed_that_is_hardly_known_does_not_tell_standing() {
         let seen = |speed_mps: f64| {
             let mut few = positions(speed_mps)[..4].to_vec();
-            few.iter_mut().for_each(|p| p.covariance = Matrix3::identity());
+            for (p, error_m) in few.iter_mut().zip([1.0, -1.0, -1.0, 1.0]) {
+                p.covariance = Matrix3::identity();
+                p.position.z += error_m;
+            }
             moving(&few)
         };
         assert!((0.3..0.5).contains(&seen(0.0)), "{}", seen(0.0));
         assert!((0.3..0.5).contains(&seen(5.0)), "{}", seen(5.0));
+    }
+
+    /// Covariances hold what is common to all positions too: positions of an oncoming car that lie on a line tell that it moves.
+    #[test]
+    fn positions_on_a_line_tell_more_than_scattered_ones() {
+        let mut by_covariances = AdvancedVehicleOptions::default();
+        by_covariances.kinematic_state.noise_dof = 1e9;
+        let seen = |scatter_m: f64, options: &AdvancedVehicleOptions| {
+            let mut seen = positions(5.0)[..13].to_vec();
+            for (k, p) in seen.iter_mut().enumerate() {
+                p.covariance = Matrix3::identity() * 1.5;
+                p.position.z += if k % 2 == 0 { scatter_m } else { -scatter_m };
+            }
+            probability_moving(&seen, None, 1.0, options)
+        };
+        let usual = AdvancedVehicleOptions::default();
+        let [on_a_line, scattered] = [0.1, 4.0].map(|scatter_m| seen(scatter_m, &usual));
+        let told = seen(0.1, &by_covariances);
+        assert!(on_a_line > told + 0.05, "{on_a_line}, {told}");
+        assert!(scattered < told, "{scattered}, {told}");
     }
 
     #[test]

@@ -33,6 +33,21 @@ impl<'a> Line<'a> {
         self.positions.iter().map(|p| value(p) * self.lever(p)).sum::<f64>() / self.levers
     }
 
+    /// Mean squared distance of the positions from the line over that which their covariances tell; 1 without any to spare.
+    pub(crate) fn reduced_scatter(&self) -> f64 {
+        let spare = self.positions.len().saturating_sub(2);
+        if spare == 0 {
+            return 1.0;
+        }
+        let velocity = self.velocity();
+        let weighted = |p: &PositionMeasurement| p.position * weight(p);
+        let mean = self.positions.iter().map(weighted).sum::<Vector3<f64>>() / self.information;
+        let squared = |p: &PositionMeasurement| {
+            weight(p) * (p.position - mean - velocity * (p.time_s - self.mean_time_s)).norm_squared()
+        };
+        self.positions.iter().map(squared).sum::<f64>() / spare as f64
+    }
+
     /// Slope over time of the positions \[m/s\].
     pub(crate) fn velocity(&self) -> Vector3<f64> {
         self.positions.iter().map(|p| p.position * self.lever(p)).sum::<Vector3<f64>>() / self.levers

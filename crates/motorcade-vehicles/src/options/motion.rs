@@ -52,6 +52,9 @@ pub struct KinematicStateOptions {
     pub independent_views: f64,
     /// Factor on the noise of the mean velocity: the noise of single positions is not white.
     pub noise_factor: f64,
+    /// Weight of the covariances of single positions against their scatter about a line, in degrees of freedom: as many as independent
+    /// positions at most. A larger one decides later where the covariances hold what is common to all positions.
+    pub noise_dof: f64,
     /// Share of a speed that counts where it points backwards: few vehicles reverse, and few headings are the wrong way round.
     pub backward_share: f64,
     /// Ratio of speed to its standard deviation at which P(moving) is 0.5.
@@ -74,6 +77,7 @@ impl Default for KinematicStateOptions {
             speed_floor_mps: 0.3,
             independent_views: 4.0,
             noise_factor: 3.0,
+            noise_dof: 4.0,
             backward_share: 0.5,
             even_odds_sigmas: 3.0,
             logistic_slope: 2.0,

@@ -19,7 +19,8 @@ pub(crate) struct HeightFilter {
     /// Probabilities, kept for their memory.
     weights: Vec<f64>,
     estimate: Option<HeightEstimate>,
-    frames: usize,
+    /// Pairs of frames compared so far.
+    pairs: usize,
 }
 
 impl HeightFilter {
@@ -28,14 +29,14 @@ impl HeightFilter {
         let [low, high] = options.range_units;
         let cells = ((high / low).ln() / options.step).ceil() as usize + 1;
         let log_likelihood = vec![0.0; cells];
-        Self { options, log_likelihood, weights: Vec::with_capacity(cells), estimate: None, frames: 0 }
+        Self { options, log_likelihood, weights: Vec::with_capacity(cells), estimate: None, pairs: 0 }
     }
 
     /// Forgets everything.
     pub fn reset(&mut self) {
         self.log_likelihood.fill(0.0);
         self.estimate = None;
-        self.frames = 0;
+        self.pairs = 0;
     }
 
     /// Log |m| of a cell.
@@ -56,8 +57,8 @@ impl HeightFilter {
         middle.saturating_sub(reach)..(middle + reach + 1).min(all.end)
     }
 
-    /// Adds the log likelihoods of the cells from `first` on by one frame, `elapsed_s` after the last one.
-    pub fn add(&mut self, first: usize, log_likelihood: &[f64], elapsed_s: f64) {
+    /// Adds the log likelihoods of the cells from `first` on by the pairs of one frame, `elapsed_s` after the last one.
+    pub fn add(&mut self, first: usize, log_likelihood: &[f64], (pairs, elapsed_s): (usize, f64)) {
         let kept = (-elapsed_s / self.options.forget_s).exp();
         self.log_likelihood.iter_mut().for_each(|l| *l *= kept);
         for (total, l) in self.log_likelihood.iter_mut().skip(first).zip(log_likelihood) {
@@ -68,8 +69,8 @@ impl HeightFilter {
         if excess > 1.0 {
             self.log_likelihood.iter_mut().for_each(|l| *l /= excess);
         }
-        self.frames += 1;
-        self.estimate = (self.frames >= self.options.least_frames).then(|| self.best()).flatten();
+        self.pairs += pairs;
+        self.estimate = (self.pairs >= self.options.least_pairs).then(|| self.best()).flatten();
     }
 
     /// The height, once it is known.
@@ -149,7 +150,7 @@ mod tests {
             let steady = peak(&filter, -0.4, 0.05, 3.0);
             let false_one = peak(&filter, -2.0 + 0.35 * f64::from(k), 0.05, 5.0);
             let sum: Vec<f64> = steady.iter().zip(&false_one).map(|(a, b)| a + b).collect();
-            filter.add(0, &sum, 0.1);
+            filter.add(0, &sum, (1, 0.1));
         }
         let found = filter.estimate().unwrap();
         assert!((found.log_inverse_height + 0.4).abs() < 0.02, "{found:?}");

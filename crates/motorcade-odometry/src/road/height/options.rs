@@ -56,8 +56,8 @@ pub struct HeightOptions {
     pub least_mass: f64,
     /// Half width of the best height's peak \[log height\].
     pub mode_width: f64,
-    /// Frames that must have been compared.
-    pub least_frames: usize,
+    /// Pairs of frames that must have been compared.
+    pub least_pairs: usize,
     /// Standard deviation of log height by one frame's likelihood, at least: pitch of the body against the direction of travel.
     pub least_sigma: f64,
     /// Difference of an aligned plane's log height from the known one, at most \[standard deviations\].
@@ -104,7 +104,7 @@ impl Default for HeightOptions {
             whole_range_s: 1.0,
             least_mass: 0.98,
             mode_width: 0.12,
-            least_frames: 3,
+            least_pairs: 3,
             least_sigma: 0.02,
             gate: 4.0,
             most_evidence: 40.0,
