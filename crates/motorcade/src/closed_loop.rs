@@ -8,8 +8,8 @@ use motorcade_places::PlaceMap;
 
 use crate::kept_map::MapUse;
 
-/// Frames before and after a vehicle was seen in which a loop still tells where it stands: a second or two.
-const NEAR_FRAMES: usize = 15;
+/// Time before and after a vehicle was seen in which a loop still tells where it stands \[s\].
+const NEAR_S: f64 = 1.5;
 
 /// Two frames that see the same place.
 #[derive(Clone, Debug)]
@@ -59,10 +59,16 @@ impl Loops {
         self.all.iter().filter(|l| l.closed)
     }
 
-    /// True where a loop joins two spans of frames, each with some frames before and after it.
-    pub(crate) fn join(&self, earlier: &RangeInclusive<usize>, later: &RangeInclusive<usize>) -> bool {
+    /// True where a loop joins two spans of frames, one every `interval_s`, each with some time before and after it.
+    pub(crate) fn join(
+        &self,
+        earlier: &RangeInclusive<usize>,
+        later: &RangeInclusive<usize>,
+        interval_s: f64,
+    ) -> bool {
+        let frames = (NEAR_S / interval_s).ceil() as usize;
         let near = |span: &RangeInclusive<usize>, frame: usize| {
-            (span.start().saturating_sub(NEAR_FRAMES)..=span.end() + NEAR_FRAMES).contains(&frame)
+            (span.start().saturating_sub(frames)..=span.end().saturating_add(frames)).contains(&frame)
         };
         self.closed().any(|l| near(earlier, l.edge.earlier) && near(later, l.edge.later))
     }

@@ -33,15 +33,15 @@ impl Default for OnlineOptions {
 pub struct UnitOptions {
     /// Vehicles that must agree: two may both be oncoming traffic.
     pub least_vehicles: usize,
-    /// Views of a vehicle needed for its estimate.
-    pub least_views: usize,
+    /// Time for which a vehicle must be seen for its estimate \[s\].
+    pub least_s: f64,
     /// Relative error common to the distances of one vehicle (size, pitch of the road), one standard deviation.
     pub vehicle_sigma: f64,
     /// Relative error common to all vehicles, one standard deviation: a level road is assumed (four KITTI drives from labelled boxes:
     /// 1 to 7 % too near).
     pub common_sigma: f64,
-    /// Factor on the variances of views: errors of neighbouring frames are correlated.
-    pub variance_factor: f64,
+    /// Time over which errors of a vehicle's views are correlated \[s\]: information grows with time, not with the frame rate.
+    pub correlation_time_s: f64,
     /// Relative standard deviation from which on the estimate of a vehicle is left out.
     pub most_sigma: f64,
 }
@@ -50,10 +50,10 @@ impl Default for UnitOptions {
     fn default() -> Self {
         Self {
             least_vehicles: 3,
-            least_views: 8,
+            least_s: 0.7,
             vehicle_sigma: 0.07,
             common_sigma: 0.1,
-            variance_factor: 4.0,
+            correlation_time_s: 0.4,
             most_sigma: 0.2,
         }
     }

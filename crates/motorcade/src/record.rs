@@ -28,6 +28,12 @@ impl FrameInfo {
     }
 }
 
+/// Mean interval of frames \[s\]; a tenth of a second where there are not two, or their times do not grow.
+pub(crate) fn mean_interval_s(frames: &[FrameInfo]) -> f64 {
+    let ends = frames.first().zip(frames.last()).map(|(first, last)| last.timestamp_ns - first.timestamp_ns);
+    ends.filter(|ns| *ns > 0).map_or(0.1, |ns| ns as f64 * 1e-9 / (frames.len() - 1) as f64)
+}
+
 /// Output of the front end over a drive. `frames`, `detections` and `keypoints` have one entry a frame.
 #[derive(Clone, Debug)]
 pub struct FrontEndRecord {

@@ -6,6 +6,7 @@ use motorcade_geometry::robust::{median, sigma_from_absolute};
 use crate::error::Result;
 use crate::motorcade::Motorcade;
 use crate::progress::{NoProgress, Progress};
+use crate::record::mean_interval_s;
 use crate::result::RunResult;
 
 /// Angles of the mounting, each with a standard deviation \[rad\].
@@ -19,12 +20,12 @@ pub struct Mounting {
     pub yaw_rad: (f64, f64),
 }
 
-/// Frames needed.
-const LEAST_FRAMES: usize = 20;
+/// Time of measured frames that is needed \[s\].
+const LEAST_S: f64 = 1.95;
 /// Steps with a larger turn do not tell the direction of travel \[rad a metre\].
 const MOST_TURN: f64 = 0.005;
-/// Errors of neighbouring frames are alike: so many count as one.
-const CORRELATED_FRAMES: f64 = 10.0;
+/// Time over which the errors of frames are alike \[s\]: a car body swings at 1 to 2 Hz.
+const CORRELATION_TIME_S: f64 = 1.0;
 
 /// Runs the drive with its new camera.
 pub(super) fn of(sequence: &Sequence, frames: usize, progress: &dyn Progress) -> Result<Option<Mounting>> {
@@ -54,20 +55,22 @@ fn from(drive: &RunResult) -> Option<Mounting> {
         let (way, turn) = (step.translation(), step.rotation().angle());
         (way.z > 0.0 && turn < MOST_TURN * way.norm()).then(|| way.x.atan2(way.z))
     });
-    let pitch_rad = centre(pitch)?;
-    let roll_rad = centre(roll)?;
-    let (direction, sigma) = centre(travel.collect())?;
+    let interval_s = mean_interval_s(&drive.frames);
+    let pitch_rad = centre(pitch, interval_s)?;
+    let roll_rad = centre(roll, interval_s)?;
+    let (direction, sigma) = centre(travel.collect(), interval_s)?;
     Some(Mounting { pitch_rad, roll_rad, yaw_rad: (-direction, sigma) })
 }
 
-/// Median and standard deviation of it.
-fn centre(mut angles: Vec<f64>) -> Option<(f64, f64)> {
-    if angles.len() < LEAST_FRAMES {
+/// Median and standard deviation of it, of angles measured every `interval_s`.
+fn centre(mut angles: Vec<f64>, interval_s: f64) -> Option<(f64, f64)> {
+    let measured_s = angles.len() as f64 * interval_s;
+    if measured_s < LEAST_S {
         return None;
     }
     let middle = median(&mut angles)?;
     let mut off: Vec<f64> = angles.iter().map(|a| (a - middle).abs()).collect();
-    let independent = (angles.len() as f64 / CORRELATED_FRAMES).max(1.0);
+    let independent = (measured_s / CORRELATION_TIME_S).clamp(1.0, angles.len() as f64);
     Some((middle, sigma_from_absolute(&mut off)? / independent.sqrt()))
 }
 

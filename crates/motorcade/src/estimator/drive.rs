@@ -13,7 +13,7 @@ use super::vehicles::{VehicleInput, estimate_vehicles, ground_frames, keypoint_f
 use crate::assembly::Estimated;
 use crate::closed_loop::Loops;
 use crate::progress::Progress;
-use crate::record::FrontEndRecord;
+use crate::record::{FrameInfo, FrontEndRecord, mean_interval_s};
 use crate::result::RunResult;
 use crate::scale_source;
 use crate::settings::Settings;
@@ -35,7 +35,7 @@ pub fn estimate_drive(mut record: FrontEndRecord, settings: &Settings, progress:
     progress.begin("vehicles", None);
     let mut vehicles = stopwatch.time("vehicles", || vehicles_of_drive(&record, &ego, settings));
     let unit = stopwatch.time("vehicles", || estimate_unit(&record, settings, &mut ego, &mut vehicles));
-    (vehicles, loops.vehicles_met_again) = met_again(vehicles, &loops);
+    (vehicles, loops.vehicles_met_again) = met_again(vehicles, &loops, &record.frames);
     progress.begin("graph", None);
     let solved = stopwatch.time("graph", || solve_graph(&record, &mut ego, &mut vehicles, &loops, settings));
     let mut warnings: Vec<String> = unit.iter().map(Unit::to_string).collect();
@@ -65,11 +65,16 @@ pub fn estimate_drive(mut record: FrontEndRecord, settings: &Settings, progress:
 }
 
 /// Standing vehicles that were passed in several visits of a place as one each, and the number of passes joined.
-fn met_again(vehicles: Vec<VehicleTrajectory>, loops: &Loops) -> (Vec<VehicleTrajectory>, usize) {
+fn met_again(
+    vehicles: Vec<VehicleTrajectory>,
+    loops: &Loops,
+    frames: &[FrameInfo],
+) -> (Vec<VehicleTrajectory>, usize) {
     if loops.closed().next().is_none() {
         return (vehicles, 0);
     }
-    join_met_again(vehicles, |earlier, later| loops.join(earlier, later))
+    let interval_s = mean_interval_s(frames);
+    join_met_again(vehicles, |earlier, later| loops.join(earlier, later, interval_s))
 }
 
 /// Settings with the height that vehicles tell where it is unknown or to be combined with the stated one, and what there is to say of it.
@@ -193,7 +198,9 @@ fn estimate_unit(
     // Twice: with the unit known boxes are linked better.
     for _ in 0..2 {
         let options = &settings.config.scale.unit;
-        let Some(unit) = unit::of(vehicles, &trajectory.world_from_camera, options) else { break };
+        let unit =
+            unit::of(vehicles, &trajectory.world_from_camera, mean_interval_s(&record.frames), options);
+        let Some(unit) = unit else { break };
         let motion = trajectory.in_metres(unit.metres, 0..record.frames.len(), &record.timestamps_ns());
         *ego = EgoTrajectory::metric(
             &motion,

@@ -25,7 +25,7 @@ use super::vehicle_archive::VehicleArchive;
 use super::vehicles::{
     KnownKeypoints, VehicleInput, estimate_vehicles, ground_frames, keypoint_fitters, times_s,
 };
-use crate::record::{FrameInfo, FrontEndView};
+use crate::record::{FrameInfo, FrontEndView, mean_interval_s};
 use crate::revision::Revision;
 use crate::scale_source;
 use crate::settings::Settings;
@@ -388,7 +388,7 @@ impl SlidingEstimator {
         if view.road_measurements.is_empty() {
             // Beside an external trajectory every row is estimated.
             let poses = trajectory.world_from_camera.get(window.first..view.frames.len());
-            self.units.update(vehicles, poses.unwrap_or_default());
+            self.units.update(vehicles, poses.unwrap_or_default(), mean_interval_s(view.frames));
             self.unit = self.units.unit();
         }
     }

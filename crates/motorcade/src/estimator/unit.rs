@@ -12,6 +12,9 @@ use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector3, Vector4};
 
 use crate::estimator_options::UnitOptions;
 
+/// Slack for times rounded to nanoseconds \[s\].
+const ROUNDING_S: f64 = 1e-6;
+
 /// Metres a unit of a trajectory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Unit {
@@ -47,15 +50,17 @@ impl UnitEstimator {
         Self { options, by_vehicle: BTreeMap::new() }
     }
 
-    /// Takes the vehicles of a window whose frames have these camera poses, in units of the trajectory. Of several estimates
-    /// by one vehicle the most certain is kept.
+    /// Takes the vehicles of a window whose frames, one every `interval_s`, have these camera poses in units of the trajectory. Of
+    /// several estimates by one vehicle the most certain is kept.
     pub(crate) fn update(
         &mut self,
         vehicles: &[VehicleTrajectory],
         world_from_camera: &[Pose<World, Camera>],
+        interval_s: f64,
     ) {
         for vehicle in vehicles {
-            let Some(new) = of_vehicle(vehicle, world_from_camera, &self.options) else { continue };
+            let new = of_vehicle(vehicle, world_from_camera, interval_s, &self.options);
+            let Some(new) = new else { continue };
             let kept = self.by_vehicle.entry(vehicle.id).or_insert(new);
             if new.sigma < kept.sigma {
                 *kept = new;
@@ -82,10 +87,11 @@ impl UnitEstimator {
 pub(crate) fn of(
     vehicles: &[VehicleTrajectory],
     world_from_camera: &[Pose<World, Camera>],
+    interval_s: f64,
     options: &UnitOptions,
 ) -> Option<Unit> {
     let mut units = UnitEstimator::new(*options);
-    units.update(vehicles, world_from_camera);
+    units.update(vehicles, world_from_camera, interval_s);
     units.unit()
 }
 
@@ -110,9 +116,11 @@ impl UnitEstimate {
 fn of_vehicle(
     vehicle: &VehicleTrajectory,
     world_from_camera: &[Pose<World, Camera>],
+    interval_s: f64,
     options: &UnitOptions,
 ) -> Option<UnitEstimate> {
-    let (mut h, mut g, mut views) = (Matrix4::zeros(), Vector4::zeros(), 0);
+    let (mut h, mut g, mut views) = (Matrix4::zeros(), Vector4::zeros(), 0_u32);
+    let correlated_views = (options.correlation_time_s / interval_s).max(1.0);
     let origin = world_from_camera.get(vehicle.states.first()?.frame)?.translation();
     for state in &vehicle.states {
         let (Some(measurement), Some(camera)) = (state.measurement, world_from_camera.get(state.frame))
@@ -122,7 +130,7 @@ fn of_vehicle(
         let place = camera.transform_vector(&measurement.camera_from_vehicle.translation());
         let turn = camera.rotation_matrix() * measurement.camera_from_vehicle.rotation_matrix();
         let covariance = turn * measurement.covariance.fixed_view::<3, 3>(3, 3) * turn.transpose();
-        let weight = (covariance * options.variance_factor).try_inverse()?;
+        let weight = (covariance * correlated_views).try_inverse()?;
         let way: Vector3<f64> = camera.translation() - origin;
         let mut j = Matrix3x4::zeros();
         j.set_column(0, &way);
@@ -134,7 +142,8 @@ fn of_vehicle(
     let inverse = h.try_inverse()?;
     let metres = (inverse * g)[0];
     let sigma = (inverse[(0, 0)].max(0.0).sqrt() / metres).hypot(options.vehicle_sigma);
-    let certain = views >= options.least_views && metres > 0.0 && sigma < options.most_sigma;
+    let seen_s = f64::from(views.saturating_sub(1)) * interval_s;
+    let certain = seen_s > options.least_s - ROUNDING_S && metres > 0.0 && sigma < options.most_sigma;
     certain.then(|| UnitEstimate { ln_metres: metres.ln(), sigma })
 }
 
@@ -195,10 +204,15 @@ mod tests {
             [vehicle(0.0, 15.0, 1.0, 0.0), vehicle(-3.0, 60.0, -1.3, 0.0), vehicle(-3.0, 60.0, -0.8, 0.0)];
         let numbered = |(id, v): (usize, &VehicleTrajectory)| VehicleTrajectory { id, ..v.clone() };
         let all: Vec<_> = parked.iter().chain(&traffic).enumerate().map(numbered).collect();
-        let found = of(&all, &way(), &UnitOptions::default()).unwrap();
+        let found = of(&all, &way(), 0.1, &UnitOptions::default()).unwrap();
         assert_eq!(found.vehicles, 3);
         assert!((found.metres / UNIT_M).ln().abs() < 0.03 && found.sigma < 0.12, "{found:?}");
+        // As many views in a fifth of the time are too short to tell, or tell less.
+        assert_eq!(of(&all, &way(), 0.02, &UnitOptions::default()), None);
+        let short = UnitOptions { least_s: 0.2, ..UnitOptions::default() };
+        let hasty = of(&all, &way(), 0.02, &short).unwrap();
+        assert!(hasty.sigma > found.sigma, "{hasty:?} {found:?}");
         // Two that agree may both be oncoming traffic.
-        assert_eq!(of(&all[1..], &way(), &UnitOptions::default()), None);
+        assert_eq!(of(&all[1..], &way(), 0.1, &UnitOptions::default()), None);
     }
 }
