@@ -104,6 +104,20 @@ try {
   await page.keyboard.up('Shift');
   assert.equal((await state()).row, Math.max(0, outline.last - 11));
 
+  // Space opens a folded part that has the focus, and does not play.
+  const opened = await page.evaluate(() => {
+    const folded = document.querySelector('summary');
+    folded?.focus();
+    return folded ? folded.parentElement.open : undefined;
+  });
+  if (opened !== undefined) {
+    await page.keyboard.press('Space');
+    const after = await page.evaluate(() => [document.querySelector('summary').parentElement.open, document.getElementById('play').ariaLabel]);
+    assert.deepEqual(after, [!opened, 'Play']);
+    await page.keyboard.press('Space');
+    await page.evaluate(() => document.activeElement.blur());
+  }
+
   // Playing moves on.
   await page.evaluate(() => drive.show(0));
   await page.click('#play');
@@ -119,7 +133,7 @@ try {
       here: drive.stateOf(drive.followed),
       lit: document.querySelectorAll('tr.on').length,
     }));
-    for (const name of ['speed', 'distance from the camera', 'time gap', 'length', 'width', 'height', 'position in the world, σ', '±']) {
+    for (const name of ['speed', 'distance, camera to centre', 'time gap', 'length', 'width', 'height', 'position in the world, σ', '±']) {
       assert.ok(!followed.hidden && followed.text.includes(name), `${name} of the vehicle followed: ${followed.text}`);
     }
     assert.ok(!/NaN|undefined/.test(followed.text), followed.text);
@@ -226,6 +240,15 @@ try {
       const lowest = await page.evaluate(() => Math.min(...[...document.querySelectorAll('svg.chart text, svg.map text, #picture text')]
         .map((e) => Number.parseFloat(getComputedStyle(e).fontSize) * Math.hypot(e.getScreenCTM().a, e.getScreenCTM().b))));
       assert.ok(lowest >= 7, `${w} px: letters of ${lowest.toFixed(1)} px`);
+      // Drawings that are wider than the window move with the slider.
+      for (const row of [outline.last, 0]) {
+        const outside = await page.evaluate((row) => {
+          drive.show(row);
+          return [...document.querySelectorAll('#marks .camera .here, svg.chart .now')].map((e) => e.getBoundingClientRect())
+            .filter((r) => r.right < 0 || r.left > window.innerWidth).length;
+        }, row);
+        assert.equal(outside, 0, `${w} px: marks of frame ${row} outside the window`);
+      }
       if (outline.vehicles > 0) await page.evaluate(() => document.querySelector('tr[data-vehicle]').click());
       const broken = await page.evaluate(brokenEstimates);
       await page.keyboard.press('Escape');

@@ -53,6 +53,9 @@ fn pictures_show_vehicles_and_are_replaced_only_when_asked() {
     // The same again, on one thread: the same bytes.
     let first = fs::read(folder.path().join("pictures/000008.png")).unwrap();
     answer(folder.path(), "draw out --out pictures").expect(1, &["pictures", "--force"]);
+    answer(folder.path(), "draw out --out drawn.gif")
+        .expect(1, &["drawn.gif", ".mp4", "a folder for pictures"]);
+    assert!(!folder.path().join("drawn.gif").exists());
     answer(folder.path(), "draw out --out pictures --force --threads 1 --frames 5..9").expect(0, &[]);
     assert_eq!(files(&folder.path().join("pictures")).len(), 5);
     assert_eq!(fs::read(folder.path().join("pictures/000008.png")).unwrap(), first);

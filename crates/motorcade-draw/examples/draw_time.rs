@@ -51,7 +51,7 @@ fn vehicle(k: u32) -> SceneVehicle {
         sigma_m: [0.02 * ahead, 0.1],
         speed_mps: 10.0,
         moving: k.is_multiple_of(2),
-        may_stand: false,
+        unsure: false,
         faint: false,
         trail_in_camera: if k.is_multiple_of(2) { (0..30).rev().map(trail).collect() } else { Vec::new() },
     }

@@ -9,7 +9,7 @@ use crate::segment::Rectangle;
 use crate::text::width_px;
 use crate::vehicle::{Placed, colour};
 
-/// Vehicles lower than this in the image, and faint ones, have one line \[capital heights\].
+/// Vehicles lower than this in the image, and faint ones, have one line, the faint ones without class and speed \[capital heights\].
 const SMALL: f64 = 2.5;
 
 /// Margin around the text, width of the coloured bar at its left, distance of two baselines \[capital heights\].
@@ -22,13 +22,14 @@ fn lines(vehicle: &SceneVehicle, road: &Road, small: bool) -> Vec<String> {
     let (ahead, _) = road.axes();
     let [distance_m, _] = road.ahead_and_right(&vehicle.position());
     let sigma_m = vehicle.sigma_along_m(&ahead);
-    let doubt = if vehicle.may_stand { "?" } else { "" };
-    let speed = if vehicle.moving { kmh(vehicle.speed_mps) + doubt } else { "parked".to_owned() };
+    let doubt = if vehicle.unsure { "?" } else { "" };
+    let speed = if vehicle.moving { kmh(vehicle.speed_mps) } else { "parked".to_owned() } + doubt;
     let distance = format!("{distance_m:.1} ±{sigma_m:.1} m");
-    if small {
-        return vec![format!("{} {distance}", vehicle.id)];
+    match (small, vehicle.faint) {
+        (_, true) => vec![format!("{} {distance}", vehicle.id)],
+        (true, false) => vec![format!("{} {} {speed} {distance_m:.0} m", vehicle.id, vehicle.class)],
+        (false, false) => vec![format!("{} {} {speed}", vehicle.id, vehicle.class), distance],
     }
-    vec![format!("{} {} {speed}", vehicle.id, vehicle.class), distance]
 }
 
 /// A speed in whole kilometres an hour.
@@ -102,9 +103,13 @@ mod tests {
         assert_eq!(lines(&car(0.0, 23.44), &road, false), ["3 Car 36 km/h", "23.4 ±0.4 m"]);
         let parked = SceneVehicle { moving: false, ..car(0.0, 23.44) };
         assert_eq!(lines(&parked, &road, false)[0], "3 Car parked");
-        assert_eq!(lines(&parked, &road, true), ["3 23.4 ±0.4 m"]);
-        let unsure = SceneVehicle { may_stand: true, ..car(0.0, 23.44) };
+        assert_eq!(lines(&parked, &road, true), ["3 Car parked 23 m"]);
+        let faint = SceneVehicle { faint: true, ..car(0.0, 23.44) };
+        assert_eq!(lines(&faint, &road, true), ["3 23.4 ±0.4 m"]);
+        let unsure = SceneVehicle { unsure: true, ..car(0.0, 23.44) };
         assert_eq!(lines(&unsure, &road, false)[0], "3 Car 36 km/h?");
+        let may_move = SceneVehicle { unsure: true, ..parked };
+        assert_eq!(lines(&may_move, &road, false)[0], "3 Car parked?");
         assert_eq!(kmh(-0.01), "0 km/h");
         assert_eq!(kmh(-3.0), "-11 km/h");
     }

@@ -50,8 +50,8 @@ pub struct SceneVehicle {
     pub speed_mps: f64,
     /// True when it moves during its track.
     pub moving: bool,
-    /// True when it is drawn as moving and may stand.
-    pub may_stand: bool,
+    /// True when it is drawn as moving and may stand, or as parked and may move.
+    pub unsure: bool,
     /// True when it was not seen in this frame, or may be none.
     pub faint: bool,
     /// Ground-contact positions of the last seconds in the camera of this frame \[m\], oldest first.
@@ -124,7 +124,7 @@ pub(crate) mod tests {
             sigma_m: [0.4, 0.2],
             speed_mps: 10.0,
             moving: true,
-            may_stand: false,
+            unsure: false,
             faint: false,
             trail_in_camera: Vec::new(),
         }

@@ -12,12 +12,18 @@ use crate::view::View;
 /// Steps in which a trail fades towards its old end.
 const FADES: usize = 4;
 
-/// Ground-contact positions on one plane: parallel to the road of the frame, through the present position. The estimated heights
-/// of single frames would make the trail leave the road.
+/// Ground-contact positions on the road as far as the frame knows it: from its plane at the camera up or down to the present position of the
+/// vehicle. The estimated heights of single frames would make the trail leave the road.
 pub(crate) fn on_road(vehicle: &SceneVehicle, road: &Road) -> Vec<Point3<f64>> {
     let n = road.normal_in_camera;
-    let level = n.dot(&vehicle.position().coords);
-    let dropped = |p: &Point3<f64>| p + n * (level - n.dot(&p.coords));
+    let (at, level) = (vehicle.position(), -road.height_m);
+    let above_plane_m = n.dot(&at.coords) - level;
+    let distance_m = |p: &Point3<f64>| (p.coords - n * n.dot(&p.coords)).norm();
+    let reach_m = distance_m(&at).max(1e-6);
+    let dropped = |p: &Point3<f64>| {
+        let share = (distance_m(p) / reach_m).min(1.0);
+        p + n * (level + share * above_plane_m - n.dot(&p.coords))
+    };
     vehicle.trail_in_camera.iter().map(dropped).collect()
 }
 
@@ -63,13 +69,18 @@ mod tests {
     use nalgebra::Vector3;
 
     #[test]
-    fn a_trail_lies_on_the_plane_of_its_vehicle() {
-        let trail = vec![Point3::new(0.1, 0.9, 12.0), Point3::new(0.0, 1.9, 16.0)];
+    fn a_trail_leads_over_the_road_to_its_vehicle() {
+        let trail =
+            vec![Point3::new(0.0, 0.9, 5.0), Point3::new(0.0, 1.9, 10.0), Point3::new(0.0, 1.0, 30.0)];
         let vehicle = SceneVehicle { trail_in_camera: trail, ..car(0.0, 20.0) };
-        let road = Road { normal_in_camera: -Vector3::y(), height_m: 1.65 };
+        // The vehicle stands 0.4 m above the plane of the road at the camera, 20 m ahead.
+        let road = Road { normal_in_camera: -Vector3::y(), height_m: 1.9 };
         let points = on_road(&vehicle, &road);
-        assert!(points.iter().all(|p| (p.y - 1.5).abs() < 1e-12), "{points:?}");
-        assert_eq!(points[0].z, 12.0);
+        let depths: Vec<f64> = points.iter().map(|p| p.y).collect();
+        for (depth, expected) in depths.iter().zip([1.8, 1.7, 1.5]) {
+            assert!((depth - expected).abs() < 1e-12, "{depths:?}");
+        }
+        assert_eq!(points[0].z, 5.0);
     }
 
     #[test]

@@ -19,7 +19,7 @@ fn vehicle(id: u64, right: f64, ahead: f64) -> SceneVehicle {
         sigma_m: [0.4, 0.2],
         speed_mps: 10.0,
         moving: true,
-        may_stand: false,
+        unsure: false,
         faint: false,
         trail_in_camera: (0..20).map(|k| Point3::new(right, 1.5, ahead - 20.0 + f64::from(k))).collect(),
     }

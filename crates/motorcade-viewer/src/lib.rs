@@ -32,6 +32,6 @@ mod text;
 mod vehicles;
 
 pub use hue::{hue, rgb};
-pub use outline::{MOVING, is_doubtful, may_stand};
+pub use outline::{MOVING, is_doubtful, is_unsure};
 pub use page::Report;
 pub use player::{Picture, Pictures};

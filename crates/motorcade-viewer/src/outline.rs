@@ -6,8 +6,9 @@ use nalgebra::{Point3, Vector2};
 /// P(moving) from which a vehicle is drawn as moving.
 pub const MOVING: f64 = 0.5;
 
-/// P(moving) below which a vehicle that is drawn as moving counts as doubtful in that.
+/// P(moving) below and above which a vehicle that is drawn as moving or as parked counts as doubtful in that.
 const SURELY_MOVING: f64 = 0.95;
+const SURELY_PARKED: f64 = 0.2;
 
 /// Median score of a vehicle's boxes below which it is drawn faintly. Tracks keep weaker boxes than pictures usually show, so that
 /// vehicles far away and half hidden ones are followed.
@@ -20,15 +21,15 @@ pub fn is_doubtful(scores: impl Iterator<Item = f64>) -> bool {
     scores.get(scores.len() / 2).is_some_and(|median| *median < DOUBTFUL_SCORE)
 }
 
-/// True when a vehicle that is drawn as moving may stand.
-pub fn may_stand(p_moving: f64) -> bool {
-    p_moving > MOVING && p_moving < SURELY_MOVING
+/// True when a vehicle that is drawn as moving may stand, or one that is drawn as parked may move.
+pub fn is_unsure(p_moving: f64) -> bool {
+    (SURELY_PARKED..SURELY_MOVING).contains(&p_moving)
 }
 
 /// Classes of a vehicle's drawings in the page: moving or parked, and its doubts.
 pub(crate) fn kind(vehicle: &VehicleTrajectory) -> String {
     let mut kind = if is_moving(vehicle) { "moving" } else { "parked" }.to_owned();
-    if may_stand(vehicle.p_moving) {
+    if is_unsure(vehicle.p_moving) {
         kind += " unsure";
     }
     let seen = vehicle.states.iter().filter(|s| s.source != Source::Predicted);

@@ -2,7 +2,7 @@
 
 use motorcade::{RecordedFrame, RecordedRun, RecordedState, RecordedVehicle, relative_sigma_m};
 use motorcade_draw::{Road, Scene, SceneVehicle};
-use motorcade_viewer::{MOVING, hue, is_doubtful, may_stand};
+use motorcade_viewer::{MOVING, hue, is_doubtful, is_unsure};
 use nalgebra::Point3;
 
 /// Length of the trail behind a moving vehicle \[ns\].
@@ -51,8 +51,7 @@ impl Scenes {
             time_s: (frame.timestamp_ns - start_ns) as f64 * 1e-9,
             status: (!known).then(|| frame.status.replace('_', " ")),
             speed_mps: frame.speed_mps,
-            // The direction of a step is known far better than its length.
-            speed_sigma_mps: Some(frame.speed_mps * frame.scale_sigma_rel),
+            speed_sigma_mps: frame.speed_sigma_mps,
             road: Road { normal_in_camera: frame.road_normal, height_m: self.height_m },
             vehicles,
         })
@@ -73,7 +72,7 @@ impl Scenes {
             sigma_m: [forward, left],
             speed_mps: state.speed_mps,
             moving,
-            may_stand: may_stand(vehicle.p_moving),
+            unsure: is_unsure(vehicle.p_moving),
             faint: state.predicted || self.doubtful.get(v).copied().unwrap_or(false),
             trail_in_camera: if moving { self.trail(frame, vehicle, s) } else { Vec::new() },
         })

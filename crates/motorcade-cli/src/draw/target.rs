@@ -33,6 +33,16 @@ pub fn is_recording(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"))
 }
 
+/// The ending of a path that asks for a file of a kind that is not written.
+fn ending_of_a_file(path: &Path) -> Option<String> {
+    const ENDINGS: [&str; 19] = [
+        "3gp", "apng", "bmp", "flv", "gif", "jpeg", "jpg", "m2ts", "mpeg", "mpg", "mts", "ogv", "png", "svg",
+        "tiff", "ts", "webm", "webp", "wmv",
+    ];
+    let ending = path.extension()?.to_str()?.to_ascii_lowercase();
+    ENDINGS.contains(&ending.as_str()).then_some(ending)
+}
+
 impl Target {
     /// Checks the place. Where ffmpeg is missing, a folder takes the place of a video, and that is said.
     ///
@@ -45,6 +55,14 @@ impl Target {
             return Ok(Self::Recording { path: out.to_path_buf(), file });
         }
         if container(out).is_none() {
+            if let Some(ending) = ending_of_a_file(out) {
+                let expected = "expected .mp4, .m4v, .mov, .mkv or .avi for a video, .mcap for a recording, or a folder for pictures";
+                return Err(motorcade::Error::Config(format!(
+                    "--out {}: nothing is written as .{ending}; {expected}",
+                    out.display()
+                ))
+                .into());
+            }
             return Self::pictures(out, force);
         }
         let Some(encoder) = Encoder::find()? else {

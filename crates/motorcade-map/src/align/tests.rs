@@ -21,7 +21,7 @@ fn run() -> RecordedRun {
             timestamp_ns: i64::from(k) * 100_000_000,
             status: "tracked".into(),
             speed_mps: speed,
-            scale_sigma_rel: 0.01,
+            speed_sigma_mps: Some(0.1),
             road_normal: -Vector3::y(),
             world_from_camera: Pose::from_parts(turn, at),
             covariance: Matrix6::identity() * 1e-4,

@@ -7,6 +7,9 @@ use nalgebra::Vector3;
 use super::position_sigma_m;
 use crate::anchor::Placed;
 
+/// Standard deviation of a speed that is not known at all \[m/s\]: traffic.
+const UNKNOWN_SPEED_SIGMA_MPS: f64 = 15.0;
+
 /// One line a frame with the 30 values of KITTI raw (Geiger et al., 2013), separated by spaces: latitude, longitude \[deg\], altitude
 /// \[m\], roll, pitch, yaw \[rad\] (yaw 0 east, counter-clockwise), velocities north, east, forward, left, up \[m/s\], and from there on
 /// what a camera does not measure: accelerations and rates are 0. Then the standard deviation of the position \[m\] and of the speed
@@ -20,11 +23,11 @@ pub fn oxts(placed: &Placed<'_>) -> String {
         let right = placed.direction(&frame.world_from_camera, &Vector3::x());
         let (yaw, pitch) = (forward.y.atan2(forward.x), -forward.z.clamp(-1.0, 1.0).asin());
         let roll = -right.z.clamp(-1.0, 1.0).asin();
-        // Over the interval before; of the first frame that after.
-        let (a, b) = if k > 0 { (k - 1, k) } else { (0, 1.min(frames.len() - 1)) };
-        let seconds = (frames[b].timestamp_ns - frames[a].timestamp_ns) as f64 * 1e-9;
+        // The direction is that of the way between the frames before and after, the length that of `speeds.csv`.
+        let (a, b) = (k.saturating_sub(1), (k + 1).min(frames.len() - 1));
         let point = |k: usize| placed.local(&frames[k].world_from_camera.translation());
-        let velocity = if seconds > 0.0 { (point(b) - point(a)) / seconds } else { Vector3::zeros() };
+        let way = (point(b) - point(a)).try_normalize(1e-3).unwrap_or_default();
+        let velocity = way * frame.speed_mps;
         let level = Vector3::new(yaw.cos(), yaw.sin(), 0.0);
         let left = Vector3::new(-yaw.sin(), yaw.cos(), 0.0);
         let sigma_m = position_sigma_m(frame);
@@ -38,7 +41,11 @@ pub fn oxts(placed: &Placed<'_>) -> String {
             let _ = write!(out, " {value:.5}");
         }
         out.push_str(&" 0".repeat(12));
-        let _ = writeln!(out, " {sigma_m:.4} {:.4} 0 0 0 0 0", frame.speed_mps * frame.scale_sigma_rel);
+        let _ = writeln!(
+            out,
+            " {sigma_m:.4} {:.4} 0 0 0 0 0",
+            frame.speed_sigma_mps.unwrap_or(UNKNOWN_SPEED_SIGMA_MPS)
+        );
     }
     out
 }

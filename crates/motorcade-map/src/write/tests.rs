@@ -14,7 +14,7 @@ fn run() -> RecordedRun {
         timestamp_ns: 5_000_000_000 + i64::from(k) * 100_000_000,
         status: "tracked".into(),
         speed_mps: 10.0,
-        scale_sigma_rel: 0.01,
+        speed_sigma_mps: Some(0.1),
         road_normal: -Vector3::y(),
         world_from_camera: Pose::from_parts(UnitQuaternion::identity(), Vector3::new(0.0, 0.0, f64::from(k))),
         covariance: Matrix6::identity() * 1e-4,

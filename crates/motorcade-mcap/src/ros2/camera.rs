@@ -99,7 +99,7 @@ mod tests {
             timestamp_ns: 0,
             status: "tracked".into(),
             speed_mps: 0.0,
-            scale_sigma_rel: 0.0,
+            speed_sigma_mps: Some(0.0),
             road_normal: -Vector3::y(),
             world_from_camera: Pose::from_parts(rotation, Vector3::zeros()),
             covariance,

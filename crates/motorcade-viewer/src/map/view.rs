@@ -15,7 +15,7 @@ const LEFT_PX: f64 = 46.0;
 const BOTTOM_PX: f64 = 40.0;
 const TOP_PX: f64 = 10.0;
 /// Vehicles farther than this from the camera's path do not widen the map \[m\].
-const REACH_M: f64 = 60.0;
+const REACH_M: f64 = 100.0;
 
 /// Map from metres on the road to pixels.
 pub(super) struct View {

@@ -55,7 +55,11 @@ for (const svg of document.querySelectorAll('svg.chart')) {
     const x = pointer(svg, event).x;
     if (x >= x0 && x <= x1) drive.show(nearestRow(column, valueAt(x)));
   });
-  document.addEventListener('moved', () => put(now, x0 + ((column[drive.row] - t0) / (t1 - t0)) * (x1 - x0)));
+  document.addEventListener('moved', () => {
+    const x = x0 + ((column[drive.row] - t0) / (t1 - t0)) * (x1 - x0);
+    put(now, x);
+    drive.reveal(svg, x);
+  });
 }
 for (const svg of document.querySelectorAll('svg.strip')) {
   const [left, width, rows] = svg.dataset.rows.split(' ').map(Number);
@@ -64,5 +68,6 @@ for (const svg of document.querySelectorAll('svg.strip')) {
     const x = left + (width * (drive.row + 0.5)) / rows;
     now.setAttribute('x1', x);
     now.setAttribute('x2', x);
+    drive.reveal(svg, x);
   });
 }

@@ -24,6 +24,15 @@ drive.follow = (k) => {
   document.dispatchEvent(new Event('follow'));
   document.dispatchEvent(new Event('moved'));
 };
+// Where a drawing is wider than the screen, moves it so that its x coordinate is seen.
+drive.reveal = (svg, x) => {
+  const scroller = svg.closest('figure, .sideways');
+  if (!scroller || scroller.scrollWidth <= scroller.clientWidth) return;
+  const view = svg.viewBox.baseVal;
+  const [box, outer] = [svg.getBoundingClientRect(), scroller.getBoundingClientRect()];
+  const at = box.left - outer.left + (box.width * (x - view.x)) / view.width;
+  if (at < 0.1 * outer.width || at > 0.9 * outer.width) scroller.scrollLeft += at - 0.5 * outer.width;
+};
 // The page has drawings; their namespace is taken from one of them.
 const svgNamespace = document.querySelector('svg')?.namespaceURI;
 const svgElement = (name, attributes, parent) => {

@@ -96,6 +96,7 @@ for (const svg of document.querySelectorAll('svg.map')) {
     const [x, y] = here();
     const inside = x > view.x && x < view.x + view.width && y > view.y && y < view.y + view.height;
     if (view.width < whole.width && !inside) move(x - view.width / 2, y - view.height / 2);
+    drive.reveal(svg, x);
   });
   window.addEventListener('resize', apply);
   apply();

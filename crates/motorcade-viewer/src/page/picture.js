@@ -17,8 +17,11 @@ if (picture) {
   const lines = svgElement('g', {}, picture);
   let shown = -1;
   // Pixels of the picture in one of the page: labels have the same size on every screen.
-  const fit = () => picture.style.setProperty('--pixel', width / (picture.getBoundingClientRect().width || width));
+  const fit = (across) => picture.style.setProperty('--pixel', width / (across || picture.getBoundingClientRect().width || width));
   window.addEventListener('resize', () => { fit(); drive.show(drive.row); });
+  // A printed page is 700 px wide, whatever the screen is.
+  window.addEventListener('beforeprint', () => { fit(700); drive.show(drive.row); });
+  window.addEventListener('afterprint', () => { fit(); drive.show(drive.row); });
   fit();
   // Labels of near vehicles first; one that would lie on another is left out, but for the vehicle that is followed.
   const labelled = (outlines) => {

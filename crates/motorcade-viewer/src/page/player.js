@@ -33,7 +33,7 @@ if (slider) {
     if (event.altKey || event.ctrlKey || event.metaKey || /^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName) && event.target !== slider) return;
     const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
     if (step) drive.show(drive.row + step * (event.shiftKey ? 10 : 1));
-    else if (event.key === ' ' && event.target.tagName !== 'BUTTON') toggle();
+    else if (event.key === ' ' && !/^(BUTTON|SUMMARY)$/.test(event.target.tagName)) toggle();
     else if (event.key === 'Escape') drive.follow(-1);
     else return;
     event.preventDefault();
@@ -53,10 +53,11 @@ if (slider) {
     const rows = [...['length', 'width', 'height'].map((name, k) => [name, pair(v.size[k], v.size_sigma[k], 'm', 2)]),
       ['P(moving)', v.p_moving.toFixed(2)]];
     if (s >= 0) {
-      const own = frames.speed[drive.row];
+      const row = drive.row;
+      const gap = frames.ahead[row] === v.id ? pair(frames.gap[row], frames.gap_sigma[row], 's', 2) : '– (not the next in the own path)';
       rows.unshift(['speed', kmh(v.speed[s], v.speed_sigma[s])],
-        ['distance from the camera', pair(v.distance[s], v.distance_sigma[s], 'm')],
-        ['time gap at own speed', own > 1 ? pair(v.distance[s] / own, v.distance_sigma[s] / own, 's', 2) : '–'],
+        ['distance, camera to centre', pair(v.distance[s], v.distance_sigma[s], 'm')],
+        ['time gap to its near end', gap],
         ['position in the world, σ', Math.sqrt(v.xx[s] + v.zz[s]).toFixed(2) + ' m'],
         ['this frame', v.seen[s] ? 'observed' : 'predicted']);
     }

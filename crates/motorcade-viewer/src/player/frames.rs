@@ -17,6 +17,11 @@ pub(super) fn frames(result: &RunResult) -> Value {
     };
     let speeds = motorcade::speeds(result);
     let speed = |k: usize| speeds.get(k).map(|row| row.speed_mps);
+    // Time gap to the vehicle in the path of the camera.
+    let ahead = |k: usize| {
+        let ahead = speeds.get(k)?.ahead.as_ref()?;
+        Some((ahead.id, ahead.time_gap_s?))
+    };
     let at = |k: usize| ego[k].world_from_camera.translation();
     let covariance = |k: usize| on_map(&ego[k].world_from_camera, &ego[k].covariance);
     let forward = |k: usize| ego[k].world_from_camera.rotation_matrix() * Vector3::z();
@@ -41,6 +46,9 @@ pub(super) fn frames(result: &RunResult) -> Value {
         "speed": column(&|k| speed(k).map_or(f64::NAN, |s| s.value), 2),
         "speed_sigma": column(&|k| speed(k).map_or(f64::NAN, |s| s.sigma), 2),
         "way": way,
+        "ahead": (0..ego.len()).map(|k| ahead(k).map(|(id, _)| id)).collect::<Vec<_>>(),
+        "gap": column(&|k| ahead(k).map_or(f64::NAN, |(_, gap)| gap.value), 2),
+        "gap_sigma": column(&|k| ahead(k).map_or(f64::NAN, |(_, gap)| gap.sigma), 2),
     })
 }
 

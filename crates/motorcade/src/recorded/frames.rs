@@ -18,10 +18,10 @@ pub struct RecordedFrame {
     pub timestamp_ns: i64,
     /// Origin of the pose: `tracked`, `standstill`, `bridged`, `filled_in`.
     pub status: String,
-    /// Speed over the last interval \[m/s\]; 0 in the first frame.
+    /// Speed around the frame \[m/s\], as `speeds.csv` has it; in directories without that file, over the last interval.
     pub speed_mps: f64,
-    /// Relative standard deviation of the metric scale.
-    pub scale_sigma_rel: f64,
+    /// Its standard deviation \[m/s\]; `None` where it is not known at all.
+    pub speed_sigma_mps: Option<f64>,
     /// Unit normal of the road towards the camera, camera frame.
     pub road_normal: Vector3<f64>,
     /// Pose \[m\].
@@ -36,6 +36,7 @@ pub(super) fn read(directory: &Path) -> Result<Vec<RecordedFrame>> {
     let poses: Trajectory<World, Camera> = read_trajectory(&directory.join("ego.tum"))?;
     let times = poses.timestamps_ns.unwrap_or_default();
     let covariances = covariances(&directory.join("ego_covariance.csv"))?;
+    let speeds = speeds(&directory.join("speeds.csv"))?;
     let mut frames: Vec<RecordedFrame> = Vec::with_capacity(times.len());
     for row in table.rows() {
         let at = frames.len();
@@ -48,13 +49,16 @@ pub(super) fn read(directory: &Path) -> Result<Vec<RecordedFrame>> {
         if frames.last().is_some_and(|before| before.number >= number) {
             return Err(row.error("frame numbers that increase", number).into());
         }
+        let step_mps = row.number("speed_mps")?;
+        let of_step = (step_mps, Some(step_mps * row.number("scale_sigma_rel")?));
+        let (speed_mps, speed_sigma_mps) = speeds.get(at).copied().unwrap_or(of_step);
         let [pitch, roll] = row.numbers(["road_pitch_rad", "road_roll_rad"])?;
         frames.push(RecordedFrame {
             number,
             timestamp_ns: *time_ns,
             status: row.text("status")?,
-            speed_mps: row.number("speed_mps")?,
-            scale_sigma_rel: row.number("scale_sigma_rel")?,
+            speed_mps,
+            speed_sigma_mps,
             road_normal: -Vector3::new(roll.tan(), 1.0, pitch.tan()).normalize(),
             world_from_camera: *pose,
             covariance: *covariance,
@@ -71,6 +75,15 @@ pub(super) fn read(directory: &Path) -> Result<Vec<RecordedFrame>> {
         )));
     }
     Ok(frames)
+}
+
+/// Speed of the camera and its standard deviation \[m/s\] in every frame; none without the file.
+fn speeds(path: &Path) -> Result<Vec<(f64, Option<f64>)>> {
+    if !path.exists() {
+        return Ok(Vec::new());
+    }
+    let table = Table::read(path)?;
+    table.rows().map(|row| Ok((row.number("speed_mps")?, row.number_or_none("sigma_speed_mps")?))).collect()
 }
 
 /// Covariances of all poses from their upper triangles.

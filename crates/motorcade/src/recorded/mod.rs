@@ -13,7 +13,7 @@ pub use vehicles::{RecordedState, RecordedVehicle};
 
 use crate::error::Result;
 
-/// Camera and vehicles of a run, from `frames.csv`, `ego.tum`, `ego_covariance.csv` and `tracks.csv`.
+/// Camera and vehicles of a run, from `frames.csv`, `speeds.csv`, `ego.tum`, `ego_covariance.csv` and `tracks.csv`.
 #[derive(Clone, Debug)]
 pub struct RecordedRun {
     /// Frames in order; row k of the run is entry k.
@@ -85,6 +85,21 @@ frame,id,class,x_m,y_m,z_m,qx,qy,qz,qw,length_m,width_m,height_m,speed_mps,sigma
         let vehicle = &run.vehicles[0];
         assert_eq!((vehicle.id, vehicle.class.as_str(), vehicle.size_m), (3, "Car", [4.0, 1.8, 1.5]));
         assert!(vehicle.states[0].predicted && vehicle.states[0].row == 1);
+    }
+
+    /// The step to a frame is not its speed where a recorder lost frames or scale was corrected.
+    #[test]
+    fn speeds_are_those_of_their_own_table() {
+        let folder = directory();
+        let read = || RecordedRun::read(folder.path()).unwrap().frames;
+        assert_eq!((read()[1].speed_mps, read()[1].speed_sigma_mps), (8.0, Some(0.16)));
+        std::fs::write(
+            folder.path().join("speeds.csv"),
+            "frame,time_s,speed_mps,sigma_speed_mps\n5,0.5,7.9,0.2\n7,0.7,8.1,\n",
+        )
+        .unwrap();
+        let told: Vec<_> = read().iter().map(|f| (f.speed_mps, f.speed_sigma_mps)).collect();
+        assert_eq!(told, [(7.9, Some(0.2)), (8.1, None)]);
     }
 
     #[test]

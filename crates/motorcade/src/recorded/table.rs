@@ -45,6 +45,12 @@ impl NamedRow<'_> {
     pub(super) fn number(&self, name: &str) -> Result<f64> {
         self.row.number(self.column(name)?, name)
     }
+    /// A finite number; `None` for an empty cell.
+    pub(super) fn number_or_none(&self, name: &str) -> Result<Option<f64>> {
+        let column = self.column(name)?;
+        let is_empty = self.row.fields.get(column).is_some_and(|cell| cell.is_empty());
+        if is_empty { Ok(None) } else { self.row.number(column, name).map(Some) }
+    }
     /// `N` numbers.
     pub(super) fn numbers<const N: usize>(&self, names: [&str; N]) -> Result<[f64; N]> {
         let mut values = [0.0; N];
