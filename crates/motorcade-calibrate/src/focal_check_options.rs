@@ -24,7 +24,7 @@ pub struct FocalCheckOptions {
     /// Standard deviations by which the stated focal length and that of the drive differ when one of them is wrong. Less doubts true ones:
     /// none of 18 drives at 3.
     pub disagreement_sigmas: f64,
-    /// Least difference of their logarithms that is told: turns of cameras whose calibration is right err by up to 2.4 %.
+    /// Least difference of their logarithms that is reported: turns of cameras whose calibration is right err by up to 2.4 %.
     pub disagreement: f64,
 }
 

@@ -67,19 +67,19 @@ pub struct CalibrateOptions {
     pub centre_sigma: f64,
     /// Standard deviation of ln f that all windows share: no lens is an ideal one.
     pub common_focal_sigma: f64,
-    /// Standard deviation of the turns, as errors of tracking feign them \[rad\]: over the angle turned it is one of ln f. Ten rendered drives that
+    /// Standard deviation of the turns by errors of tracking \[rad\]: over the angle turned it is one of ln f. Ten rendered drives that
     /// turn by 65° to 95° err by 0.7 % (rms), a straight one (5° of swaying) by 8 %, real ones that turn by 14° and 19° by 3 to 6 %.
     pub turn_sigma_rad: f64,
-    /// The same of k1.
+    /// Standard deviation of k1 that all solutions of a drive share.
     pub common_k1_sigma: f64,
-    /// Its share of k1: a lens of several coefficients is described by one. The one real lens it was tried on, with k1 = −0.25, came out as −0.15.
+    /// Error of k1 that all solutions share, as a share of k1: a lens of several coefficients is described by one. The one real lens it was tried on, with k1 = −0.25, came out as −0.15.
     pub common_k1_share: f64,
     /// Trust in EXIF `FocalLengthIn35mmFilm`, one standard deviation of ln f beside rounding: the correction of distortion crops, focus
     /// breathes. Judged, not measured, as the next two are; larger values leave more to the drive.
     pub exif_film_sigma: f64,
-    /// The same of EXIF `FocalLength` with the pixel pitch: nominal focal lengths, resolutions that makers copy from another model.
+    /// Standard deviation of ln f by EXIF `FocalLength` with the pixel pitch: nominal focal lengths, resolutions that makers copy from another model.
     pub exif_focal_plane_sigma: f64,
-    /// The same of a video's tag `focal_length.35mm_equivalent`: videos are cropped from what the lens shows, stabilised ones by a tenth and more.
+    /// Standard deviation of ln f by a video's tag `focal_length.35mm_equivalent`: videos are cropped from what the lens shows, stabilised ones by a tenth and more.
     pub container_film_sigma: f64,
     /// Standard deviation of ln f above which the drive does not tell it.
     pub most_focal_sigma: f64,

@@ -54,7 +54,7 @@ fn odometry(arguments: &AblateArguments) -> anyhow::Result<u8> {
             rows.extend(ablation.true_scale(&result)?);
         }
     }
-    ablation.conclude(&table::odometry(&rows), &table::csv(&rows))
+    ablation.write_tables(&table::odometry(&rows), &table::csv(&rows))
 }
 
 fn graph(arguments: &AblateArguments) -> anyhow::Result<u8> {
@@ -71,7 +71,7 @@ fn graph(arguments: &AblateArguments) -> anyhow::Result<u8> {
         let result = estimate_drive(record.clone(), &settings, &ablation.reporter);
         rows.push(ablation.row(&variant, &settings.config, &result)?);
     }
-    ablation.conclude(&table::graph(&rows), &table::csv(&rows))
+    ablation.write_tables(&table::graph(&rows), &table::csv(&rows))
 }
 
 /// Ground truth of a drive, where there is one.
@@ -166,7 +166,7 @@ impl<'a> Ablation<'a> {
         Ok(Some(Row { name: "floor: true scale of ±5 frames".to_owned(), ego, vehicles: Vec::new() }))
     }
 
-    fn conclude(self, table: &str, csv: &str) -> anyhow::Result<u8> {
+    fn write_tables(self, table: &str, csv: &str) -> anyhow::Result<u8> {
         let interrupted = motorcade::Progress::cancelled(&self.reporter);
         self.reporter.finish();
         let out = &self.run.out;

@@ -244,7 +244,7 @@ pub struct RunArguments {
     /// Also write the places of the drive, with landmarks and descriptors, into a file: `motorcade map` reads it.
     #[arg(long, value_name = "FILE.map")]
     pub save_map: Option<PathBuf>,
-    /// Places of an earlier drive through the same streets, as --save-map wrote them: where they are seen again, this drive is told in the
+    /// Places of an earlier drive through the same streets, as --save-map wrote them: where they are seen again, this drive is estimated in the
     /// world of that one; with --online from then on.
     #[arg(long, value_name = "FILE.map", conflicts_with = "trajectory")]
     pub map: Option<PathBuf>,

@@ -9,7 +9,7 @@ use motorcade_simulate::{DRIVE_RECORD, RenderOptions, WriteOptions};
 use motorcade_viewer::{Pictures, Report};
 
 use crate::arguments::DemoArguments;
-use crate::draw::{self, Frames, Place, Results};
+use crate::draw::{self, DrawingTarget, Frames, Results};
 use crate::drive::command_line;
 use crate::evaluation::evaluate_result;
 use crate::exit;
@@ -84,7 +84,7 @@ pub fn demo(arguments: &DemoArguments) -> anyhow::Result<u8> {
         extras: &extras,
     };
     let frames = Frames { sequence: &sequence, threads, schemas: Schemas::default(), reporter: &reporter };
-    let drawn = draw::write(&results, vec![Place::Inside(OVERLAY.into())], Some(frames))?;
+    let drawn = draw::write(&results, vec![DrawingTarget::Inside(OVERLAY.into())], Some(frames))?;
     if let Some(evaluation) = &evaluation {
         exit::say(evaluation.to_string().trim_end());
     }

@@ -10,7 +10,7 @@ mod video;
 
 use motorcade::{RecordedRun, RunRecord};
 
-pub use self::beside::{Frames, Place, Results, write};
+pub use self::beside::{DrawingTarget, Frames, Results, write};
 #[cfg(feature = "rerun")]
 pub use self::target::free;
 pub use self::target::{Target, is_recording};

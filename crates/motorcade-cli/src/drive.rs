@@ -33,7 +33,7 @@ pub struct Drive {
     source: Source,
     /// Height of the camera \[m\]; `None` where it is to be estimated.
     pub height_m: Option<f64>,
-    /// The camera as the drive told it, as text, where nobody calibrated it.
+    /// The camera as estimated from the drive, as text, where nobody calibrated it.
     camera_file: Option<String>,
 }
 
@@ -248,7 +248,7 @@ impl LoadedDrive {
         self.sequence().map(|sequence| Pictures::new(sequence.len())).unwrap_or_default()
     }
 
-    /// File of the run beside its own: the camera as the drive told it.
+    /// File of the run beside its own: the camera as estimated from the drive.
     pub fn camera_file(&self) -> Option<Extra> {
         let text = self.drive.camera_file.as_ref()?;
         Some(Extra { name: CAMERA_FILE.into(), content: text.clone().into_bytes() })

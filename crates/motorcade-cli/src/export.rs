@@ -22,7 +22,7 @@ struct Found {
     anchor: Anchor,
     /// Of a GPS track.
     alignment: Option<Alignment>,
-    /// False when nobody told a place.
+    /// False when no place was given.
     on_earth: bool,
 }
 

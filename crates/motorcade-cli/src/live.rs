@@ -27,7 +27,7 @@ impl LiveView {
         Ok(Self { stream: Some(motorcade_rerun::Live::open(target, camera)?) })
     }
 
-    /// Shows the newest frame. A viewer that fails is told once and left out: the run goes on.
+    /// Shows the newest frame. A failing viewer is reported once and left out: the run goes on.
     pub fn show(&mut self, slam: &mut Motorcade, frame: Option<&Frame>, reporter: &Reporter) {
         let Some(stream) = &mut self.stream else { return };
         let Some(estimate) = slam.estimate() else { return };

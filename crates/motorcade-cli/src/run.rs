@@ -12,7 +12,7 @@ use motorcade_viewer::Report;
 
 use crate::arguments::{ConfigArguments, PresetName, RunArguments};
 use crate::checkpoint;
-use crate::draw::{self, Frames, Place, Results, Target};
+use crate::draw::{self, DrawingTarget, Frames, Results, Target};
 use crate::drive::Drive;
 use crate::exit;
 use crate::files::OutFile;
@@ -99,7 +99,7 @@ fn drawings(arguments: &RunArguments) -> impl Iterator<Item = &Path> {
 }
 
 /// Places of the drawings.
-fn places(arguments: &RunArguments, drive: &Drive) -> anyhow::Result<Vec<Place>> {
+fn places(arguments: &RunArguments, drive: &Drive) -> anyhow::Result<Vec<DrawingTarget>> {
     let wrong = |problem: String| Err(motorcade::Error::Config(problem).into());
     if drawings(arguments).next().is_some() && drive.sequence().is_none() {
         return wrong("--overlay and --mcap need frames to draw; this run has none".into());
@@ -107,7 +107,7 @@ fn places(arguments: &RunArguments, drive: &Drive) -> anyhow::Result<Vec<Place>>
     if let Some(path) = arguments.mcap.as_deref().filter(|path| !draw::is_recording(path)) {
         return wrong(format!("--mcap {}: expected a name that ends in .mcap", path.display()));
     }
-    drawings(arguments).map(|path| Place::open(path, &arguments.out, arguments.force)).collect()
+    drawings(arguments).map(|path| DrawingTarget::open(path, &arguments.out, arguments.force)).collect()
 }
 
 fn frames<'a>(
@@ -132,7 +132,7 @@ fn draw_finished(arguments: &RunArguments, drive: &Drive) -> anyhow::Result<u8> 
     Ok(exit::FINE)
 }
 
-/// The newest frame as a line on stdout, after the corrections that it was told with.
+/// The newest frame as a line on stdout, after the corrections before it.
 fn print_estimate(slam: &mut Motorcade, reporter: &Reporter) {
     if let Some(estimate) = slam.estimate() {
         slam.take_revisions().iter().for_each(|revision| reporter.print(&revision.to_json()));

@@ -12,11 +12,11 @@ use crate::staging;
 /// A file to be written. Making one checks its place, so that long work does not end in a file that cannot be written.
 #[derive(Debug)]
 pub struct PendingFile {
-    place: Place,
+    place: Destination,
 }
 
 #[derive(Debug)]
-enum Place {
+enum Destination {
     /// A regular file or nothing yet: the content is written beside it and renamed.
     Beside { staged: Box<NamedTempFile>, target: PathBuf, _lock: Option<fs::File> },
     /// A FIFO or a character device.
@@ -32,10 +32,10 @@ impl PendingFile {
     /// A directory, a socket, a block device, a folder that cannot be written.
     pub fn create(path: &Path) -> io::Result<Self> {
         let place = match fs::metadata(path) {
-            Ok(found) if is_stdout(&found) => Place::Stdout,
+            Ok(found) if is_stdout(&found) => Destination::Stdout,
             Ok(found) if found.is_file() => beside(fs::canonicalize(path)?)?,
             Ok(found) if found.is_dir() => return Err(io::Error::from(io::ErrorKind::IsADirectory)),
-            Ok(found) if is_stream(&found) => Place::Stream(path.to_path_buf()),
+            Ok(found) if is_stream(&found) => Destination::Stream(path.to_path_buf()),
             Ok(found) => return Err(refused(&found)),
             Err(e) if e.kind() == io::ErrorKind::NotFound => beside(end_of_links(path))?,
             Err(e) => return Err(e),
@@ -46,8 +46,8 @@ impl PendingFile {
     /// The temporary file, for another program to write to; then [`finish`](Self::finish) puts it in its place. `None` for streams.
     pub fn staged_path(&self) -> Option<&Path> {
         match &self.place {
-            Place::Beside { staged, .. } => Some(staged.path()),
-            Place::Stream(_) | Place::Stdout => None,
+            Destination::Beside { staged, .. } => Some(staged.path()),
+            Destination::Stream(_) | Destination::Stdout => None,
         }
     }
 
@@ -66,12 +66,12 @@ impl PendingFile {
     /// holds the content.
     pub fn write(self, contents: impl AsRef<[u8]>) -> io::Result<()> {
         match self.place {
-            Place::Beside { mut staged, target, _lock } => {
+            Destination::Beside { mut staged, target, _lock } => {
                 staged.write_all(contents.as_ref())?;
                 put(*staged, &target)
             }
-            Place::Stream(path) => open_stream(&path)?.write_all(contents.as_ref()),
-            Place::Stdout => {
+            Destination::Stream(path) => open_stream(&path)?.write_all(contents.as_ref()),
+            Destination::Stdout => {
                 let mut out = io::stdout().lock();
                 out.write_all(contents.as_ref()).and_then(|()| out.flush())
             }
@@ -88,7 +88,7 @@ pub fn write(path: &Path, contents: impl AsRef<[u8]>) -> io::Result<()> {
     PendingFile::create(path)?.write(contents)
 }
 
-fn beside(target: PathBuf) -> io::Result<Place> {
+fn beside(target: PathBuf) -> io::Result<Destination> {
     let folder = match target.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
@@ -104,7 +104,7 @@ fn beside(target: PathBuf) -> io::Result<Place> {
         builder.tempfile_in(folder)
     };
     let (staged, _lock) = staging::create(folder, make, NamedTempFile::path)?;
-    Ok(Place::Beside { staged: Box::new(staged), target, _lock })
+    Ok(Destination::Beside { staged: Box::new(staged), target, _lock })
 }
 
 fn put(staged: NamedTempFile, target: &Path) -> io::Result<()> {

@@ -105,7 +105,8 @@ fn anything_can_stand_in_a_scene() {
     let mut all = scene(vehicles);
     all.status = Some("bridged".into());
     all.speed_mps = f64::NAN;
-    overlay.draw(&gray(0), &all);
+    let drawn = overlay.draw(&gray(0), &all);
+    assert_eq!(drawn.dimensions(), overlay.draw(&gray(0), &scene(Vec::new())).dimensions());
     // A camera that looks at the sky or along its own road's normal, and a picture of another size.
     for normal in [Vector3::z(), -Vector3::z(), Vector3::y()] {
         all.road.normal_in_camera = normal;

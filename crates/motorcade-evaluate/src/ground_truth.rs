@@ -13,6 +13,9 @@ use crate::matching::{ByFrame, by_frame};
 const OTHER_CLASSES: [&str; 7] =
     ["DontCare", "Pedestrian", "Cyclist", "Person", "Person_sitting", "Misc", "Tram"];
 
+/// Frames per second of KITTI.
+const KITTI_FPS: f64 = 10.0;
+
 /// Poses of a camera of a KITTI tracking sequence, and the labelled vehicles.
 #[derive(Clone, Debug)]
 pub struct GroundTruth {
@@ -20,6 +23,7 @@ pub struct GroundTruth {
     pub(crate) camera: u8,
     /// KITTI frame number of the run's row 0.
     pub(crate) first: u64,
+    pub(crate) fps: f64,
     /// Of the processed camera, from `first` on.
     pub(crate) world_from_camera: Vec<Pose<World, Camera>>,
     pub(crate) camera_from_cam0: Pose<Camera, Cam0>,
@@ -64,6 +68,7 @@ impl GroundTruth {
             sequence: sequence.to_owned(),
             camera,
             first,
+            fps: KITTI_FPS,
             world_from_camera: world_from_cam0.iter().skip(skipped).map(|p| *p * cam0_from_camera).collect(),
             camera_from_cam0,
             labels: Some(file("label_02")).filter(|path| path.is_file()).map(|p| vehicles(&p)).transpose()?,
@@ -73,6 +78,12 @@ impl GroundTruth {
                 .transpose()?,
             all: Some(shown).filter(|path| path.is_file()).map(|p| all(&p)).transpose()?,
         })
+    }
+
+    /// Takes a drive in KITTI's format for one with `fps` frames a second.
+    #[must_use]
+    pub fn with_fps(self, fps: f64) -> Self {
+        Self { fps, ..self }
     }
 
     /// The first `count` poses.

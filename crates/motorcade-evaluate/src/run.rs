@@ -58,6 +58,7 @@ pub fn evaluate(estimates: &Estimates, truth: &GroundTruth) -> Result<Report> {
             estimates: tracks,
             camera_from_cam0: truth.camera_from_cam0,
             first: truth.first,
+            fps: truth.fps,
         };
         drive.evaluate(&aligned)
     });

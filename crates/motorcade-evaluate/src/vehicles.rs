@@ -18,8 +18,8 @@ const MAX_RANGE_M: f64 = 50.0;
 const MIN_HEIGHT_PX: f64 = 40.0;
 /// Errors of depth are those of vehicles up to this distance \[m\].
 const DEPTH_RANGE_M: f64 = 40.0;
-/// Vehicles with fewer evaluated frames are not reported.
-const MIN_FRAMES: usize = 10;
+/// Vehicles that are evaluated for a shorter time are not reported \[s\]: ten frames of KITTI.
+const MIN_TIME_S: f64 = 1.0;
 
 /// Errors of one labelled vehicle over its evaluated frames: unoccluded, untruncated, box ≥ 40 px high, in range.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -87,6 +87,8 @@ pub(crate) struct Vehicles<'a> {
     pub camera_from_cam0: Pose<Camera, Cam0>,
     /// Frame number of row 0.
     pub first: u64,
+    /// Frames per second.
+    pub fps: f64,
 }
 
 /// One matched frame of one vehicle.
@@ -131,7 +133,8 @@ impl Vehicles<'_> {
                 }
             }
         }
-        let long = tracks.into_iter().filter(|(_, track)| track.frames >= MIN_FRAMES);
+        let least_frames = (MIN_TIME_S * self.fps).round().max(2.0) as usize;
+        let long = tracks.into_iter().filter(|(_, track)| track.frames >= least_frames);
         let long: Vec<(i64, Track)> = long.collect();
         let reports: Vec<VehicleReport> = long.iter().map(|(label, track)| track.report(*label)).collect();
         let depths = long.iter().flat_map(|(_, track)| &track.samples).filter_map(Sample::depth_error_pct);

@@ -39,7 +39,7 @@ pub struct AdvancedGraphOptions {
     pub roll_pitch_slip_rad: f64,
     /// No side slip: sideways motion of the rear axle per interval \[m\].
     pub sideways_slip_m: f64,
-    /// The same of a vehicle slower than [`slow_mps`](Self::slow_mps), whose heading its motion does not show \[m\].
+    /// Standard deviation of the sideways motion of a vehicle slower than `slow_mps`, whose heading its motion does not show \[m\].
     pub slow_sideways_slip_m: f64,
     /// No side slip: motion up per interval \[m\].
     pub vertical_slip_m: f64,
@@ -47,12 +47,12 @@ pub struct AdvancedGraphOptions {
     pub slow_mps: f64,
     /// Rotation of the weak tie of a vehicle pose to its start \[rad\], which keeps every node determined.
     pub tie_rad: f64,
-    /// Translation of that tie \[m\].
+    /// Translation of the weak tie of a vehicle pose to its start \[m\].
     pub tie_m: f64,
     /// Least standard deviation of a vehicle's log size: outlines are those of a drawing.
     pub least_scale_sigma: f64,
     /// Time for which errors of depth that look like a scale are correlated \[s\]: plane, slope, habit of the detector. The prior of
-    /// the scale counts more by this time over [`correlation_time_s`](super::GraphOptions::correlation_time_s).
+    /// the scale counts more by this time over `graph.correlation_time_s`.
     pub scale_correlation_time_s: f64,
     /// Online: a vehicle whose heading the front end turns by more was reversed and starts anew \[rad\].
     pub flipped_rad: f64,

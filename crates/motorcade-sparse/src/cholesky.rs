@@ -11,7 +11,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::dense::{factor_panel, schur_complement, solve_backward, solve_forward};
-use crate::extend::{Place, extend_add};
+use crate::extend::{PanelRuns, extend_add};
 use crate::matrix::BlockMatrix;
 use crate::memory::Numbers;
 use crate::symbolic::{Node, Symbolic};
@@ -315,7 +315,7 @@ impl Work<'_> {
 /// Adds the columns of a child's Schur complement that are pivots of the parent.
 fn add_to_panel(child: &Node, parent: &Node, schur: &[f64], panel: &mut [f64]) {
     let columns = child.pivot_runs(parent);
-    let place = Place { runs: &child.runs, columns, shift: 0, ld: parent.shape.ld() };
+    let place = PanelRuns { runs: &child.runs, columns, shift: 0, ld: parent.shape.ld() };
     extend_add(schur, child.shape.schur_ld(), place, panel);
 }
 
@@ -323,7 +323,7 @@ fn add_to_panel(child: &Node, parent: &Node, schur: &[f64], panel: &mut [f64]) {
 fn add_to_schur(child: &Node, parent: &Node, schur: &[f64], out: &mut [f64]) {
     let runs = &child.runs[child.pivot_runs(parent)..];
     let (shift, ld) = (parent.shape.below_start(), parent.shape.schur_ld());
-    extend_add(schur, child.shape.schur_ld(), Place { runs, columns: runs.len(), shift, ld }, out);
+    extend_add(schur, child.shape.schur_ld(), PanelRuns { runs, columns: runs.len(), shift, ld }, out);
 }
 
 /// Roots of disjoint subtrees of at most a sixteenth of the work each.

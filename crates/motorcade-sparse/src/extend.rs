@@ -6,7 +6,7 @@ use crate::symbolic::Run;
 /// Places of the runs of a child in its parent: in the panel, or in the Schur complement, which begins `shift` rows and
 /// columns later.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Place<'a> {
+pub(crate) struct PanelRuns<'a> {
     /// Runs of rows from the first column on.
     pub runs: &'a [Run],
     /// Number of runs that are columns here as well.
@@ -19,7 +19,7 @@ pub(crate) struct Place<'a> {
 struct ExtendAdd<'a> {
     schur: &'a [f64],
     ld: usize,
-    place: Place<'a>,
+    place: PanelRuns<'a>,
     target: &'a mut [f64],
 }
 
@@ -32,12 +32,12 @@ impl Kernel for ExtendAdd<'_> {
 }
 
 /// Adds the lower triangle of the columns of `schur` (leading dimension `ld`) to `target`, whose upper triangle is scratch.
-pub(crate) fn extend_add(schur: &[f64], ld: usize, place: Place<'_>, target: &mut [f64]) {
+pub(crate) fn extend_add(schur: &[f64], ld: usize, place: PanelRuns<'_>, target: &mut [f64]) {
     dispatch(ExtendAdd { schur, ld, place, target });
 }
 
 #[inline(always)]
-fn run<V: Four>(schur: &[f64], ld: usize, place: Place<'_>, target: &mut [f64]) {
+fn run<V: Four>(schur: &[f64], ld: usize, place: PanelRuns<'_>, target: &mut [f64]) {
     for (k, column) in place.runs[..place.columns].iter().enumerate() {
         let (from, to) = (column.child as usize, column.parent as usize - place.shift);
         let (source, target) = (&schur[from * ld..], &mut target[to * place.ld..]);

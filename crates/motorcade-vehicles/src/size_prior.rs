@@ -11,8 +11,9 @@ pub fn size_prior(class: VehicleClass) -> SizePrior {
         sigma: Dimensions { length_m: sigma[0], width_m: sigma[1], height_m: sigma[2] },
     };
     match class {
-        // Between the mean of KITTI's labelled cars (3.88 × 1.63 × 1.53 m; Qi et al., Frustum PointNets, CVPR 2018) and that of the
-        // European models behind `motorcade-shape`'s prior (4.39 × 1.79 × 1.52 m); one sigma reaches both.
+        // Length and width between the mean of KITTI's labelled cars (3.88 × 1.63 × 1.53 m; Qi et al., Frustum PointNets, CVPR 2018) and
+        // that of the European models behind `motorcade-shape`'s prior (4.39 × 1.79 × 1.52 m), the height a centimetre below both; one sigma
+        // reaches both.
         VehicleClass::Car => prior([4.2, 1.7, 1.51], [0.45, 0.10, 0.10]),
         // The mean of KITTI's labelled vans is 5.07 × 1.90 × 2.21 m (same source).
         VehicleClass::Van => prior([5.0, 1.9, 2.1], [0.6, 0.12, 0.25]),

@@ -24,7 +24,7 @@ pub(crate) struct Series {
     pub sigmas: Vec<f64>,
 }
 
-/// Most names in a legend; the others are told by the tooltip and the table.
+/// Most names in a legend; the tooltip and the table name the others.
 const MOST_KEYS: usize = 24;
 
 /// What runs along the horizontal axis.

@@ -18,7 +18,7 @@ pub struct Estimate {
     /// Pose of the camera in the world with covariance and status, metric scale, road.
     pub ego: EgoFrame,
     /// Speed of the camera over the last frame interval \[m/s\], both ends at the newest scale; 0 in the first frame. The difference of the
-    /// poses that were told can be larger: a new scale moves the window.
+    /// poses reported earlier can be larger: a new scale moves the window.
     pub speed_mps: f64,
     /// Vehicles seen in the frame, by identity.
     pub vehicles: Vec<VehicleEstimate>,

@@ -117,7 +117,7 @@ impl Default for VehicleHeightOptions {
 pub struct DistanceOptions {
     /// Relative error that all speeds of a record share, one standard deviation: worn and cold tyres, another size of wheel.
     pub speed_sigma: f64,
-    /// The same of distances between fixes: errors that last for minutes cancel, slopes and bends leave a rest.
+    /// Relative error that all distances between fixes of GPS share, one standard deviation: errors that last for minutes cancel, slopes and bends leave a rest.
     pub gps_sigma: f64,
     /// Shorter distances are left out \[m\]: at walking pace a speed says little.
     pub least_m: f64,

@@ -62,8 +62,8 @@ pub struct MapUse {
     pub keyframes: usize,
     /// Frames that see a place of the map, in order.
     pub matches: Vec<MapMatch>,
-    /// In an online run the first frame (row) that is told in the world of the map; `None` before it was met, and of whole drives, which
-    /// are told in it from their beginning.
+    /// In an online run the first frame (row) that is estimated in the world of the map; `None` before it was met, and of whole drives, which
+    /// are estimated in it from their beginning.
     pub told_from: Option<usize>,
 }
 

@@ -10,7 +10,7 @@ use nalgebra::Matrix6;
 use crate::config::Config;
 use crate::error::{Error, Result};
 
-/// Time between keyframes that the uncertainty of their steps is told for \[ns\]: 3.3 m at 10 m/s.
+/// Time between keyframes that the uncertainty of their steps is estimated for \[ns\]: 3.3 m at 10 m/s.
 const STEP_NS: i64 = 330_000_000;
 /// Height of a camera whose map tells none that a camera has \[m\].
 const USUAL_HEIGHT_M: f64 = 1.65;
@@ -184,8 +184,12 @@ mod tests {
                 (l.point_in_camera, l.depth_sigma) = ([0.0, 0.0, -1e6], -1.0);
             });
         }
-        // Joined or refused, but told.
-        let _ = merge_maps(&first, &odd, &Config::default()).map(|merged| merged.map.to_bytes());
-        let _ = merge_maps(&odd, &first, &Config::default()).map(|merged| merged.map.to_bytes());
+        // Refused with a reason, or joined to a map that reads.
+        for (a, b) in [(&first, &odd), (&odd, &first)] {
+            match merge_maps(a, b, &Config::default()) {
+                Ok(merged) => assert!(PlaceMap::from_bytes(&merged.map.to_bytes()).is_ok()),
+                Err(error) => assert!(!error.to_string().is_empty()),
+            }
+        }
     }
 }

@@ -18,7 +18,7 @@ pub struct RunResult {
     pub frames: Vec<FrameInfo>,
     /// The camera's trajectory and the road.
     pub ego: EgoTrajectory,
-    /// Speed of the camera over the interval before each frame \[m/s\], as an online run told it: poses are told at the scale of their time, so
+    /// Speed of the camera over the interval before each frame \[m/s\], as an online run reported it: poses are reported at the scale of their time, so
     /// that the difference of two is no speed where the scale changed. `None` of a drive that was estimated as a whole.
     pub speeds_mps: Option<Vec<f64>>,
     /// Road measurements the scale came from; of an online run the last ones.

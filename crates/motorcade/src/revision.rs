@@ -12,7 +12,7 @@ use crate::record::FrameInfo;
 pub struct Revision {
     /// Number of the correction, from 1.
     pub number: usize,
-    /// The first frame that is told in the corrected world.
+    /// The first frame that is estimated in the corrected world.
     pub frame: FrameInfo,
     /// Loops that hold.
     pub closed: usize,
@@ -20,9 +20,9 @@ pub struct Revision {
     pub switched_off: usize,
     /// Keyframes that see a place of the kept map; `None` in runs without one. With any of them the corrected world is that of the map.
     pub by_map: Option<usize>,
-    /// Move of what would have been told of this frame without the correction.
+    /// Difference between this frame's pose with and without the correction.
     pub corrected_from_told: Pose<World, World>,
-    /// Keyframes that stand elsewhere than was told of them last.
+    /// Keyframes that stand elsewhere than reported last.
     pub keyframes: Vec<RevisedKeyframe>,
 }
 

@@ -16,7 +16,7 @@ const SPEED_TIME_S: f64 = 0.4;
 /// Largest distance between the centre of a vehicle and the camera's path for it to be in the same lane \[m\]: half a lane.
 const LANE_HALF_WIDTH_M: f64 = 1.8;
 
-/// Speed below which no time is told \[m/s\].
+/// Speed below which no time is given \[m/s\].
 const STANDING_MPS: f64 = 0.5;
 
 /// A value and its standard deviation.

@@ -92,7 +92,7 @@ pub fn scale(arguments: &ScaleAblateArguments) -> anyhow::Result<u8> {
         }
     }
     let rows: Vec<ScaleRow> = rows.into_iter().flatten().collect();
-    ablation.conclude(&table(&rows), &csv(&rows))
+    ablation.write_tables(&table(&rows), &csv(&rows))
 }
 
 /// Errors of the camera, where its true trajectory is known.

@@ -30,14 +30,14 @@ pub struct Frames<'a> {
 }
 
 /// The place of a drawing made together with results.
-pub enum Place {
+pub enum DrawingTarget {
     /// In the directory of the results, as one of its files of this name.
     Inside(PathBuf),
     /// Anywhere else.
     Elsewhere(Box<Target>),
 }
 
-impl Place {
+impl DrawingTarget {
     /// Checks the place of a drawing; `out` is the directory of the results.
     ///
     /// # Errors
@@ -69,7 +69,7 @@ fn full(path: &Path) -> std::io::Result<PathBuf> {
 /// Results that cannot be written.
 pub fn write(
     results: &Results<'_>,
-    places: Vec<Place>,
+    places: Vec<DrawingTarget>,
     frames: Option<Frames<'_>>,
 ) -> motorcade::Result<anyhow::Result<Vec<PathBuf>>> {
     let Results { directory, out, result, context, extras } = results;
@@ -78,8 +78,8 @@ pub fn write(
     let (mut inside, mut elsewhere) = (Vec::new(), Vec::new());
     for place in places.into_iter().filter(|_| !result.interrupted) {
         match place {
-            Place::Inside(name) => inside.push(name),
-            Place::Elsewhere(target) => elsewhere.push(*target),
+            DrawingTarget::Inside(name) => inside.push(name),
+            DrawingTarget::Elsewhere(target) => elsewhere.push(*target),
         }
     }
     write_run_and(directory, result, context, extras, |folder| {

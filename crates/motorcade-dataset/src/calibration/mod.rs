@@ -122,7 +122,7 @@ impl Calibration {
                 format!("focal lengths must be positive, got {} {}", self.fx, self.fy),
             ));
         }
-        // Outside the image, the principal point is told with the image's size.
+        // Outside the image, the message names the image's size beside the principal point.
         for (name, value) in [("cx", self.cx), ("cy", self.cy)] {
             if !value.is_finite() {
                 return Err(Error::input(path, format!("{name} = {value:e} must be finite")));

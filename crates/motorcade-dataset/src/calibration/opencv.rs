@@ -37,7 +37,7 @@ pub(super) fn parse(document: &Document<'_>) -> Result<Option<YamlCamera>> {
         true => Some(Model::Fisheye),
         false => document.model(&MODEL_KEYS)?,
     };
-    // OpenCV's fisheye calibration estimates a skew unless told otherwise.
+    // OpenCV's fisheye calibration estimates a skew by default.
     if model == Some(Model::Fisheye) && k[1].abs() > LARGEST_SKEW_PX {
         return Err(Error::input(
             document.path,

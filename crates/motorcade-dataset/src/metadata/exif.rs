@@ -46,7 +46,7 @@ fn number(exif: &Exif, tag: Tag) -> Option<f64> {
     (number.is_finite() && number > 0.0).then_some(number)
 }
 
-/// Focal length and the step in which it is told \[mm\]: a fraction's denominator.
+/// Focal length and the step in which it is given \[mm\]: a fraction's denominator.
 fn focal_length(exif: &Exif) -> Option<(f64, f64)> {
     let focal_mm = number(exif, Tag::FocalLength)?;
     let Value::Rational(values) = &exif.get_field(Tag::FocalLength, In::PRIMARY)?.value else { return None };

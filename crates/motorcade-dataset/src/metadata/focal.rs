@@ -61,7 +61,7 @@ impl FocalMetadata {
         .possible()
     }
 
-    /// By a focal length \[mm\] that is told to `step_mm`, over a sensor of `sensor_mm` across.
+    /// By a focal length \[mm\] that is given to `step_mm`, over a sensor of `sensor_mm` across.
     pub(crate) fn of_sensor(focal_mm: f64, step_mm: f64, sensor_mm: f64) -> Option<Self> {
         Self {
             widths: focal_mm / sensor_mm,

@@ -108,7 +108,7 @@ impl LiveReader {
             };
             self.read += 1;
             let time = self.times.recv_timeout(TIME_WITHIN);
-            let time = time.unwrap_or_else(|_| Err("ffmpeg told no time of a frame".to_owned()));
+            let time = time.unwrap_or_else(|_| Err("ffmpeg gave no time of a frame".to_owned()));
             let time_ns = time.map_err(|problem| Error::input(&self.root, problem))?;
             if self.last_ns.is_none_or(|last| time_ns > last) {
                 self.last_ns = Some(time_ns);

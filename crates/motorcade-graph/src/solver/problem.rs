@@ -16,7 +16,7 @@ const BATCH: usize = 4096;
 
 /// One variable of a factor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Place {
+struct VariableSlot {
     /// Block in the matrix, `FIXED` for none.
     block: u32,
     dof: u32,
@@ -28,7 +28,7 @@ pub(crate) struct Problem {
     /// Variable of each block (original numbering).
     pub variables: Vec<VariableId>,
     pub matrix: BlockMatrix,
-    places: Vec<Place>,
+    places: Vec<VariableSlot>,
     /// Start of each factor in `places`.
     starts: Vec<u32>,
     /// Slots of all block pairs (k ≥ l) of each factor, one after the other; none for fixed variables.
@@ -64,7 +64,7 @@ impl Problem {
             for &id in entry.factor.variables() {
                 let dof = values.value(id)?.dof() as u32;
                 let block = values.slot(id).map_or(FIXED, |k| block_of[k]);
-                places.push(Place { block, dof });
+                places.push(VariableSlot { block, dof });
             }
             starts.push(places.len() as u32);
         }
@@ -76,7 +76,7 @@ impl Problem {
         }
         let mut pairs = Vec::with_capacity(factors);
         for range in starts.windows(2) {
-            let own: &[Place] = &places[range[0] as usize..range[1] as usize];
+            let own: &[VariableSlot] = &places[range[0] as usize..range[1] as usize];
             for (k, a) in own.iter().enumerate() {
                 let free = own[..k].iter().filter(|b| a.block != FIXED && b.block != FIXED);
                 pairs.extend(free.map(|b| (a.block, b.block)));
@@ -95,7 +95,7 @@ impl Problem {
         Ok(Self { variables, matrix, places, starts, slots, slot_starts, batch: Vec::new(), reused: false })
     }
 
-    fn places(&self, f: usize) -> &[Place] {
+    fn places(&self, f: usize) -> &[VariableSlot] {
         &self.places[self.starts[f] as usize..self.starts[f + 1] as usize]
     }
 
@@ -153,7 +153,7 @@ impl Problem {
             && let Some(share) = normal.chunks().filter(|_| a.dof == 6)
             && let Some(blocks) = self.slots[self.slot_starts[f] as usize..].first_chunk()
         {
-            let start = |p: &Place| (p.block != FIXED).then(|| self.matrix.range(p.block).start);
+            let start = |p: &VariableSlot| (p.block != FIXED).then(|| self.matrix.range(p.block).start);
             let slots = PairSlots { blocks: *blocks, rhs: [start(a), start(b)] };
             self.matrix.add_pair(share, weight, &slots);
             return;

@@ -70,7 +70,7 @@ fn maps_have_the_camera_and_the_vehicle_at_their_places() {
     assert!(gpx.contains("<time>2001-09-09T01:46:45.000Z</time>") && gpx.contains("<name>Van 7</name>"));
     let kml = kml(&placed(&run, None));
     assert_eq!(kml.matches("<Placemark>").count(), 2);
-    // Times that nobody told are not written.
+    // Unknown times are not written.
     assert!(!super::gpx(&placed(&run, None)).contains("<time>"));
 }
 

@@ -11,7 +11,7 @@ use super::reprojection::{add_outer, reprojection};
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PictureShiftOptions {
-    /// Least shift that is told \[px\]. Five real drives without a fault have 2.7 px at most, because landmarks whose depth is wrong act as a small
+    /// Least shift that is reported \[px\]. Five real drives without a fault have 2.7 px at most, because landmarks whose depth is wrong act as a small
     /// shift; a larger value misses smaller crops.
     pub least_px: f64,
     /// Standard deviations that a shift must have; less lets pictures with few corners tell shifts that are none.

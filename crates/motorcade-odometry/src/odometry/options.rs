@@ -144,7 +144,7 @@ pub struct AdvancedPolicyOptions {
     pub begin_flow_px: f64,
     /// Pixel noise of the two-view geometry \[px\].
     pub two_view_noise_px: f64,
-    /// Share of the tracks that must agree with it.
+    /// Share of the tracks that must agree with the two-view geometry.
     pub two_view_inlier_share: f64,
     /// Median depth of a new map, which sets its unit: about a street's in metres.
     pub median_depth: f64,

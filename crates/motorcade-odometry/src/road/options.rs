@@ -99,7 +99,7 @@ pub struct AlignmentOptions {
     pub kernel_sigmas: f64,
     /// Residual up to which a pixel agrees \[standard deviations\].
     pub agreement_sigmas: f64,
-    /// Least standard deviation for that test \[grey levels\].
+    /// Least standard deviation of the residuals in the test of `agreement_sigmas` \[grey levels\].
     pub agreement_sigma_grey: f64,
     /// Relative change of the plane that ends the iteration.
     pub converged: f64,
@@ -166,7 +166,7 @@ pub struct PlaneTrackingOptions {
     /// Half width to which the unmasked stretch grows while alignments fail or find little texture \[camera heights\]: small
     /// pictures, smooth asphalt.
     pub unmasked_widest_heights: f64,
-    /// Pixels below which it grows, and above twice of which it shrinks again.
+    /// Pixels below which the unmasked stretch grows, and above twice of which it shrinks again.
     pub unmasked_pixels: usize,
     /// Factor of each change of that half width.
     pub width_step: f64,

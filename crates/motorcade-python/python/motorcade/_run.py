@@ -76,7 +76,7 @@ def run(
         vehicle_poses: Files of vehicle poses in place of own localisation.
         keypoints, shape_prior: File of keypoints of vehicles, and the prior of the shapes they belong to.
         map: Places of an earlier drive through the same streets, as `motorcade run --save-map` wrote them: where they are seen again,
-            the drive is told in the world of that one.
+            the drive is estimated in the world of that one.
         online: Every frame is estimated from it and the frames before it alone, and stays so.
         preset: "default" or "paper".
         config: Settings of a TOML file or of the run.json of an earlier run.

@@ -32,7 +32,7 @@ pub struct FitOptions {
     pub headings: usize,
     /// Most likely headings that are refined; at least 2.
     pub refined: usize,
-    /// Deformations used, the widest first; at most [`MAX_SHAPE`](crate::fit::MAX_SHAPE).
+    /// Deformations used, the widest first; at most `MAX_SHAPE`.
     pub deformations: usize,
     /// Joint or alternating.
     pub method: FitMethod,

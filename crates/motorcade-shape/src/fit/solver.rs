@@ -95,8 +95,8 @@ pub(crate) fn step(state: &State, delta: &SVector<f64, DOF>) -> State {
     let pose = &state.camera_from_vehicle;
     let turn = delta.fixed_rows::<3>(0).norm() / 0.5;
     let way = delta.fixed_rows::<3>(3).norm() / (0.4 * pose.translation().norm()).max(0.5);
-    let bend = delta.fixed_rows::<MAX_SHAPE>(6).norm() / 4.0;
-    let delta = delta / turn.max(way).max(bend).max(1.0);
+    let deformation = delta.fixed_rows::<MAX_SHAPE>(6).norm() / 4.0;
+    let delta = delta / turn.max(way).max(deformation).max(1.0);
     State {
         camera_from_vehicle: pose.retract(&delta.fixed_rows::<6>(0).into_owned()),
         shape: state.shape + delta.fixed_rows::<MAX_SHAPE>(6),

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::colour::Colour;
 use super::resolve::Rays;
-use super::seen::Seen;
+use super::surface_pixel::SurfacePixel;
 use super::{low_sun, night, tunnel};
 use crate::drive::Drive;
 use crate::site::Site;
@@ -43,7 +43,7 @@ pub(super) fn apply(
             let at = y * width + x;
             let depth_m = depth_m.get(at).map_or(f64::INFINITY, |d| f64::from(*d));
             let road = road.get(at).map_or(0.0, |r| f32::from(*r) / 255.0);
-            let seen = Seen { ray: rays.at(x as f64, y as f64).normalize(), depth_m, road };
+            let seen = SurfacePixel { ray: rays.at(x as f64, y as f64).normalize(), depth_m, road };
             *colour = match weather {
                 Weather::Night => {
                     night::seen(*colour, &seen, [right, down, forward].map(|a| a.dot(&seen.ray)))

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::colour::{Colour, added, scaled};
-use super::seen::Seen;
+use super::surface_pixel::SurfacePixel;
 
 /// Colour of the sun near the horizon.
 const WARM: Colour = [1.0, 0.93, 0.78];
@@ -15,7 +15,7 @@ const GLARE: [(f64, f64); 2] = [(1.4, 0.09), (0.35, 0.40)];
 const GLITTER: (f64, f64) = (0.7, 0.16);
 
 /// Colour of a pixel, without glare `colour`, for the direction towards the sun (unit, site).
-pub(super) fn seen(colour: Colour, seen: &Seen, sun: &Vector3<f64>) -> Colour {
+pub(super) fn seen(colour: Colour, seen: &SurfacePixel, sun: &Vector3<f64>) -> Colour {
     let angle = |direction: &Vector3<f64>| direction.dot(sun).clamp(-1.0, 1.0).acos();
     let away = angle(&seen.ray);
     let glare: f64 = GLARE.iter().map(|(strength, reach)| strength * (-away / reach).exp()).sum();

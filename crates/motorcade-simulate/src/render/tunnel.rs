@@ -1,7 +1,7 @@
 //! A stretch of the drive without daylight: lamps at even distances, an exposure that follows late.
 
 use super::colour::{Colour, scaled};
-use super::seen::Seen;
+use super::surface_pixel::SurfacePixel;
 use crate::drive::Drive;
 
 /// Ends of the stretch, as shares of the way.
@@ -45,7 +45,7 @@ impl Tunnel {
     }
 
     /// Colour of a pixel, in daylight `colour`, seen from one place of the way at another. Inside there is no sky.
-    pub(super) fn seen(&self, colour: Colour, seen: &Seen, eye_m: f64, surface_m: f64) -> Colour {
+    pub(super) fn seen(&self, colour: Colour, seen: &SurfacePixel, eye_m: f64, surface_m: f64) -> Colour {
         let level =
             if seen.depth_m.is_finite() { self.level(surface_m) } else { DARK.max(self.daylight(eye_m)) };
         scaled(colour, level as f32)

@@ -26,12 +26,12 @@ pub(super) struct Skin {
 const DARK: Colour = [0.02, 0.02, 0.022];
 
 /// A point on the unit vehicle and the pixel's extent there.
-struct Place {
+struct SurfacePoint {
     p: [f32; 3],
     width: [f32; 3],
 }
 
-impl Place {
+impl SurfacePoint {
     fn within(&self, axis: usize, low: f32, high: f32) -> f32 {
         cover(self.p[axis], low, high, self.width[axis])
     }
@@ -50,7 +50,7 @@ pub(super) fn skin(
 ) -> Skin {
     let p = f.place();
     let wide = |k: usize| (f.dx[k].abs() + f.dy[k].abs()) as f32;
-    let place = Place { p, width: [wide(0), wide(1), wide(2)] };
+    let place = SurfacePoint { p, width: [wide(0), wide(1), wide(2)] };
     let print = f.footprint(0, 2).probe().scaled(4.0);
     let grain = scene.textures.noise.sample(4.0 * p[0] + look.shift, 4.0 * p[2] + p[1], &print, 6.0);
     let [x, y, z] = p.map(f64::from);
@@ -69,7 +69,13 @@ pub(super) fn skin(
     }
 }
 
-fn hub(place: &Place, form: &Form, vehicle: &SimulatedVehicle, look: &VehicleLook, grain: f32) -> Colour {
+fn hub(
+    place: &SurfacePoint,
+    form: &Form,
+    vehicle: &SimulatedVehicle,
+    look: &VehicleLook,
+    grain: f32,
+) -> Colour {
     let [x, _, z] = place.p;
     let nearer = |a: f64| (x - a as f32).abs();
     let axle =
@@ -92,7 +98,13 @@ fn hub(place: &Place, form: &Form, vehicle: &SimulatedVehicle, look: &VehicleLoo
     mixed([0.035, 0.035, 0.036], colour, rim)
 }
 
-fn cabin(vehicle: &SimulatedVehicle, g: &Glasshouse, look: &VehicleLook, place: &Place, grain: f32) -> Skin {
+fn cabin(
+    vehicle: &SimulatedVehicle,
+    g: &Glasshouse,
+    look: &VehicleLook,
+    place: &SurfacePoint,
+    grain: f32,
+) -> Skin {
     let [x, y, z] = place.p;
     let between = |(x, foot): (f64, f64), roof: f64| {
         let t = ((z - foot as f32) / (g.roof_corner - foot) as f32).clamp(0.0, 1.0);
@@ -137,7 +149,7 @@ fn cabin(vehicle: &SimulatedVehicle, g: &Glasshouse, look: &VehicleLook, place: 
 }
 
 /// Parts of a tailgate above the belt line: lamps on its pillars, a third brake light, a wiper.
-fn tailgate(skin: &mut Skin, look: &VehicleLook, place: &Place, (belt, roof, half): (f32, f32, f32)) {
+fn tailgate(skin: &mut Skin, look: &VehicleLook, place: &SurfacePoint, (belt, roof, half): (f32, f32, f32)) {
     let lamps = &look.rear;
     if lamps.climb > 0.0 {
         let top = belt + lamps.climb * (roof - belt);
@@ -161,7 +173,13 @@ fn tailgate(skin: &mut Skin, look: &VehicleLook, place: &Place, (belt, roof, hal
     }
 }
 
-fn body(vehicle: &SimulatedVehicle, form: &Form, look: &VehicleLook, place: &Place, grain: f32) -> Skin {
+fn body(
+    vehicle: &SimulatedVehicle,
+    form: &Form,
+    look: &VehicleLook,
+    place: &SurfacePoint,
+    grain: f32,
+) -> Skin {
     let [x, _, z] = place.p;
     let size = vehicle.size;
     let g = form.glasshouse.as_ref();
@@ -212,7 +230,7 @@ fn body(vehicle: &SimulatedVehicle, form: &Form, look: &VehicleLook, place: &Pla
     skin
 }
 
-fn rear(skin: &mut Skin, g: Option<&Glasshouse>, look: &VehicleLook, place: &Place) {
+fn rear(skin: &mut Skin, g: Option<&Glasshouse>, look: &VehicleLook, place: &SurfacePoint) {
     let corner = g.map_or(0.42, |g| g.tail as f32);
     let back = place.within(0, -1.0, -0.45);
     let lid = place.within(0, -1.0, -0.47) * place.within(1, -0.33, 0.33) * place.within(2, 0.335, 0.345);
@@ -225,7 +243,7 @@ fn rear(skin: &mut Skin, g: Option<&Glasshouse>, look: &VehicleLook, place: &Pla
     }
 }
 
-fn nose(skin: &mut Skin, g: Option<&Glasshouse>, look: &VehicleLook, place: &Place) {
+fn nose(skin: &mut Skin, g: Option<&Glasshouse>, look: &VehicleLook, place: &SurfacePoint) {
     let corner = g.map_or(0.42, |g| g.bonnet as f32);
     let end = place.within(0, 0.455, 1.0);
     let grille = &look.grille;
@@ -253,13 +271,13 @@ fn nose(skin: &mut Skin, g: Option<&Glasshouse>, look: &VehicleLook, place: &Pla
     plate(skin, &look.plates[0], look.shift, place, end);
 }
 
-fn badge(skin: &mut Skin, place: &Place, middle: f32, end: f32) {
+fn badge(skin: &mut Skin, place: &SurfacePoint, middle: f32, end: f32) {
     let mark = place.beside(1, 0.0, 0.025) * place.within(2, middle - 0.022, middle + 0.022);
     skin.colour = mixed(skin.colour, [0.72, 0.73, 0.75], 0.8 * end * mark);
 }
 
 /// `end` is +1 at the nose, −1 at the tail.
-fn lamps(skin: &mut Skin, lamps: &Lamps, place: &Place, corner: f32, end: f32) {
+fn lamps(skin: &mut Skin, lamps: &Lamps, place: &SurfacePoint, corner: f32, end: f32) {
     let (low, high) = (corner + lamps.low, corner + lamps.high);
     let from = 0.5 - lamps.wrap;
     let x = if end > 0.0 { place.within(0, from, 1.0) } else { place.within(0, -1.0, -from) };
@@ -289,7 +307,7 @@ fn lamps(skin: &mut Skin, lamps: &Lamps, place: &Place, corner: f32, end: f32) {
     }
 }
 
-fn plate(skin: &mut Skin, plate: &Plate, shift: f32, place: &Place, end: f32) {
+fn plate(skin: &mut Skin, plate: &Plate, shift: f32, place: &SurfacePoint, end: f32) {
     if !plate.shown {
         return;
     }

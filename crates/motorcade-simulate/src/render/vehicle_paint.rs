@@ -26,7 +26,7 @@ pub(super) fn colour(scene: &Scene<'_>, f: &Fragment, part: Part) -> Paint {
     let p = f.place();
     let wide = |k: usize| (f.dx[k].abs() + f.dy[k].abs()) as f32;
     let width = [wide(0), wide(1), wide(2)];
-    let place = Place { p, width };
+    let place = SurfacePoint { p, width };
     let print = f.footprint(0, 2).probe().scaled(4.0);
     let grain = scene.textures.noise.sample(4.0 * p[0] + vehicle.id as f32, 4.0 * p[2] + p[1], &print, 6.0);
     match part {
@@ -40,12 +40,12 @@ pub(super) fn colour(scene: &Scene<'_>, f: &Fragment, part: Part) -> Paint {
 }
 
 /// A point on the unit vehicle and the pixel's extent there.
-struct Place {
+struct SurfacePoint {
     p: [f32; 3],
     width: [f32; 3],
 }
 
-impl Place {
+impl SurfacePoint {
     /// Share of the pixel where coordinate `axis` lies in [low, high].
     fn within(&self, axis: usize, low: f32, high: f32) -> f32 {
         super::coverage::cover(self.p[axis], low, high, self.width[axis])
@@ -58,13 +58,18 @@ impl Place {
 }
 
 /// Stripes and doors on a box.
-fn cargo(place: &Place) -> Colour {
+fn cargo(place: &SurfacePoint) -> Colour {
     let seam = place.within(1, -0.01, 0.01) * place.within(0, -1.0, -0.495);
     let stripe = place.within(2, 0.55, 0.70);
     mixed(mixed([0.78, 0.78, 0.76], [0.20, 0.30, 0.55], stripe), TRIM, seam.max(place.within(2, 0.0, 0.235)))
 }
 
-fn cabin(vehicle: &SimulatedVehicle, glasshouse: Option<&Glasshouse>, place: &Place, grain: f32) -> Paint {
+fn cabin(
+    vehicle: &SimulatedVehicle,
+    glasshouse: Option<&Glasshouse>,
+    place: &SurfacePoint,
+    grain: f32,
+) -> Paint {
     let Some(g) = glasshouse else { return Paint { colour: vehicle.colour, gloss: 0.06 } };
     let z = place.p[2];
     // Ends and half width of the glasshouse, as the mesh has them, at this height.
@@ -92,7 +97,7 @@ fn cabin(vehicle: &SimulatedVehicle, glasshouse: Option<&Glasshouse>, place: &Pl
     Paint { colour: mixed(vehicle.colour, reflection, glass), gloss: 0.06 + 0.22 * glass }
 }
 
-fn body(vehicle: &SimulatedVehicle, form: &Form, place: &Place, grain: f32) -> Paint {
+fn body(vehicle: &SimulatedVehicle, form: &Form, place: &SurfacePoint, grain: f32) -> Paint {
     let class = vehicle.class;
     let [x, y, z] = place.p;
     let mut colour = scaled(vehicle.colour, 1.0 + 0.04 * grain);

@@ -37,7 +37,8 @@ fn table(name: &'static str, online: bool) -> Vec<String> {
             100.0 * outcome.nees.within
         );
         let mut check = |what: &str, found: f64, most: f64| {
-            if found > most {
+            // Also where no vehicle was counted.
+            if found.is_nan() || found > most {
                 missed.push(format!("{name} {mode} at {fps} frames/s: {what} {found:.3}, bound {most:.3}"));
             }
         };

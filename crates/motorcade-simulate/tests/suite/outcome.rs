@@ -160,7 +160,7 @@ fn run_with(case: &Case, fps: f64, online: bool, [readout_s, assumed_s]: [f64; 2
         covariances: None,
         tracks: Some(output::track_labels(&result, camera_from_cam0)),
     };
-    let truth = GroundTruth::read_kitti(&written.training, &written.sequence, 2, 0).unwrap();
+    let truth = GroundTruth::read_kitti(&written.training, &written.sequence, 2, 0).unwrap().with_fps(fps);
     let report = evaluate(&estimates, &truth).unwrap();
     let means = report.vehicles_mean;
     let count = result.ego.frames.len().max(1) as f64;

@@ -28,7 +28,7 @@ pub use single_view::SingleView;
 const NEAREST_M: f64 = 1.0;
 /// Smallest distance ahead that a fit starts from \[m\].
 const NEAREST_START_M: f64 = 3.0;
-/// Inverse depths at which a fit starts \[1/m\]: 250 m to 2 m.
+/// Inverse depths between which a fit starts \[1/m\]: 250 m to 2 m; what is nearer than [`NEAREST_START_M`] starts from there.
 const START_INVERSE_DEPTH: [f64; 2] = [0.004, 0.5];
 /// Inverse depth below which the bottom edge is too close to the horizon to start from \[1/m\].
 const HORIZON_INVERSE_DEPTH: f64 = 0.005;

@@ -21,7 +21,8 @@ const SHARES: [(VehicleClass, f64); 4] = [
 
 /// Probability of a detector's class (column: car, van, truck, bus) for a vehicle's class (row, in the order of [`SHARES`]). Our
 /// network calls 40 to 53 % of the lorries in its validation images lorries and 90 to 96 % of the cars cars; it knows no vans. A
-/// detector that knows vans finds most of them.
+/// detector that knows vans finds most of them. Each number is that of the kind of detector that gives such votes, so that rows of vans,
+/// lorries and buses sum to more than one.
 const CONFUSION: [[f64; 4]; 4] =
     [[0.94, 0.02, 0.05, 0.01], [0.60, 0.80, 0.30, 0.05], [0.40, 0.10, 0.50, 0.10], [0.15, 0.05, 0.25, 0.60]];
 

@@ -46,7 +46,7 @@ pub fn probability_moving(
     };
     let sigmas = forward.map_or_else(|| velocity.norm(), along) / sigma;
     let log_odds = options.logistic_slope * (sigmas - options.even_odds_sigmas);
-    // A speed that is hardly known says little: standing is never told with more confidence than a measured speed of zero would give
+    // A speed that is hardly known says little: standing never has more confidence than a measured speed of zero would give
     // it against the speeds of traffic (Bayes factor; Kass and Raftery, JASA 1995).
     let of_zero = (sigma / sigma.hypot(traffic_mps)).ln();
     1.0 / (1.0 + (-log_odds.max(of_zero)).exp())

@@ -108,7 +108,7 @@ impl CameraCalibration {
         let lens = &self.lens;
         let mut text = format!(
             "# Estimated by motorcade from {} frames: the camera turned by {:.0} degrees in {} keyframes; {} corners, {:.2} px off in the \
-             median.\n# Square pixels. The height above the road is not told by the pictures: add height_m, or run with --height.\n",
+             median.\n# Square pixels. The height above the road cannot be estimated from the pictures: add height_m, or run with --height.\n",
             self.frames,
             lens.turned_rad.to_degrees(),
             lens.keyframes,

@@ -31,11 +31,11 @@ impl FocalPrior {
 
     /// By the metadata of the input, or that of usual cameras.
     pub fn of(sequence: &Sequence, options: &CalibrateOptions) -> Self {
-        let told = sequence.focal_metadata().map(|metadata| Self::told(metadata, options));
-        told.unwrap_or(Self { view: ViewPrior::default(), origin: PriorOrigin::Usual })
+        let of_metadata = sequence.focal_metadata().map(|metadata| Self::from_metadata(metadata, options));
+        of_metadata.unwrap_or(Self { view: ViewPrior::default(), origin: PriorOrigin::Usual })
     }
 
-    fn told(metadata: FocalMetadata, options: &CalibrateOptions) -> Self {
+    fn from_metadata(metadata: FocalMetadata, options: &CalibrateOptions) -> Self {
         let trust = match metadata.kind {
             FocalKind::ExifFilm => options.exif_film_sigma,
             FocalKind::ExifFocalPlane => options.exif_focal_plane_sigma,

@@ -75,7 +75,7 @@ pub(super) struct OnlineLoops {
     corrected: Vec<KnownPose>,
     /// Way at the last correction \[m\].
     corrected_m: f64,
-    /// Pose of each keyframe as it was told last.
+    /// Pose of each keyframe as reported last.
     told: Vec<Pose<World, Camera>>,
     pub(super) offsets: Offsets,
     pub(super) loops: Loops,
@@ -310,7 +310,7 @@ impl OnlineLoops {
         loops
     }
 
-    /// The keyframes that stand elsewhere than was told of them last; they are told now.
+    /// The keyframes that stand elsewhere than reported last; they are reported now.
     fn revised(
         &mut self,
         moved: &EgoTrajectory,

@@ -1,4 +1,4 @@
-//! Faults of pictures that the odometry survives, told by their frames: jumps of exposure, parts without texture, parts that blur.
+//! Faults of pictures that the odometry survives, reported with their frames: jumps of exposure, parts without texture, parts that blur.
 
 mod blank;
 mod blur;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Faults of pictures that are told: jumps of exposure, parts without texture, parts that blur. Each compares cells of neighbouring pictures; limits
+/// Faults of pictures that are reported: jumps of exposure, parts without texture, parts that blur. Each compares cells of neighbouring pictures; limits
 /// lie between those of six clean drives (five of them real) and of the faults of `scripts/faults.py` (BENCHMARK.md, "Broken input").
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]

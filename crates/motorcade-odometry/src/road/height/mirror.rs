@@ -1,4 +1,4 @@
-//! A road that mirrors what stands above it, told by one picture alone.
+//! A road that mirrors what stands above it, seen in one picture alone.
 //!
 //! A patch of a mirroring road is found again in its own column, upside down and higher up. On any other road a patch is found in
 //! its own column no more often than in columns beside it, which serve as control: one time in five, whatever the texture.
@@ -239,8 +239,8 @@ impl MirrorView<'_> {
             let now = self.correlation(patch, (x, y), options);
             // A parabola through the neighbours of a maximum.
             if last >= before && last >= now && best.is_none_or(|b| last > b.correlation) {
-                let bend = before - 2.0 * last + now;
-                let offset = if bend < 0.0 { 0.5 * (before - now) / bend } else { 0.0 };
+                let curvature = before - 2.0 * last + now;
+                let offset = if curvature < 0.0 { 0.5 * (before - now) / curvature } else { 0.0 };
                 best = Some(Match { x, y: y as f64 - 1.0 + offset, correlation: last });
             }
             (before, last) = (last, now);

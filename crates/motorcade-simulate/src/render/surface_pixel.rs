@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 /// A pixel and its surface.
-pub(super) struct Seen {
+pub(super) struct SurfacePixel {
     /// From the camera, unit, in the site.
     pub ray: Vector3<f64>,
     /// Along the optical axis \[m\]; infinite for the sky.
