@@ -99,7 +99,7 @@ impl<'a> Ablation<'a> {
 
     fn open(run: &'a RunArguments, truth: Truth<'a>) -> anyhow::Result<Self> {
         output::prepare_folder(&run.out)?;
-        let drive = Drive::open(run)?.load(run)?.record()?;
+        let drive = Drive::open(run)?.load(run, &overlaid(Config::default(), run)?)?.record()?;
         Ok(Self { run, truth, drive, reporter: Reporter::new(run.progress) })
     }
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use motorcade::{CameraCalibration, Config, FocalPrior, Progress, ViewPrior, calibrate as by_drive};
 use motorcade_dataset::{Sequence, SequenceOptions};
-use motorcade_perception::{Perception, PerceptionOptions};
+use motorcade_perception::{ModelOptions, Perception, PerceptionOptions};
 
 use crate::arguments::CalibrateArguments;
 use crate::exit::{self, Stopped};
@@ -52,8 +52,13 @@ pub fn of(
     config: &Config,
     reporter: &Reporter,
 ) -> anyhow::Result<CameraCalibration> {
-    let options =
-        PerceptionOptions { models: models::source(networks), without_keypoints: true, ..Default::default() };
+    let inference = ModelOptions { detectors: config.perception, ..ModelOptions::default() };
+    let options = PerceptionOptions {
+        models: models::source(networks),
+        without_keypoints: true,
+        networks: inference,
+        ..PerceptionOptions::default()
+    };
     let prior = stated.map_or_else(|| FocalPrior::of(sequence, &config.calibration), FocalPrior::stated);
     let perception = Perception::open(&options, sequence.size())?;
     let most = config.calibration.most_frames;

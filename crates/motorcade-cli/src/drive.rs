@@ -9,8 +9,8 @@ use motorcade::{
 use motorcade_dataset::{KITTI_HEIGHT_M, Sequence, Summary};
 use motorcade_geometry::PinholeCamera;
 use motorcade_perception::{
-    Checkpoint, Identity, KeptObservations, ModelOptions, ModelSource, Observations, Perception,
-    PerceptionOptions, Recording,
+    Checkpoint, DetectorOptions, Identity, KeptObservations, ModelOptions, ModelSource, Observations,
+    Perception, PerceptionOptions, Recording,
 };
 use motorcade_viewer::Pictures;
 
@@ -122,12 +122,12 @@ impl Drive {
     }
 
     /// Loads networks and given files.
-    pub fn load(self, arguments: &RunArguments) -> anyhow::Result<LoadedDrive> {
+    pub fn load(self, arguments: &RunArguments, config: &Config) -> anyhow::Result<LoadedDrive> {
         let (mut perception, numbers, times): (_, Vec<u64>, Vec<i64>) = match &self.source {
             Source::Frames(sequence) => {
                 // Asked for before the first network is loaded: without it nothing can run.
                 sequence.camera()?;
-                let perception = open_perception(arguments, sequence)?;
+                let perception = open_perception(arguments, sequence, config.perception)?;
                 (perception, sequence.numbers().collect(), sequence.timestamps_ns().collect())
             }
             Source::Files(files) => {
@@ -312,7 +312,11 @@ pub fn command_line() -> Vec<String> {
     std::env::args_os().map(|argument| argument.to_string_lossy().into_owned()).collect()
 }
 
-fn open_perception(arguments: &RunArguments, sequence: &Sequence) -> anyhow::Result<Perception> {
+fn open_perception(
+    arguments: &RunArguments,
+    sequence: &Sequence,
+    detectors: DetectorOptions,
+) -> anyhow::Result<Perception> {
     if let Some(path) = &arguments.perception {
         let recording = Recording::read(path)?;
         let missing: Vec<u64> = sequence.numbers().filter(|number| !recording.has(*number)).collect();
@@ -325,19 +329,19 @@ fn open_perception(arguments: &RunArguments, sequence: &Sequence) -> anyhow::Res
         }
         return Ok(Arc::new(recording).replay());
     }
-    let options = perception_options(arguments);
+    let options = perception_options(arguments, detectors);
     if let ModelSource::Folder(folder) = &options.models {
         probe::check(folder, sequence.size())?;
     }
     Ok(Perception::open(&options, sequence.size())?)
 }
 
-fn perception_options(arguments: &RunArguments) -> PerceptionOptions {
+fn perception_options(arguments: &RunArguments, detectors: DetectorOptions) -> PerceptionOptions {
     PerceptionOptions {
         models: models::source(arguments.models.as_deref()),
         detections: arguments.detections.clone(),
         road_masks: arguments.road_masks.clone(),
         without_keypoints: arguments.keypoints.is_some() || !arguments.vehicle_poses.is_empty(),
-        networks: ModelOptions::default(),
+        networks: ModelOptions { detectors, ..ModelOptions::default() },
     }
 }

@@ -36,7 +36,7 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     let places = places(arguments, &drive)?;
     let map_file = OutFile::create_optional(arguments.save_map.as_deref())?;
     let reporter = Reporter::new(arguments.progress);
-    let mut drive = drive.calibrated(arguments, &config, &reporter)?.load(arguments)?;
+    let mut drive = drive.calibrated(arguments, &config, &reporter)?.load(arguments, &config)?;
     let run = identity(arguments, &input_hash, &config, &fingerprint);
     let checkpoint = drive.save(arguments, run)?;
     let sync_every = Duration::from_secs_f64(config.run.checkpoint_s);

@@ -7,42 +7,76 @@
 use image::GrayImage;
 use motorcade_geometry::PinholeCamera;
 
-/// Frames from which a mask is made.
-pub const LEAST_FRAMES: usize = 15;
-/// Frames that are enough.
-pub const MOST_FRAMES: usize = 60;
+/// Search for regions that are fixed to the camera.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct FixedRegionOptions {
+    /// Frames from which a mask is made.
+    pub least_frames: usize,
+    /// Frames that are enough.
+    pub most_frames: usize,
+    /// Mean change of the picture against the frame used before, below which a frame is not used \[grey levels\]: the camera stands.
+    pub least_change: f64,
+    /// Pixels between two of that comparison \[px\].
+    pub change_step_px: usize,
+    /// Rows searched begin this far below the principal point \[focal lengths\]: the road there is nearer than ten camera heights and moves by
+    /// pixels from frame to frame; a horizon may stay where it is.
+    pub first_row: f64,
+    /// Mean gradient from which a pixel has texture \[grey levels/px\].
+    pub least_gradient: f32,
+    /// Gradient of the mean over mean gradient: 1 for fixed edges; 0.2 to 0.3 (median) on the roads of five drives, 0.57 for their 99 %
+    /// quantile.
+    pub fixed_ratio: f32,
+    /// Share of a gradient along the direction of image motion from which it counts: lane lines and kerbs stay sharp across it.
+    pub along_motion: f32,
+    /// Fixed pixels this near belong to one region \[px\].
+    pub reach_px: usize,
+    /// Pixels of a region, at least: fewer are noise of a sharp edge.
+    pub least_pixels: usize,
+    /// Width from which a region is an edge of the bonnet \[image widths\]. A car that is followed at a constant distance stays where it is too,
+    /// but is narrower.
+    pub bonnet_width: f64,
+    /// Largest height of the edge of a bonnet over its width.
+    pub bonnet_slope: f64,
+    /// Margin around fixed pixels \[px\]: coarse pyramid levels mix pixels this far apart (a bonnet masked up to 6 px from its edge still held
+    /// the road's alignment at zero motion).
+    pub margin_px: usize,
+    /// Share of the searched rows beyond which a mask is not believed: the camera did not move.
+    pub most_masked: f64,
+    /// Share of a region within a vehicle's box and shadow from which it is a part of that vehicle: one that sways leaves a region wider than it
+    /// is.
+    pub within_vehicle: f64,
+    /// Height of the shadow below a vehicle's box \[heights of the box\].
+    pub shadow_height: f64,
+}
 
-/// Mean change of the picture against the frame used before, below which a frame is not used \[grey levels\]: the camera stands.
-const LEAST_CHANGE: f64 = 2.0;
-/// Pixels between two of that comparison \[px\].
-const CHANGE_STEP_PX: usize = 8;
-/// Rows searched begin this far below the principal point \[focal lengths\]: the road there is nearer than ten camera heights
-/// and moves by pixels from frame to frame; a horizon may stay where it is.
-const FIRST_ROW: f64 = 0.1;
-/// Mean gradient from which a pixel has texture \[grey levels/px\].
-const LEAST_GRADIENT: f32 = 2.0;
-/// Gradient of the mean over mean gradient: 1 for fixed edges; 0.2 to 0.3 (median) on the roads of five drives, 0.57 for their
-/// 99 % quantile.
-const FIXED_RATIO: f32 = 0.7;
-/// Share of a gradient along the direction of image motion from which it counts.
-const ALONG_MOTION: f32 = 0.3;
-/// Fixed pixels this near belong to one region \[px\].
-const REACH_PX: usize = 2;
-/// Pixels of a region, at least.
-const LEAST_PIXELS: usize = 25;
-/// Width from which a region is an edge of the bonnet \[image widths\], and its largest height over its width. A car that is
-/// followed at a constant distance stays where it is too, but is narrower.
-const BONNET_WIDTH: f64 = 0.25;
-const BONNET_SLOPE: f64 = 0.35;
-/// Margin around fixed pixels \[px\]: coarse pyramid levels mix pixels this far apart (a bonnet masked up to 6 px from its edge
-/// still held the road's alignment at zero motion).
-const MARGIN_PX: usize = 12;
-/// Share of the searched rows beyond which a mask is not believed: the camera did not move.
-const MOST_MASKED: f64 = 0.6;
+impl Default for FixedRegionOptions {
+    fn default() -> Self {
+        Self {
+            least_frames: 15,
+            most_frames: 60,
+            least_change: 2.0,
+            change_step_px: 8,
+            first_row: 0.1,
+            least_gradient: 2.0,
+            fixed_ratio: 0.7,
+            along_motion: 0.3,
+            reach_px: 2,
+            least_pixels: 25,
+            bonnet_width: 0.25,
+            bonnet_slope: 0.35,
+            margin_px: 12,
+            most_masked: 0.6,
+            within_vehicle: 0.5,
+            shadow_height: 0.25,
+        }
+    }
+}
 
 /// Statistics of the frames of a drive.
 #[derive(Clone, Debug, Default)]
 pub struct FixedRegions {
+    options: FixedRegionOptions,
     width: usize,
     height: usize,
     frames: usize,
@@ -55,6 +89,16 @@ pub struct FixedRegions {
 }
 
 impl FixedRegions {
+    /// Without frames.
+    pub fn new(options: FixedRegionOptions) -> Self {
+        Self { options, ..Self::default() }
+    }
+
+    /// Options of the search.
+    pub fn options(&self) -> &FixedRegionOptions {
+        &self.options
+    }
+
     /// Number of frames used so far.
     pub fn frames(&self) -> usize {
         self.frames
@@ -71,8 +115,9 @@ impl FixedRegions {
         if size != (self.width, self.height) || size.0 < 3 || size.1 < 3 {
             return false;
         }
-        let samples = samples(image);
-        if self.frames > 0 && change(&self.last, &samples) < LEAST_CHANGE {
+        let options = self.options;
+        let samples = samples(image, options.change_step_px);
+        if self.frames > 0 && change(&self.last, &samples) < options.least_change {
             return false;
         }
         let smooth = smoothed(image);
@@ -90,31 +135,32 @@ impl FixedRegions {
     }
 
     /// The regions fixed to the camera, 255 in a picture of the frames' size; `None` where there are none, with fewer than
-    /// [`LEAST_FRAMES`] frames, or when the camera did not move.
+    /// [`FixedRegionOptions::least_frames`] frames, or when the camera did not move.
     pub fn mask(&self, camera: &PinholeCamera) -> Option<GrayImage> {
-        if self.frames < LEAST_FRAMES {
+        let options = &self.options;
+        if self.frames < options.least_frames {
             return None;
         }
-        let first_row = (camera.cy + FIRST_ROW * camera.fy).max(0.0) as usize;
+        let first_row = (camera.cy + options.first_row * camera.fy).max(0.0) as usize;
         let fixed = self.fixed_pixels(camera, first_row);
         let mut mask = GrayImage::new(self.width as u32, self.height as u32);
-        for region in regions(&fixed, self.width) {
+        for region in regions(&fixed, self.width, options) {
             self.paint(&region, &mut mask);
         }
         let masked = mask.pixels().filter(|p| p.0[0] != 0).count();
         let searched = self.width * self.height.saturating_sub(first_row);
-        (masked > 0 && (masked as f64) < MOST_MASKED * searched as f64).then_some(mask)
+        (masked > 0 && (masked as f64) < options.most_masked * searched as f64).then_some(mask)
     }
 
     /// True for pixels with a fixed gradient along the direction of image motion.
     fn fixed_pixels(&self, camera: &PinholeCamera, first_row: usize) -> Vec<bool> {
-        let count = self.frames as f32;
+        let (count, options) = (self.frames as f32, &self.options);
         let mut fixed = vec![false; self.width * self.height];
         for y in first_row..self.height.saturating_sub(1) {
             for x in 0..self.width - 1 {
                 let at = y * self.width + x;
                 let mean_gradient = self.gradient[at] / count;
-                if mean_gradient < LEAST_GRADIENT {
+                if mean_gradient < options.least_gradient {
                     continue;
                 }
                 let gx = (self.sum[at + 1] - self.sum[at]) / count;
@@ -123,7 +169,8 @@ impl FixedRegions {
                 let (rx, ry) = (x as f32 - camera.cx as f32, y as f32 - camera.cy as f32);
                 let of_mean = gx.hypot(gy);
                 let along = (gx * rx + gy * ry).abs() / rx.hypot(ry).max(1.0);
-                fixed[at] = of_mean > FIXED_RATIO * (mean_gradient + 0.5) && along > ALONG_MOTION * of_mean;
+                fixed[at] = of_mean > options.fixed_ratio * (mean_gradient + 0.5)
+                    && along > options.along_motion * of_mean;
             }
         }
         fixed
@@ -131,47 +178,53 @@ impl FixedRegions {
 
     /// Paints a region with its margin; from the upper edge of a bonnet on, all rows.
     fn paint(&self, region: &[usize], mask: &mut GrayImage) {
+        let FixedRegionOptions { margin_px, bonnet_width, bonnet_slope, .. } = self.options;
         let (mut left, mut right, mut top, mut bottom) = (self.width, 0, self.height, 0);
         for at in region {
             let (x, y) = (at % self.width, at / self.width);
             (left, right, top, bottom) = (left.min(x), right.max(x), top.min(y), bottom.max(y));
         }
         let (wide, high) = ((right - left + 1) as f64, (bottom - top + 1) as f64);
-        let bonnet = wide >= BONNET_WIDTH * self.width as f64 && high <= BONNET_SLOPE * wide;
+        let bonnet = wide >= bonnet_width * self.width as f64 && high <= bonnet_slope * wide;
         for at in region {
             let (x, y) = (at % self.width, at / self.width);
-            fill(mask, x, y.saturating_sub(MARGIN_PX), y + MARGIN_PX);
+            fill(mask, x, y.saturating_sub(margin_px)..y + margin_px + 1, margin_px);
         }
         if bonnet {
             // The corners beside an arch show a few square metres of road, too near to be worth a search for the exact edge.
-            (0..self.width).for_each(|x| fill(mask, x, top.saturating_sub(MARGIN_PX), self.height));
+            (0..self.width)
+                .for_each(|x| fill(mask, x, top.saturating_sub(margin_px)..self.height, margin_px));
         }
     }
 }
 
-/// Sets the rows `top` to `bottom` of a column and of the margin to both sides.
-fn fill(mask: &mut GrayImage, column: usize, top: usize, bottom: usize) {
+/// Sets rows of a column and of the margin to both sides.
+fn fill(mask: &mut GrayImage, column: usize, rows: std::ops::Range<usize>, margin_px: usize) {
     let (width, height) = (mask.width() as usize, mask.height() as usize);
-    for y in top..(bottom + 1).min(height) {
-        for x in column.saturating_sub(MARGIN_PX)..(column + MARGIN_PX + 1).min(width) {
+    for y in rows.start..rows.end.min(height) {
+        for x in column.saturating_sub(margin_px)..(column + margin_px + 1).min(width) {
             mask.put_pixel(x as u32, y as u32, image::Luma([255]));
         }
     }
 }
 
 /// Columns and rows of the non-zero pixels of a mask \[px\], region by region.
-pub fn connected_regions(mask: &GrayImage) -> Vec<Vec<(u32, u32)>> {
+pub fn connected_regions(mask: &GrayImage, options: &FixedRegionOptions) -> Vec<Vec<(u32, u32)>> {
     let width = mask.width();
     let set: Vec<bool> = mask.pixels().map(|p| p.0[0] != 0).collect();
     let places = |region: Vec<usize>| {
         region.into_iter().map(|at| (at as u32 % width, at as u32 / width)).collect::<Vec<_>>()
     };
-    if set.is_empty() { Vec::new() } else { regions(&set, width as usize).into_iter().map(places).collect() }
+    if set.is_empty() {
+        Vec::new()
+    } else {
+        regions(&set, width as usize, options).into_iter().map(places).collect()
+    }
 }
 
 /// Groups of fixed pixels that are near each other, without small ones.
-fn regions(fixed: &[bool], width: usize) -> Vec<Vec<usize>> {
-    let height = fixed.len() / width;
+fn regions(fixed: &[bool], width: usize, options: &FixedRegionOptions) -> Vec<Vec<usize>> {
+    let (height, reach_px) = (fixed.len() / width, options.reach_px);
     let mut free = fixed.to_vec();
     let mut out = Vec::new();
     for start in 0..fixed.len() {
@@ -184,8 +237,8 @@ fn regions(fixed: &[bool], width: usize) -> Vec<Vec<usize>> {
         while next < region.len() {
             let (x, y) = (region[next] % width, region[next] / width);
             next += 1;
-            for v in y.saturating_sub(REACH_PX)..(y + REACH_PX + 1).min(height) {
-                for u in x.saturating_sub(REACH_PX)..(x + REACH_PX + 1).min(width) {
+            for v in y.saturating_sub(reach_px)..(y + reach_px + 1).min(height) {
+                for u in x.saturating_sub(reach_px)..(x + reach_px + 1).min(width) {
                     let at = v * width + u;
                     if free[at] {
                         free[at] = false;
@@ -194,16 +247,16 @@ fn regions(fixed: &[bool], width: usize) -> Vec<Vec<usize>> {
                 }
             }
         }
-        if region.len() >= LEAST_PIXELS {
+        if region.len() >= options.least_pixels {
             out.push(region);
         }
     }
     out
 }
 
-fn samples(image: &GrayImage) -> Vec<u8> {
-    let columns = (0..image.width()).step_by(CHANGE_STEP_PX);
-    let rows = (0..image.height()).step_by(CHANGE_STEP_PX);
+fn samples(image: &GrayImage, step_px: usize) -> Vec<u8> {
+    let columns = (0..image.width()).step_by(step_px);
+    let rows = (0..image.height()).step_by(step_px);
     rows.flat_map(|y| columns.clone().map(move |x| image.get_pixel(x, y).0[0])).collect()
 }
 

@@ -62,6 +62,7 @@ mod manifest;
 mod models;
 mod network;
 mod observations;
+mod options;
 mod perception;
 mod recording;
 mod replay;
@@ -74,7 +75,7 @@ pub use error::{Error, Result};
 pub use files::{
     Checkpoint, DetectionFormat, DetectionTable, Identity, KeptObservations, KeypointTable, RoadMaskFolder,
 };
-pub use fixed_regions::{FixedRegions, LEAST_FRAMES, MOST_FRAMES, connected_regions};
+pub use fixed_regions::{FixedRegionOptions, FixedRegions, connected_regions};
 pub use inventory::{ModelInfo, list_models};
 pub use keypoints::VehicleKeypoints;
 pub use manifest::{
@@ -84,9 +85,10 @@ pub use manifest::{
 pub use models::{ModelSet, ModelSource};
 pub use network::{
     BoxDetector, CropOptions, Engine, KeypointNetwork, ModelOptions, Network, RoadNetwork, SceneNetwork,
-    suppress,
+    SuppressionOptions, suppress,
 };
 pub use observations::Observations;
+pub use options::DetectorOptions;
 pub use perception::{Perception, PerceptionOptions};
 pub use recording::Recording;
 pub use road::RoadMask;

@@ -10,9 +10,7 @@ use crate::detectors::{KeypointDetector, RoadSegmenter, VehicleDetector};
 use crate::embedded;
 use crate::error::Result;
 use crate::manifest::{Manifest, ModelEntry, OutputSpec, Resize};
-use crate::network::{
-    BoxDetector, CropOptions, KeypointNetwork, ModelOptions, Network, RoadNetwork, SceneNetwork,
-};
+use crate::network::{BoxDetector, KeypointNetwork, ModelOptions, Network, RoadNetwork, SceneNetwork};
 
 /// Source of the networks.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -116,7 +114,7 @@ impl ModelSet {
             let network = load(entry, &threads)?;
             if let Some((family, classes)) = entry.output.boxes() {
                 let misfit = misfit(&network, entry.input.resize, image_size);
-                let detector = BoxDetector::new(network, family, numbered(classes), options.min_score);
+                let detector = BoxDetector::new(network, family, numbered(classes), &options.detectors);
                 keep(&mut vehicles, misfit, Box::new(detector));
                 continue;
             }
@@ -127,14 +125,15 @@ impl ModelSet {
                 }
                 OutputSpec::Scene { pixels, road: with_road, edge_errors } => {
                     let scene =
-                        SceneNetwork::new(network, image_size, *pixels, edge_errors, options.min_score);
+                        SceneNetwork::new(network, image_size, *pixels, edge_errors, &options.detectors);
                     keep(&mut vehicles, 0.0, Box::new(scene.clone()));
                     if *with_road {
                         keep(&mut road, 0.0, Box::new(scene));
                     }
                 }
                 OutputSpec::Keypoints { variance, presence } => {
-                    let network = KeypointNetwork::new(network, *variance, *presence, CropOptions::default());
+                    let network =
+                        KeypointNetwork::new(network, *variance, *presence, options.detectors.crops);
                     keep(&mut keypoints, 0.0, Box::new(network));
                 }
                 OutputSpec::Yolox { .. } | OutputSpec::Ssd { .. } | OutputSpec::CentrePoint { .. } => {}

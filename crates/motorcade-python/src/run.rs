@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use motorcade::{ExternalFiles, Motorcade, RunContext, push_sequence, survey_sequence};
 use motorcade_dataset::{ClockOffset, Sequence, SequenceOptions};
-use motorcade_perception::{KeptObservations, ModelOptions, ModelSource, Perception, PerceptionOptions};
+use motorcade_perception::{
+    DetectorOptions, KeptObservations, ModelOptions, ModelSource, Perception, PerceptionOptions,
+};
 use motorcade_viewer::Pictures;
 use pyo3::prelude::*;
 
@@ -90,7 +92,7 @@ impl RunArguments {
         }
         let height_m = if self.height_auto { None } else { Some(sequence.height_m(self.height_m)?) };
         let camera = sequence.camera()?;
-        let (perception, kept) = self.perception(&sequence, detector)?;
+        let (perception, kept) = self.perception(&sequence, detector, config.perception)?;
         let context = RunContext {
             config,
             camera_from_cam0: sequence.camera_from_cam0(),
@@ -162,13 +164,14 @@ impl RunArguments {
         &self,
         sequence: &Sequence,
         detector: DetectorArgument,
+        detectors: DetectorOptions,
     ) -> Result<(Perception, Option<KeptObservations>), Failure> {
         let options = PerceptionOptions {
             models: model_source(self.models.clone()),
             detections: self.detections.clone(),
             road_masks: self.road_masks.clone(),
             without_keypoints: self.keypoints.is_some() || !self.vehicle_poses.is_empty(),
-            networks: ModelOptions::default(),
+            networks: ModelOptions { detectors, ..ModelOptions::default() },
         };
         let mut perception = Perception::open(&options, sequence.size())?;
         if let Some((detect, description)) = detector {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use motorcade::{Config, Motorcade, RunContext};
 use motorcade_dataset::{Fnv, Format, Frame, Pixels, Summary};
 use motorcade_geometry::{PinholeCamera, Pose};
-use motorcade_perception::{Perception, PerceptionOptions};
+use motorcade_perception::{ModelOptions, Perception, PerceptionOptions};
 use pyo3::prelude::*;
 
 use crate::detector::PythonDetector;
@@ -51,7 +51,8 @@ impl MotorcadeArguments {
         let camera = PinholeCamera { fx, fy, cx, cy, width, height };
         camera.validate().map_err(|e| Failure::settings(e.to_string()))?;
         let config = self.settings.config()?;
-        let options = PerceptionOptions { models: model_source(self.models), ..Default::default() };
+        let networks = ModelOptions { detectors: config.perception, ..ModelOptions::default() };
+        let options = PerceptionOptions { models: model_source(self.models), networks, ..Default::default() };
         let mut perception = Perception::open(&options, (width, height))?;
         if let Some((detect, description)) = detector {
             perception = perception.with_detector(PythonDetector::new(detect, description));

@@ -7,6 +7,7 @@ use motorcade_multibody::{CameraCoupling, GraphOptions, LoopOptions};
 use motorcade_odometry::{
     AdvancedClosedFormOptions, MetricOptions, OdometryOptions, RoadOptions, ScaleAverage,
 };
+use motorcade_perception::DetectorOptions;
 use motorcade_places::PlaceOptions;
 use motorcade_vehicles::{TrackerOptions, VehicleOptions};
 use serde::{Deserialize, Serialize};
@@ -133,6 +134,8 @@ pub struct Config {
     pub checks: CheckOptions,
     /// Lens of a camera that nobody calibrated (`calibrate`, `run --calibration auto`).
     pub calibration: CalibrateOptions,
+    /// Detectors: boxes, crops, what is fixed to the camera.
+    pub perception: DetectorOptions,
     /// Odometry.
     pub odometry: OdometryOptions,
     /// Road plane.
@@ -226,6 +229,7 @@ impl Config {
         let check = |ok: bool, text: &str| if ok { Ok(()) } else { Err(text.to_owned()) };
         check((0.0..=1.0).contains(&self.run.most_untracked), "run.most_untracked must lie between 0 and 1")?;
         self.checks.validate()?;
+        self.perception.validate()?;
         self.odometry.validate()?;
         self.calibration.validate().map_err(|problem| format!("calibration.{problem}"))?;
         check(self.road.far_heights > 4.0, "road.far_heights must be more than 4")?;

@@ -19,11 +19,20 @@ pub struct OnlineOptions {
     pub interval_s: f64,
     /// Iterations of the graph a frame, at most: it starts where the frame before ended.
     pub iterations: usize,
+    /// Standard deviation of a vehicle's acceleration in a frame that is predicted \[m/s²\]: firm braking. Larger values widen these frames.
+    pub acceleration_sigma_mps2: f64,
 }
 
 impl Default for OnlineOptions {
     fn default() -> Self {
-        Self { enabled: false, lag_s: 2.5, scale_s: 15.0, interval_s: 0.07, iterations: 8 }
+        Self {
+            enabled: false,
+            lag_s: 2.5,
+            scale_s: 15.0,
+            interval_s: 0.07,
+            iterations: 8,
+            acceleration_sigma_mps2: 3.0,
+        }
     }
 }
 

@@ -4,14 +4,10 @@ use std::borrow::Cow;
 
 use image::GrayImage;
 use motorcade_geometry::PinholeCamera;
-use motorcade_perception::{BoundingBox, FixedRegions, LEAST_FRAMES, MOST_FRAMES, connected_regions};
+use motorcade_perception::{BoundingBox, FixedRegionOptions, FixedRegions, connected_regions};
 
 /// Time between two frames that are used \[ns\].
 const INTERVAL_NS: i64 = 100_000_000;
-/// Share of a region within a vehicle's box and shadow from which it is a part of that vehicle: one that sways leaves a region wider than it is.
-const WITHIN_VEHICLE: f64 = 0.5;
-/// Height of the shadow below a vehicle's box \[heights of the box\].
-const SHADOW_HEIGHT: f64 = 0.25;
 
 /// Search for what is fixed to the camera, and its result so far.
 #[derive(Debug, Default)]
@@ -27,8 +23,8 @@ pub(crate) struct FixedParts {
 
 impl FixedParts {
     /// A search, or none at all.
-    pub(crate) fn new(wanted: bool) -> Self {
-        Self { settled: !wanted, ..Self::default() }
+    pub(crate) fn new(wanted: bool, options: FixedRegionOptions) -> Self {
+        Self { settled: !wanted, regions: FixedRegions::new(options), ..Self::default() }
     }
 
     /// True while frames still help.
@@ -36,16 +32,17 @@ impl FixedParts {
         !self.settled
     }
 
-    /// Takes a frame of the drive; the mask is renewed every [`LEAST_FRAMES`] frames used.
+    /// Takes a frame of the drive; the mask is renewed every `least_frames` frames used.
     pub(crate) fn observe(&mut self, image: &GrayImage, timestamp_ns: i64, camera: &PinholeCamera) {
         let early = self.last_ns.is_some_and(|last| timestamp_ns - last < INTERVAL_NS);
         if self.settled || early || !self.regions.observe(image) {
             return;
         }
         self.last_ns = Some(timestamp_ns);
-        if self.regions.frames().is_multiple_of(LEAST_FRAMES) {
+        let (frames, options) = (self.regions.frames(), *self.regions.options());
+        if frames.is_multiple_of(options.least_frames) {
             self.set_mask(self.regions.mask(camera));
-            self.settled = self.regions.frames() >= MOST_FRAMES;
+            self.settled = frames >= options.most_frames;
         }
     }
 
@@ -56,17 +53,21 @@ impl FixedParts {
     }
 
     fn set_mask(&mut self, mask: Option<GrayImage>) {
-        self.found = mask.iter().flat_map(connected_regions).map(FoundRegion::new).collect();
+        self.found = mask
+            .iter()
+            .flat_map(|mask| connected_regions(mask, self.regions.options()))
+            .map(FoundRegion::new)
+            .collect();
         self.mask = mask;
     }
 
     /// Takes the boxes of a frame's vehicles. A vehicle that is followed at a constant distance stays where it is in the picture, too: what is on
     /// one in most frames is not fixed to the camera.
     pub(crate) fn observe_vehicles(&mut self, vehicles: &[BoundingBox]) {
-        let Some(mask) = &mut self.mask else { return };
-        for region in &mut self.found {
+        let Self { mask: Some(mask), found, regions, .. } = self else { return };
+        for region in found {
             let before = region.is_vehicle();
-            region.observe(vehicles);
+            region.observe(vehicles, regions.options());
             if region.is_vehicle() != before {
                 let value = if before { 255 } else { 0 };
                 region.pixels.iter().for_each(|(x, y)| mask.put_pixel(*x, *y, image::Luma([value])));
@@ -120,11 +121,11 @@ impl FoundRegion {
         Self { pixels, bbox, frames: 0, on_vehicle: 0 }
     }
 
-    fn observe(&mut self, vehicles: &[BoundingBox]) {
+    fn observe(&mut self, vehicles: &[BoundingBox], options: &FixedRegionOptions) {
         let within = |vehicle: &BoundingBox| {
-            let shadow = vehicle.y2 + SHADOW_HEIGHT * vehicle.height();
+            let shadow = vehicle.y2 + options.shadow_height * vehicle.height();
             let around = BoundingBox::new([vehicle.x1, vehicle.y1, vehicle.x2, shadow]);
-            self.bbox.intersection(&around) >= WITHIN_VEHICLE * self.bbox.area()
+            self.bbox.intersection(&around) >= options.within_vehicle * self.bbox.area()
         };
         self.on_vehicle += u32::from(vehicles.iter().any(within));
         self.frames += 1;
@@ -144,7 +145,7 @@ mod tests {
 
     fn bonnet() -> FixedParts {
         let mask = GrayImage::from_fn(100, 60, |_, y| if y >= 40 { Luma([255]) } else { Luma([0]) });
-        let mut parts = FixedParts::new(true);
+        let mut parts = FixedParts::new(true, FixedRegionOptions::default());
         parts.settle(Some(mask));
         parts
     }
@@ -157,7 +158,7 @@ mod tests {
         let both = parts.with(Some(&given)).unwrap();
         assert!(both.get_pixel(5, 5).0[0] != 0 && both.get_pixel(5, 45).0[0] != 0);
         assert_eq!(both.get_pixel(50, 20).0[0], 0);
-        assert!(FixedParts::new(false).with(None).is_none());
+        assert!(FixedParts::new(false, FixedRegionOptions::default()).with(None).is_none());
     }
 
     #[test]
@@ -167,7 +168,7 @@ mod tests {
             let shadow = (40..60).contains(&x) && (30..36).contains(&y);
             Luma([if bonnet || shadow { 255 } else { 0 }])
         });
-        let mut parts = FixedParts::new(true);
+        let mut parts = FixedParts::new(true, FixedRegionOptions::default());
         parts.settle(Some(mask));
         let car = BoundingBox::new([35.0, 5.0, 65.0, 32.0]);
         let set = |parts: &FixedParts, x, y| parts.with(None).unwrap().get_pixel(x, y).0[0] != 0;
@@ -181,6 +182,6 @@ mod tests {
     fn what_was_found_is_said() {
         let said = bonnet().describe().unwrap();
         assert!(said.contains("33.3 %") && said.contains("row 40"), "{said}");
-        assert!(FixedParts::new(true).describe().is_none());
+        assert!(FixedParts::new(true, FixedRegionOptions::default()).describe().is_none());
     }
 }

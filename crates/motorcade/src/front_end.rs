@@ -15,9 +15,6 @@ use crate::record::{FrameInfo, FrontEndRecord, FrontEndView, known_places};
 use crate::scale_source::ScaleSource;
 use crate::settings::Settings;
 
-/// A box less certain than this masks nothing: it is more often a shadow than a vehicle.
-pub(crate) const MASKING_SCORE: f64 = 0.3;
-
 /// State of the front end between frames.
 pub(crate) struct FrontEnd {
     motion: MotionSource,
@@ -56,7 +53,8 @@ impl FrontEnd {
         let Self { motion, scale, places, focal, record } = self;
         let run = &settings.config.run;
         let row = record.frames.len();
-        let confident = observations.detections.iter().filter(|d| d.score >= MASKING_SCORE);
+        let masking_score = settings.config.perception.masking_score;
+        let confident = observations.detections.iter().filter(|d| d.score >= masking_score);
         let boxes: Vec<BoundingBox> = confident.map(|d| d.bbox).collect();
         let masked: &[BoundingBox] = if run.vehicle_mask == VehicleMask::None { &[] } else { &boxes };
         let boxes_may_stand = run.vehicle_mask == VehicleMask::Moving;

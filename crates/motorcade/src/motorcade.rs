@@ -148,7 +148,7 @@ impl Motorcade {
         if !self.settings.config.run.fixed_regions {
             return;
         }
-        let mut regions = FixedRegions::default();
+        let mut regions = FixedRegions::new(self.settings.config.perception.fixed);
         for image in images {
             regions.observe(&image);
         }
@@ -439,7 +439,7 @@ impl MotorcadeBuilder {
         front_end.record_mut().detects_vehicles |= perception.detects_vehicles();
         front_end.record_mut().warnings.extend(plausibility::of_camera(&settings.camera, settings.height_m));
         let sliding = SlidingEstimator::new(&settings);
-        let fixed = FixedParts::new(settings.config.run.fixed_regions);
+        let fixed = FixedParts::new(settings.config.run.fixed_regions, settings.config.perception.fixed);
         let (repeated, pictures) = (RepeatedFrames::default(), PictureFaults::default());
         Ok(Motorcade { settings, perception, front_end, fixed, repeated, pictures, sliding })
     }

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use image::GrayImage;
 use motorcade_dataset::{Frame, FrameResult, Sequence};
-use motorcade_perception::{MOST_FRAMES, Observations, Perception};
+use motorcade_perception::{FixedRegionOptions, Observations, Perception};
 
 use crate::error::{Error, Result};
 use crate::motorcade::Motorcade;
@@ -125,7 +125,7 @@ pub(crate) fn surveyed<'a>(
     progress: &'a dyn Progress,
 ) -> impl Iterator<Item = Cow<'static, GrayImage>> + use<'a> {
     let stop = move || progress.cancelled();
-    let every = sequence.len().min(SURVEYED).div_ceil(MOST_FRAMES).max(1);
+    let every = sequence.len().min(SURVEYED).div_ceil(FixedRegionOptions::default().most_frames).max(1);
     let mut frames = sequence.frames();
     let mut number = 0;
     std::iter::from_fn(move || {

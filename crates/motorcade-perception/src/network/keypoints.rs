@@ -29,7 +29,8 @@ const PRESENCE_OUTPUT: usize = 5;
 const SCORE_MARGIN: f64 = 0.02;
 
 /// Choice of the boxes that are cropped.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
 pub struct CropOptions {
     /// Cars and vans whose keypoints are looked for.
     pub keypoints: CropChoice,
@@ -40,7 +41,8 @@ pub struct CropOptions {
 }
 
 /// Limits of the boxes that are cropped for one purpose.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct CropChoice {
     /// Least height of a box \[px\]: below, the crop tells less than the box. Least width: half of it.
     pub min_height_px: f64,

@@ -19,7 +19,7 @@ mod segmentation;
 pub use boxes::BoxDetector;
 pub use engine::Network;
 pub use keypoints::{CropOptions, KeypointNetwork};
-pub use nms::suppress;
+pub use nms::{SuppressionOptions, suppress};
 pub use options::{Engine, ModelOptions};
 pub use scene::SceneNetwork;
 pub use segmentation::RoadNetwork;

@@ -1,5 +1,7 @@
 //! Options of inference.
 
+use crate::options::DetectorOptions;
+
 /// Inference engine. The results of two engines differ by rounding.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
@@ -18,14 +20,14 @@ pub enum Engine {
 pub struct ModelOptions {
     /// Threads of one network; at least 1. The result is the same for any number.
     pub threads: usize,
-    /// Vehicles less certain than this are not handed out, 0 to 1. Low, because tracking rejects chance detections.
-    pub min_score: f64,
+    /// Scores, crops and suppression of boxes.
+    pub detectors: DetectorOptions,
     /// Inference engine.
     pub engine: Engine,
 }
 
 impl Default for ModelOptions {
     fn default() -> Self {
-        Self { threads: 1, min_score: 0.1, engine: Engine::default() }
+        Self { threads: 1, detectors: DetectorOptions::default(), engine: Engine::default() }
     }
 }

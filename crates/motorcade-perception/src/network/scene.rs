@@ -14,6 +14,7 @@ use crate::detection::{BoundingBox, BoxConvention, Detection, VehicleClass};
 use crate::detectors::{RoadSegmenter, VehicleDetector};
 use crate::error::Result;
 use crate::manifest::EdgeErrors;
+use crate::options::DetectorOptions;
 use crate::road::RoadMask;
 
 /// Classes by channel.
@@ -37,7 +38,7 @@ struct Scene {
 
 struct Shared {
     network: Network,
-    min_score: f64,
+    options: DetectorOptions,
     edge_errors: Vec<EdgeErrors>,
     /// Height and width of the input for images of the drive \[px\].
     size: (usize, usize),
@@ -55,10 +56,10 @@ impl SceneNetwork {
         image_size: (u32, u32),
         pixels: usize,
         edge_errors: &[EdgeErrors],
-        min_score: f64,
+        options: &DetectorOptions,
     ) -> Self {
         let (size, edge_errors) = (input_size(image_size, pixels), edge_errors.to_vec());
-        Self(Arc::new(Mutex::new(Shared { network, min_score, edge_errors, size, last: None })))
+        Self(Arc::new(Mutex::new(Shared { network, options: *options, edge_errors, size, last: None })))
     }
 
     fn scene(&self, frame: &Frame) -> Result<Scene> {
@@ -93,7 +94,7 @@ impl Shared {
         for (output, stride) in [boxes8, boxes16].into_iter().zip(STRIDES) {
             let shape = [1, CLASSES.len() + 4, height / stride, width / stride];
             let values = self.values(output, &shape)?;
-            detections.extend(boxes(&values, (shape[2], shape[3]), stride, scale, self.min_score));
+            detections.extend(boxes(&values, (shape[2], shape[3]), stride, scale, self.options.min_score));
         }
         for detection in &mut detections {
             detection.bbox = detection.bbox.clipped(image.width(), image.height());
@@ -105,7 +106,7 @@ impl Shared {
         Ok(Scene {
             number: frame.number,
             timestamp_ns: frame.timestamp_ns,
-            detections: suppress_and_average(detections)
+            detections: suppress_and_average(detections, &self.options.suppression)
                 .into_iter()
                 .map(|found| corrected(found, &self.edge_errors, scale, image.dimensions()))
                 .collect(),

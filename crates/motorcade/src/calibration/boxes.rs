@@ -2,10 +2,9 @@
 
 use motorcade_dataset::Frame;
 use motorcade_geometry::BoundingBox;
-use motorcade_perception::Perception;
+use motorcade_perception::{DetectorOptions, Perception};
 
 use crate::error::Result;
-use crate::front_end::MASKING_SCORE;
 
 /// Boxes of the frames.
 pub(super) struct VehicleBoxes {
@@ -25,7 +24,8 @@ impl VehicleBoxes {
         }
         if self.rows[row].is_none() {
             let detections = self.perception.observe(frame)?.detections;
-            let boxes = detections.iter().filter(|d| d.score >= MASKING_SCORE).map(|d| d.bbox);
+            let least = DetectorOptions::default().masking_score;
+            let boxes = detections.iter().filter(|d| d.score >= least).map(|d| d.bbox);
             self.rows[row] = Some(boxes.collect());
         }
         Ok(self.rows[row].as_deref().unwrap_or_default())

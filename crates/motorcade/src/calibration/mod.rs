@@ -11,7 +11,7 @@ use motorcade_calibrate::{CalibrateOptions, Calibrator, LensEstimate, Pass};
 use motorcade_dataset::{Calibration, Sequence};
 use motorcade_geometry::{Distortion, Pose, RadialTangential};
 use motorcade_odometry::StaticMask;
-use motorcade_perception::{FixedRegions, Perception};
+use motorcade_perception::{FixedRegionOptions, FixedRegions, Perception};
 
 use crate::error::{Error, Result};
 use crate::fixed_parts::FixedParts;
@@ -58,7 +58,7 @@ pub fn calibrate(
         regions.observe(&image);
     }
     let mask = regions.mask(&prior.view.camera(width, height));
-    let mut fixed = FixedParts::new(true);
+    let mut fixed = FixedParts::new(true, FixedRegionOptions::default());
     fixed.settle(mask.clone());
     let mut boxes = VehicleBoxes::new(perception);
     loop {

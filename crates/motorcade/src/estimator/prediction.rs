@@ -6,10 +6,8 @@ use motorcade_perception::BoundingBox;
 use motorcade_vehicles::{Source, VehicleState};
 use nalgebra::Vector6;
 
+use crate::estimator_options::OnlineOptions;
 use crate::record::FrontEndView;
-
-/// Standard deviation of a vehicle's acceleration \[m/s²\]: firm braking.
-const ACCELERATION_SIGMA_MPS2: f64 = 3.0;
 
 /// The camera at the newest frame of a view: at `base` it was estimated in full, from there on odometry is followed at the
 /// scale of then. `None` where odometry does not connect the two.
@@ -46,13 +44,14 @@ pub(super) fn vehicle(
     frame: usize,
     elapsed_s: f64,
     (bbox, score): (BoundingBox, f64),
+    options: &OnlineOptions,
 ) -> VehicleState {
     let (way_m, turned_rad) = (state.speed_mps * elapsed_s, state.yaw_rate_radps * elapsed_s);
     let tangent = Vector6::new(0.0, 0.0, turned_rad, way_m, 0.0, 0.0);
     let transport = adjoint(Pose::<Camera, Camera>::exp(&tangent).inverse().isometry());
     let mut covariance = transport * state.covariance * transport.transpose();
     let accelerated_m =
-        if state.speed_mps == 0.0 { 0.0 } else { 0.5 * ACCELERATION_SIGMA_MPS2 * elapsed_s.powi(2) };
+        if state.speed_mps == 0.0 { 0.0 } else { 0.5 * options.acceleration_sigma_mps2 * elapsed_s.powi(2) };
     covariance[(3, 3)] += (state.speed_sigma_mps * elapsed_s).powi(2) + accelerated_m.powi(2);
     VehicleState {
         frame,

@@ -207,7 +207,8 @@ impl SlidingEstimator {
             let recent = vehicle.states.last().filter(|s| s.frame + 1 == newest);
             let Some(state) = recent else { continue };
             let elapsed_s = seconds(view, state.frame, newest);
-            let next = prediction::vehicle(state, newest, elapsed_s, (seen.observed.bbox, seen.score));
+            let seen = (seen.observed.bbox, seen.score);
+            let next = prediction::vehicle(state, newest, elapsed_s, seen, &settings.config.online);
             vehicle.states.push(next);
         }
         self.speeds_mps.push(self.predicted_speed_mps(view, &ego.frames[0]));

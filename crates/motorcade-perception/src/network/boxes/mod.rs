@@ -9,12 +9,13 @@ use motorcade_dataset::Frame;
 use rten_tensor::Tensor;
 
 use super::engine::Network;
-use super::nms::suppress;
+use super::nms::{SuppressionOptions, suppress};
 use super::preprocess::{input, scale};
 use crate::detection::{BoundingBox, BoxConvention, Detection, VehicleClass};
 use crate::detectors::VehicleDetector;
 use crate::error::Result;
 use crate::manifest::BoxFamily;
+use crate::options::DetectorOptions;
 
 /// Least width and height of a box \[px\].
 const LEAST_SIDE_PX: f64 = 2.0;
@@ -25,6 +26,7 @@ pub struct BoxDetector {
     network: Network,
     family: BoxFamily,
     classes: Classes,
+    suppression: SuppressionOptions,
 }
 
 /// A box before it is brought back to the image.
@@ -70,9 +72,10 @@ impl BoxDetector {
         network: Network,
         family: BoxFamily,
         classes: Vec<(usize, VehicleClass)>,
-        min_score: f64,
+        options: &DetectorOptions,
     ) -> Self {
-        Self { network, family, classes: Classes { known: classes, min_score } }
+        let classes = Classes { known: classes, min_score: options.min_score };
+        Self { network, family, classes, suppression: options.suppression }
     }
 
     /// Finds vehicles, best first.
@@ -95,7 +98,8 @@ impl BoxDetector {
                 road_below: None,
             })
         };
-        Ok(suppress(self.decode(&outputs, size)?.into_iter().filter_map(detection).collect()))
+        let found = self.decode(&outputs, size)?.into_iter().filter_map(detection).collect();
+        Ok(suppress(found, &self.suppression))
     }
 
     fn decode(&self, outputs: &[Tensor<f32>], size: (usize, usize)) -> Result<Vec<Candidate>> {
