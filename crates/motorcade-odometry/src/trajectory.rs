@@ -121,12 +121,18 @@ impl OdometryTrajectory {
     }
 }
 
-/// Covariance of a step of an external trajectory over an interval \[0.1 s\]: 0.02° and 1 % of the step at 10 frames/s, as a
-/// good odometry, and the same random walk at other rates.
+/// Standard deviation of the rotation of an external trajectory over 0.1 s \[°\]: that of our odometry. Chosen for files that state none: a larger
+/// one lets vehicles and places correct the trajectory more. No option, as callers give no options with their poses.
+const EXTERNAL_TURN_DEG: f64 = 0.02;
+/// Standard deviation of a step of an external trajectory over 0.1 s as a share of its length: that of a good odometry.
+/// Chosen, with the same effect.
+const EXTERNAL_STEP_SHARE: f64 = 0.01;
+
+/// Covariance of a step of an external trajectory over an interval \[0.1 s\], the same random walk at all frame rates.
 fn external_covariance(step: f64, interval: f64) -> Matrix6<f64> {
     let interval = if interval > 0.0 { interval } else { 1.0 };
-    let turn = 0.02_f64.to_radians().powi(2) * interval;
-    let shift = (0.01 * step).powi(2) / interval + 1e-8 * interval;
+    let turn = EXTERNAL_TURN_DEG.to_radians().powi(2) * interval;
+    let shift = (EXTERNAL_STEP_SHARE * step).powi(2) / interval + 1e-8 * interval;
     Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, shift, shift, shift))
 }
 

@@ -57,8 +57,9 @@ pub use motion::{KinematicState, PositionMeasurement, probability_moving, smooth
 pub use motorcade_shape::{Dimensions, SizePrior};
 pub use observed_box::ObservedBox;
 pub use options::{
-    AdvancedVehicleOptions, BoxFitOptions, ExternalViewOptions, HeadingOptions, HypothesisOptions,
-    KeypointViewOptions, KinematicStateOptions, MotionOptions, SizeOptions, TrafficSide, VehicleOptions,
+    AdvancedVehicleOptions, BoxFitOptions, ClassOptions, ExternalViewOptions, HeadingOptions,
+    HypothesisOptions, KeypointViewOptions, KinematicStateOptions, MotionOptions, SizeOptions, TrafficSide,
+    VehicleOptions,
 };
 pub use outline::{image_box, upright_pose};
 pub use size_prior::size_prior;

@@ -6,15 +6,18 @@ use nalgebra::{Matrix2, Vector2};
 
 use crate::trajectory::{PoseObservation, VehicleState, VehicleTrajectory};
 
-/// Farthest that two passes may see a vehicle apart \[m\]: half a car, less than from one parked car to the next.
+/// Farthest that two passes may see a vehicle apart \[m\]: half a car, less than from one parked car to the next. Chosen, not
+/// measured: a larger one joins passes after more drift, and neighbours. None of these is an option, as `join_met_again` takes none.
 const MOST_APART_M: f64 = 2.0;
 /// Quantile of χ² with two degrees of freedom at 99.7 %.
 const CHI_SQUARED: f64 = 11.8;
-/// Probability of moving from which on a vehicle does not stand.
+/// Probability of moving from which on a vehicle does not stand: the default of `kinematic_state.moving_from`.
 const STANDING: f64 = 0.5;
-/// Largest difference of headings, front and rear exchanged or not, as a cosine: 30°.
+/// Largest difference of headings, front and rear exchanged or not, as a cosine: 30°. Chosen, not measured: a larger
+/// one joins vehicles that stand across the road to those along it.
 const LEAST_COSINE: f64 = 0.866;
-/// Least size of one pass as a share of that of the other.
+/// Least length and height of one pass as a share of those of the other. Chosen, not measured: a larger
+/// one keeps vehicles of other sizes apart and misses passes whose size is badly known.
 const LEAST_SIZE: f64 = 0.75;
 
 /// Makes one vehicle of those that stand in the same place in several passes, with the identity of the first pass. `joined(earlier, later)`

@@ -55,24 +55,21 @@ impl Track {
     }
 }
 
-/// Smallest weight of a box in the vote on the class.
-const LEAST_VOTE: f64 = 0.01;
-
 /// Sums of scores by class.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ClassVotes([f64; VehicleClass::ALL.len()]);
 
 impl ClassVotes {
-    /// Adds the vote of a box.
-    pub(crate) fn add(&mut self, seen: &TrackBox) {
-        self.add_score(seen.observed.class, seen.score);
+    /// Adds the vote of a box, whose weight is its score or `least`.
+    pub(crate) fn add(&mut self, seen: &TrackBox, least: f64) {
+        self.add_score(seen.observed.class, seen.score.max(least));
     }
 
     /// Adds a vote of this score.
     pub(crate) fn add_score(&mut self, class: VehicleClass, score: f64) {
         for (votes, known) in self.0.iter_mut().zip(VehicleClass::ALL) {
             if class == known {
-                *votes += score.max(LEAST_VOTE);
+                *votes += score;
             }
         }
     }

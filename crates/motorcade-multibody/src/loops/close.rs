@@ -31,7 +31,7 @@ pub fn close_loops(
     }
     options.validate().map_err(|reason| GraphError::Option { name: "loops", reason })?;
     let mut graph = Graph::new();
-    let starts = segments::joined(ego, edges);
+    let starts = segments::joined(ego, edges, &options.advanced);
     let cameras: Vec<VariableId> = starts.iter().map(|pose| graph.add_variable(*pose.isometry())).collect();
     if let Some(first) = cameras.first().filter(|_| edges.map.is_empty()) {
         graph.fix(*first)?;

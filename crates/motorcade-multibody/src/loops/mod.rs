@@ -13,5 +13,5 @@ mod write;
 
 pub use close::close_loops;
 pub use edge::{LoopEdge, MapEdge, PlaceEdges};
-pub use options::LoopOptions;
+pub use options::{AdvancedLoopOptions, LoopOptions};
 pub use report::LoopReport;

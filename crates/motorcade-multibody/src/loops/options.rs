@@ -33,11 +33,45 @@ pub struct LoopOptions {
     pub least_sigma_m: f64,
     /// Factor on the covariance of a step across a break, which no odometry measured: the car may have turned.
     pub break_inflation: f64,
-    /// Largest factor on the covariance of the odometry, which grows until nine tenths of the edges agree with the corrected trajectory: a bias of
+    /// Largest factor on the covariance of the odometry, which grows until `agreeing_share` of the edges agree with the corrected trajectory: a bias of
     /// heading adds up to more than independent errors of steps. Larger closes loops after more drift.
     pub most_odometry_factor: f64,
     /// Longest correlation of errors of scale \[frames\].
     pub most_correlated_frames: f64,
+    /// Agreement of edges with the odometry and with each other.
+    pub advanced: AdvancedLoopOptions,
+}
+
+/// Agreement of edges with the odometry and with each other.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct AdvancedLoopOptions {
+    /// Share of the edges that must agree with the corrected trajectory. Chosen, not measured: a larger one trusts the odometry less where single
+    /// edges are false, a smaller one leaves true edges out.
+    pub agreeing_share: f64,
+    /// χ² up to which the edge at that share agrees: the quantile of χ²₆ at `agreeing_share`, with which it is to be changed.
+    pub agreeing_chi2: f64,
+    /// Margin of agreement over chance, a factor on squares: an edge in the flank of its kernel loses weight, moves away, and loses all. Chosen, not
+    /// measured: a larger one makes the odometry less certain than the loops show it.
+    pub agreeing_margin: f64,
+    /// Least growth of the covariance of the odometry from solution to solution, at least 1.1. A smaller one finds the factor more exactly and
+    /// costs more solutions.
+    pub least_growth: f64,
+    /// Distance between where an edge puts a camera and where a start of a map has it, beyond which the edge speaks no more against that start
+    /// \[m\]. Chosen, not measured: a larger one gives false edges more weight, a smaller one takes true edges for false in a map that drifts.
+    pub elsewhere_m: f64,
+}
+
+impl Default for AdvancedLoopOptions {
+    fn default() -> Self {
+        Self {
+            agreeing_share: 0.9,
+            agreeing_chi2: 10.64,
+            agreeing_margin: 4.0,
+            least_growth: 2.0,
+            elsewhere_m: 10.0,
+        }
+    }
 }
 
 impl Default for LoopOptions {
@@ -57,6 +91,7 @@ impl Default for LoopOptions {
             break_inflation: 25.0,
             most_odometry_factor: 1e4,
             most_correlated_frames: 200.0,
+            advanced: AdvancedLoopOptions::default(),
         }
     }
 }
@@ -75,6 +110,9 @@ impl LoopOptions {
             ("kernel_scale", self.kernel_scale),
             ("least_sigma_rad", self.least_sigma_rad),
             ("least_sigma_m", self.least_sigma_m),
+            ("advanced.agreeing_chi2", self.advanced.agreeing_chi2),
+            ("advanced.agreeing_margin", self.advanced.agreeing_margin),
+            ("advanced.elsewhere_m", self.advanced.elsewhere_m),
         ] {
             if !(value.is_finite() && value > 0.0) {
                 return Err(format!("loops.{name} must be positive"));
@@ -90,7 +128,15 @@ impl LoopOptions {
                 return Err(format!("loops.{name} must be at least 1"));
             }
         }
-        for (name, value) in [("gate_share", self.gate_share), ("least_weight", self.least_weight)] {
+        // Growth by less takes hundreds of solutions.
+        if !(self.advanced.least_growth.is_finite() && self.advanced.least_growth >= 1.1) {
+            return Err("loops.advanced.least_growth must be at least 1.1".to_owned());
+        }
+        for (name, value) in [
+            ("gate_share", self.gate_share),
+            ("least_weight", self.least_weight),
+            ("advanced.agreeing_share", self.advanced.agreeing_share),
+        ] {
             if !(0.0..=1.0).contains(&value) {
                 return Err(format!("loops.{name} must lie between 0 and 1"));
             }

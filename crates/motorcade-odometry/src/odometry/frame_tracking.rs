@@ -27,7 +27,8 @@ impl Odometry {
         let mut standstill = self.test_standstill(frame.timestamp_ns, scratch);
         let mut located = self.locate(&predicted, &last_pose, scratch);
         // The pictures go on as before over a jump of the clock.
-        let late = located.is_none() && self.velocity.is_outlasted_by(since_last_ns);
+        let late_intervals = self.options.policy.advanced.late_intervals;
+        let late = located.is_none() && self.velocity.is_outlasted_by(since_last_ns, late_intervals);
         if late {
             let next = self.velocity.once() * last_pose;
             self.track_landmarks(&last, frame, &next, scratch);

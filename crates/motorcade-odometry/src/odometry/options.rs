@@ -150,6 +150,9 @@ pub struct AdvancedPolicyOptions {
     pub median_depth: f64,
     /// Time before the first frame of a map for which its speed is extrapolated \[s\].
     pub backwards_s: f64,
+    /// Intervals between frames after which a frame that is not located comes late, because the clock has jumped: it is then looked for one
+    /// interval ahead. Chosen, not measured: fewer also try this where frames are missing, which costs another tracking.
+    pub late_intervals: u32,
     /// Standard deviation of the rotation between two views alone \[rad\]. Median errors on driving pairs (0.9 m ahead, 0.4 px
     /// of noise) are 0.015° of rotation and 0.33° of direction.
     pub two_view_rotation_sigma_rad: f64,
@@ -171,6 +174,7 @@ impl Default for AdvancedPolicyOptions {
             two_view_inlier_share: 0.5,
             median_depth: 15.0,
             backwards_s: 1.0,
+            late_intervals: 5,
             two_view_rotation_sigma_rad: 0.02_f64.to_radians(),
             two_view_direction_sigma_rad: 0.4_f64.to_radians(),
         }

@@ -5,9 +5,6 @@ use nalgebra::Vector6;
 
 use crate::time::{ratio, seconds};
 
-/// Intervals after which a frame comes late: frames are missing, or the clock has jumped.
-const LONG: i64 = 5;
-
 /// A twist `[ω, ν]` over an interval, in the camera.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Velocity {
@@ -27,9 +24,9 @@ impl Velocity {
         Self { twist: motion / frames as f64, interval_ns: interval_ns / frames as i64 }
     }
 
-    /// True when `ns` is far longer than the interval that it was measured over.
-    pub fn is_outlasted_by(&self, ns: i64) -> bool {
-        self.interval_ns > 0 && ns > LONG * self.interval_ns
+    /// True when `ns` is longer than `intervals` of those that it was measured over.
+    pub fn is_outlasted_by(&self, ns: i64, intervals: u32) -> bool {
+        self.interval_ns > 0 && ns > self.interval_ns.saturating_mul(i64::from(intervals))
     }
 
     /// The twist over a time \[s\].
@@ -67,7 +64,7 @@ mod tests {
         let several = Velocity::new(&(motion * 3.0), 300_000_000, 3);
         assert!((several.over(100_000_000).log() - motion).norm() < 1e-12);
         assert!((several.once().log() - motion).norm() < 1e-12);
-        assert!(several.is_outlasted_by(600_000_000) && !several.is_outlasted_by(500_000_000));
+        assert!(several.is_outlasted_by(600_000_000, 5) && !several.is_outlasted_by(500_000_000, 5));
         assert_eq!(Velocity::zero().over(5).log().norm(), 0.0);
     }
 }

@@ -60,12 +60,14 @@ fn initial(
 ) -> (Vector3<f64>, Matrix3<f64>) {
     let first = measurements.iter().flatten().take(options.initial_measurements);
     // The road's own errors show in its spread; few distances by another sensor have none.
-    let least = first.clone().map(|m| if m.of_road { 0.01 } else { m.covariance[(0, 0)].sqrt() });
-    let least = least.fold(f64::INFINITY, f64::min).min(0.2);
+    let least = first
+        .clone()
+        .map(|m| if m.of_road { options.least_first_sigma } else { m.covariance[(0, 0)].sqrt() });
+    let least = least.fold(f64::INFINITY, f64::min).min(options.first_sigma);
     let mut first: Vec<f64> = first.map(|m| m.value.x).collect();
     let centre = median(&mut first).unwrap_or(0.0);
     let mut spread: Vec<f64> = first.iter().map(|v| (v - centre).abs()).collect();
-    let spread = sigma_from_absolute(&mut spread).unwrap_or(0.2).max(least);
+    let spread = sigma_from_absolute(&mut spread).unwrap_or(options.first_sigma).max(least);
     let sigmas = Vector3::new(spread, model.tilt_sigma[0], model.tilt_sigma[1]);
     (Vector3::new(centre, 0.0, 0.0), Matrix3::from_diagonal(&sigmas.map(|s| s * s)))
 }

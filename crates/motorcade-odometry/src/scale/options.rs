@@ -77,6 +77,12 @@ pub struct SmootherOptions {
     pub student_freedom: f64,
     /// Measurements whose median starts the filter.
     pub initial_measurements: usize,
+    /// Least standard deviation of log scale at the start where the road measured it, 1 %: few measurements can agree by chance. Chosen, not
+    /// measured: a smaller one holds the drive to its first measurements for longer.
+    pub least_first_sigma: f64,
+    /// Standard deviation of log scale at the start without measurements, and the most that the least one of a measurement counts as, 20 %.
+    /// Chosen, not measured: a larger one trusts the first measurements more.
+    pub first_sigma: f64,
     /// Length of road that one measurement covers \[camera heights\]: from the bonnet to the far end of the stretch.
     pub stretch_heights: f64,
     /// Time over which measurements share errors at most \[s\].
@@ -96,6 +102,8 @@ impl Default for SmootherOptions {
             gate: 2.8,
             student_freedom: 4.0,
             initial_measurements: 15,
+            least_first_sigma: 0.01,
+            first_sigma: 0.2,
             stretch_heights: 11.0,
             shared_s: 2.0,
         }

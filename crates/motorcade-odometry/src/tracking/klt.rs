@@ -5,7 +5,7 @@
 use nalgebra::{Matrix2, Point2, Vector2};
 
 use super::level::PyramidLevel;
-use super::options::KltOptions;
+use super::options::{AdvancedKltOptions, KltOptions};
 use super::patch::{AREA, Template, sample_patch};
 use super::pyramid::Pyramid;
 
@@ -22,16 +22,12 @@ pub struct Request {
     pub top_level: usize,
 }
 
-/// Factor on the contrast of an image from which it is corrected, and from which it is another scene or none.
-const SAME_GAIN: f32 = 1.15;
-const MOST_GAIN: f32 = 8.0;
-
 /// Factor on the grey values of the second image that gives it the contrast of the first: exposure that jumps. Small changes are
 /// those of the scene.
-fn gain(from: &Pyramid, to: &Pyramid) -> f32 {
+fn gain(from: &Pyramid, to: &Pyramid, options: &AdvancedKltOptions) -> f32 {
     let gain = from.contrast() / to.contrast();
     let jump = gain.max(1.0 / gain);
-    if (SAME_GAIN..MOST_GAIN).contains(&jump) { gain } else { 1.0 }
+    if (options.same_gain..options.most_gain).contains(&jump) { gain } else { 1.0 }
 }
 
 fn iterate(
@@ -87,7 +83,7 @@ pub fn track(from: &Pyramid, to: &Pyramid, request: &Request, options: &KltOptio
     let mut at: Point2<f32> = request.expected.cast();
     let mut patch = [0.0; AREA];
     let mut rms = f32::MAX;
-    let gain = gain(from, to);
+    let gain = gain(from, to, &options.advanced);
     for level in (0..=request.top_level.min(to.len() - 1)).rev() {
         let scale = 1.0 / (1 << level) as f32;
         let centre: Point2<f32> = Point2::from(request.from.coords.cast::<f32>() * scale);

@@ -79,6 +79,13 @@ pub struct AdvancedKltOptions {
     pub growth: [f64; 2],
     /// Predicted motion above which the landmark's position is not believed \[image widths\].
     pub longest_motion: f64,
+    /// Factor between the contrasts of two images below which they are compared as they are: the contrast of a scene changes by as much from frame
+    /// to frame. Chosen; exposure that halves and doubles is followed (BENCHMARK, Broken input). A smaller one corrects changes of the scene
+    /// too, a larger one leaves jumps to `max_rms`.
+    pub same_gain: f32,
+    /// Factor between the contrasts from which one of the images shows another scene or none, and is not corrected. Chosen: eight times
+    /// is three stops of exposure; a larger one amplifies the noise of plain images.
+    pub most_gain: f32,
 }
 
 impl Default for AdvancedKltOptions {
@@ -94,6 +101,8 @@ impl Default for AdvancedKltOptions {
             template_motion_px: 3.0,
             growth: [0.5, 2.0],
             longest_motion: 0.25,
+            same_gain: 1.15,
+            most_gain: 8.0,
         }
     }
 }

@@ -4,6 +4,10 @@ use image::GrayImage;
 use motorcade_geometry::BoundingBox;
 use nalgebra::Point2;
 
+/// Width of the border around a box in which a corner mixes background and vehicle \[px\]: a quarter of the patch of the tracker. Chosen, not
+/// measured: a wider one keeps out more corners of vehicles, and of the scene beside them. No option: callers that want another one set it in their mask.
+const RIM_PX: f64 = 4.0;
+
 /// Regions that need not be static: vehicle boxes and a mask of pixels to ignore.
 #[derive(Clone, Copy, Debug)]
 pub struct StaticMask<'a> {
@@ -20,7 +24,7 @@ pub struct StaticMask<'a> {
 
 impl Default for StaticMask<'_> {
     fn default() -> Self {
-        Self { boxes: &[], boxes_may_stand: false, ignore: None, rim_px: 4.0 }
+        Self { boxes: &[], boxes_may_stand: false, ignore: None, rim_px: RIM_PX }
     }
 }
 

@@ -42,11 +42,12 @@ pub(crate) fn choose(
 ) -> Vec<Hypothesis> {
     let mut all: Vec<Hypothesis> = Vec::new();
     let mut rows = Vec::new();
+    let advanced = &options.advanced;
     let count = options.headings.max(4);
     for swapped in [false, true] {
         let mut problem = Problem::new(model, camera, options, observation, swapped);
-        // A first distance from a car's height of about 1.5 m; it only weights the first linear round.
-        let first_distance_m = (camera.focal_px() * 1.5 / problem.span_px().max(1.0)).clamp(3.0, 100.0);
+        // The guess only weights the first linear round.
+        let first_distance_m = advanced.first_distance_m(camera.focal_px(), problem.span_px());
         let up = problem.up();
         for k in 0..count {
             let rotation = upright(&up, k as f64 / count as f64 * std::f64::consts::TAU);
@@ -70,14 +71,14 @@ pub(crate) fn choose(
 
     let Some(first) = all.first().copied() else { return all };
     let mut chosen = vec![first];
-    chosen.extend(all.iter().find(|h| heading_cosine(&h.state, &first.state) < -0.4));
+    chosen.extend(all.iter().find(|h| heading_cosine(&h.state, &first.state) < advanced.opposite_cosine));
     for hypothesis in &all {
         if chosen.len() >= options.refined.max(2) {
             break;
         }
-        // Neighbours on the circle (30° apart) converge to the same minimum.
         let near = |c: &Hypothesis| {
-            c.swapped == hypothesis.swapped && heading_cosine(&c.state, &hypothesis.state) > 0.8
+            c.swapped == hypothesis.swapped
+                && heading_cosine(&c.state, &hypothesis.state) > advanced.same_cosine
         };
         if !chosen.iter().any(near) {
             chosen.push(*hypothesis);

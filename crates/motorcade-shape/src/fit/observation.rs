@@ -4,8 +4,21 @@ use motorcade_geometry::PinholeCamera;
 use nalgebra::{Point2, Vector2, Vector3};
 
 use super::heading::HeadingEvidence;
+use super::options::AdvancedFitOptions;
 use crate::dimensions::SizePrior;
 use crate::error::FitError;
+
+/// Standard deviation of the height over a level road that was not measured \[m\]: heave of the body and unevenness, 3 cm for a car. A
+/// larger one takes the distance more from the size.
+const LEVEL_HEIGHT_SIGMA_M: f64 = 0.03;
+/// Standard deviation of the slope of such a road \[°\]. The pitch of a driving car's camera varies by about 0.25° and the slope of streets by
+/// 0.2° over 20 m; 0.5° also covers a camera that is not mounted exactly level. A larger one has the same effect.
+const LEVEL_SLOPE_SIGMA_DEG: f64 = 0.5;
+/// Distance from the border of the image up to which an edge of a box may be truncated \[px\]: the error of a detector's edge at the border. Chosen,
+/// as `box_fit.border_px` of the vehicle options: a wider border trusts fewer edges.
+const BORDER_PX: f64 = 3.0;
+/// Standard deviation of a keypoint as a share of the box's side: 2 px of a 64 px heat map, as `keypoints.sigma_share` of the vehicle options.
+const SIGMA_OF_SIDE: f64 = 0.03;
 
 /// Output of a keypoint network for one point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,18 +62,22 @@ pub struct RoadPlane {
 }
 
 impl RoadPlane {
-    /// A level road, not measured. The pitch of a driving car's camera varies by about 0.25° and the slope of streets by 0.2° over
-    /// 20 m; 0.5° also covers a camera that is not mounted exactly level.
+    /// A level road, not measured.
     pub fn level(height_m: f64) -> Self {
-        Self { up: -Vector3::y(), height_m, height_sigma_m: 0.03, slope_sigma_rad: 0.5_f64.to_radians() }
+        Self {
+            up: -Vector3::y(),
+            height_m,
+            height_sigma_m: LEVEL_HEIGHT_SIGMA_M,
+            slope_sigma_rad: LEVEL_SLOPE_SIGMA_DEG.to_radians(),
+        }
     }
     /// Standard deviation of the road's height at a distance \[m\].
     pub(crate) fn height_sigma_at(&self, distance_m: f64) -> f64 {
         self.height_sigma_m.hypot(self.slope_sigma_rad * distance_m)
     }
-    /// Standard deviation of roll and pitch of a vehicle against the plane \[rad\]: suspension and load besides the slope.
-    pub(crate) fn lean_sigma_rad(&self) -> f64 {
-        self.slope_sigma_rad.hypot(1.0_f64.to_radians())
+    /// Standard deviation of roll and pitch of a vehicle against the plane \[rad\].
+    pub(crate) fn lean_sigma_rad(&self, options: &AdvancedFitOptions) -> f64 {
+        self.slope_sigma_rad.hypot(options.lean_sigma_rad)
     }
 }
 
@@ -76,7 +93,6 @@ pub struct ImageBox {
 impl ImageBox {
     /// A box whose edges are trusted unless they lie at the image's border.
     pub fn new(edges_px: [f64; 4], camera: &PinholeCamera) -> Self {
-        const BORDER_PX: f64 = 3.0;
         let (right, bottom) = (f64::from(camera.width) - 1.0, f64::from(camera.height) - 1.0);
         let [x1, y1, x2, y2] = edges_px;
         let trusted = [x1 > BORDER_PX, y1 > BORDER_PX, x2 < right - BORDER_PX, y2 < bottom - BORDER_PX];
@@ -87,11 +103,10 @@ impl ImageBox {
         let [x1, y1, x2, y2] = self.edges_px;
         Vector2::new(x2 - x1, y2 - y1)
     }
-    /// Standard deviation of an edge \[px\]: a constant, and a share of the box for body details that the outline lacks and the
-    /// detector's bias (mirrors, shadows).
-    pub(crate) fn sigma_px(&self, edge: usize) -> f64 {
+    /// Standard deviation of an edge \[px\].
+    pub(crate) fn sigma_px(&self, edge: usize, options: &AdvancedFitOptions) -> f64 {
         let side = self.size_px()[edge % 2];
-        1.5_f64.hypot(0.03 * side)
+        options.box_edge_sigma_px.hypot(options.box_edge_share * side)
     }
 }
 
@@ -123,10 +138,9 @@ impl Observation {
     }
 
     /// Outputs (x, y, confidence) of a network that looks at the box's content stretched to `crop_px` square:
-    /// `pixel_x = x · w / crop + x1`. The sigma is 3 % of the box's sides: 2 px of a 64 px heat map. The
+    /// `pixel_x = x · w / crop + x1`. The sigma is 3 % of the box's sides. The
     /// box's edges are not measurements unless `image_box` is set.
     pub fn from_crop(outputs: &[[f64; 3]], edges_px: [f64; 4], crop_px: f64) -> Self {
-        const SIGMA_OF_SIDE: f64 = 0.03;
         let [x1, y1, x2, y2] = edges_px;
         let (w, h) = (x2 - x1, y2 - y1);
         let keypoints = outputs

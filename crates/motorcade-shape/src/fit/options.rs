@@ -46,7 +46,7 @@ pub struct FitOptions {
     pub swap_cost: f64,
     /// Without a road plane: standard deviation of roll and pitch between vehicle and camera \[rad\].
     pub level_sigma_rad: f64,
-    /// Visibility and box-edge terms.
+    /// Visibility and box-edge terms, initial poses and steps.
     pub advanced: AdvancedFitOptions,
 }
 
@@ -73,6 +73,15 @@ impl FitOptions {
             ("advanced.visibility_sigma", self.advanced.visibility_sigma),
             ("advanced.visibility_points", self.advanced.visibility_points),
             ("advanced.box_edge_scale", self.advanced.box_edge_scale),
+            ("advanced.box_edge_sigma_px", self.advanced.box_edge_sigma_px),
+            ("advanced.lean_sigma_rad", self.advanced.lean_sigma_rad),
+            ("advanced.first_height_m", self.advanced.first_height_m),
+            ("advanced.first_distance_m", self.advanced.first_distance_m[0]),
+            ("advanced.first_distance_m", self.advanced.first_distance_m[1]),
+            ("advanced.step_rad", self.advanced.step_rad),
+            ("advanced.step_share", self.advanced.step_share),
+            ("advanced.step_m", self.advanced.step_m),
+            ("advanced.step_sigmas", self.advanced.step_sigmas),
         ] {
             check(value.is_finite() && value > 0.0, format!("fit.{name} must be positive"))?;
         }
@@ -80,7 +89,7 @@ impl FitOptions {
     }
 }
 
-/// Parameters of the visibility and box-edge terms. Costs are −2 ln of probabilities.
+/// Parameters of the visibility and box-edge terms, of initial poses and of steps. Costs are −2 ln of probabilities.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AdvancedFitOptions {
@@ -96,6 +105,44 @@ pub struct AdvancedFitOptions {
     pub heading_unrelated: f64,
     /// Scale of the Cauchy kernel on whitened residuals of box edges.
     pub box_edge_scale: f64,
+    /// Constant part of the standard deviation of a box's edge \[px\]. Chosen: a larger one takes pose and size more from keypoints.
+    pub box_edge_sigma_px: f64,
+    /// Part of it as a share of the box's side: body details that the outline lacks (mirrors) and the detector's bias (shadows). Chosen, with the
+    /// same effect.
+    pub box_edge_share: f64,
+    /// Standard deviation of roll and pitch of a vehicle against the road \[rad\], suspension and load, besides the road's slope: 1°. Chosen: a
+    /// larger one lets misplaced points tilt the vehicle.
+    pub lean_sigma_rad: f64,
+    /// Height that the keypoints span in a first guess of the distance \[m\]: a car's. It only weights the first linear position.
+    pub first_height_m: f64,
+    /// Least and greatest distance of that guess \[m\]: where vehicles are seen. Keypoints in one row or outliers give any distance.
+    pub first_distance_m: [f64; 2],
+    /// Cosine between two initial headings below which one is the opposite of the other, which is refined too: more than 114° apart. Chosen: a
+    /// smaller one asks for an exacter opposite, and may find none.
+    pub opposite_cosine: f64,
+    /// Cosine between two initial headings above which only the more likely one is refined: neighbours of twelve on the circle, 30° apart,
+    /// converge to the same minimum. A smaller one spreads the refined headings farther.
+    pub same_cosine: f64,
+    /// Cost by which the opposite heading of an ambiguous frame must be better under the shape of the track. Chosen, not measured: a larger one
+    /// keeps more headings that were found alone.
+    pub flip_gain: f64,
+    /// Longest rotation of one step \[rad\]: half a radian, within which the linear model holds. Longer steps (of these four limits) need
+    /// fewer iterations and fail more often.
+    pub step_rad: f64,
+    /// Longest motion of one step as a share of the distance.
+    pub step_share: f64,
+    /// Longest motion of one step near the camera \[m\].
+    pub step_m: f64,
+    /// Longest deformation of one step \[standard deviations of the shape prior\].
+    pub step_sigmas: f64,
+}
+
+impl AdvancedFitOptions {
+    /// First guess of the distance of keypoints that span `span_px` \[m\].
+    pub(super) fn first_distance_m(&self, focal_px: f64, span_px: f64) -> f64 {
+        let [least, most] = self.first_distance_m;
+        (focal_px * self.first_height_m / span_px.max(1.0)).min(most).max(least)
+    }
 }
 
 impl Default for AdvancedFitOptions {
@@ -107,6 +154,18 @@ impl Default for AdvancedFitOptions {
             visibility_points: 14.0,
             heading_unrelated: 0.05,
             box_edge_scale: 2.0,
+            box_edge_sigma_px: 1.5,
+            box_edge_share: 0.03,
+            lean_sigma_rad: 1.0_f64.to_radians(),
+            first_height_m: 1.5,
+            first_distance_m: [3.0, 100.0],
+            opposite_cosine: -0.4,
+            same_cosine: 0.8,
+            flip_gain: 1.0,
+            step_rad: 0.5,
+            step_share: 0.4,
+            step_m: 0.5,
+            step_sigmas: 4.0,
         }
     }
 }

@@ -3,6 +3,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::model::State;
+use super::options::AdvancedFitOptions;
 use super::problem::{Problem, Row, Term};
 use super::{DOF, MAX_SHAPE};
 
@@ -91,11 +92,12 @@ pub(crate) struct Refined {
 }
 
 /// Applies a step to the pose (on the right) and the shape, shortened to the neighbourhood in which the linear model is valid.
-pub(crate) fn step(state: &State, delta: &SVector<f64, DOF>) -> State {
+pub(crate) fn step(state: &State, delta: &SVector<f64, DOF>, limits: &AdvancedFitOptions) -> State {
     let pose = &state.camera_from_vehicle;
-    let turn = delta.fixed_rows::<3>(0).norm() / 0.5;
-    let way = delta.fixed_rows::<3>(3).norm() / (0.4 * pose.translation().norm()).max(0.5);
-    let deformation = delta.fixed_rows::<MAX_SHAPE>(6).norm() / 4.0;
+    let turn = delta.fixed_rows::<3>(0).norm() / limits.step_rad;
+    let longest_m = (limits.step_share * pose.translation().norm()).max(limits.step_m);
+    let way = delta.fixed_rows::<3>(3).norm() / longest_m;
+    let deformation = delta.fixed_rows::<MAX_SHAPE>(6).norm() / limits.step_sigmas;
     let delta = delta / turn.max(way).max(deformation).max(1.0);
     State {
         camera_from_vehicle: pose.retract(&delta.fixed_rows::<6>(0).into_owned()),
@@ -129,7 +131,7 @@ pub(crate) fn refine(
             continue;
         };
         let delta = factor.solve(&-normal.g);
-        let trial = step(&state, &delta);
+        let trial = step(&state, &delta, &problem.options.advanced);
         match normal_at(&trial, rows) {
             Some(there) if there.cost < normal.cost => {
                 let gain = normal.cost - there.cost;

@@ -23,7 +23,7 @@ pub(super) fn is_background<V: Fn(&Track) -> ExternalTrack>(
     track: &Track,
     vehicle: &VehicleTrajectory,
 ) -> bool {
-    vehicle.p_moving > 0.5 && hangs(drive, track, vehicle) && stands_far(drive, track)
+    drive.moves(vehicle) && hangs(drive, track, vehicle) && stands_far(drive, track)
 }
 
 /// True when the lower edges lie above the road at the vehicle's places by more than the road's height may err.
@@ -99,13 +99,14 @@ fn stands_far<V: Fn(&Track) -> ExternalTrack>(drive: &Drive<'_, V>, track: &Trac
         sights.iter().map(|s| s.height_px * s.in_camera(&point).z / drive.camera.fy).collect();
     heights.sort_by(f64::total_cmp);
     let Some(height) = heights.get(heights.len() / 2).copied() else { return false };
+    let hypothesis = drive.hypothesis();
+    let sigmas = hypothesis.background_sigmas;
     let explained = sights.iter().filter(|s| {
         let p = s.in_camera(&point);
         let aside = centre_residual(drive, s, &p) / s.sigma_px[0];
         let taller = (s.height_px - drive.camera.fy * height / p.z) / s.sigma_px[1];
-        p.z > 0.0 && aside.abs() < 2.0 && taller.abs() < 2.0
+        p.z > 0.0 && aside.abs() < sigmas && taller.abs() < sigmas
     });
-    let hypothesis = drive.hypothesis();
     explained.count() as f64 >= hypothesis.background_share * sights.len() as f64
         && height > hypothesis.tallest_m * point.w
 }

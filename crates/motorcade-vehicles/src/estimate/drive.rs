@@ -25,6 +25,11 @@ impl<V: Fn(&Track) -> ExternalTrack> Drive<'_, V> {
         &self.options.advanced.hypothesis
     }
 
+    /// True when a vehicle counts as moving.
+    pub(super) fn moves(&self, vehicle: &VehicleTrajectory) -> bool {
+        vehicle.p_moving > self.options.advanced.kinematic_state.moving_from
+    }
+
     /// The estimate of a track as one vehicle.
     pub(super) fn estimate(&self, track: &Track) -> Option<VehicleTrajectory> {
         estimate_track(self.camera, self.grounds, track, &(self.views)(track), self.options)

@@ -42,7 +42,7 @@ impl TrackHypothesis {
             let forward = external.and_then(|headings| mean_forward(input, headings));
             let p_moving = probability_moving(&positions, forward.as_ref(), views.inflation, advanced)
                 * off_road::factor(input, &positions);
-            let moves = p_moving > 0.5;
+            let moves = p_moving > advanced.kinematic_state.moving_from;
             let states = if moves {
                 smooth_motion(&positions, times, &up, advanced)
             } else {

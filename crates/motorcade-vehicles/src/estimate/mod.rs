@@ -65,7 +65,7 @@ pub fn estimate_track(
     let own = if doubtful(&input, &best) { cost_as(track.class) } else { None };
     let preference = options.advanced.hypothesis.class_preference_chi2;
     let better = own.and_then(|own| {
-        let others = class::others(&track.votes, track.class).into_iter();
+        let others = class::others(&track.votes, track.class, &options.advanced.class).into_iter();
         let others = others.filter_map(|class| cost_as(class).filter(|of| is_typical(&of.1, class, options)));
         others.filter(|of| of.0 + preference < own.0).min_by(|a, b| a.0.total_cmp(&b.0))
     });
@@ -89,8 +89,8 @@ fn doubtful(input: &TrackInput<'_>, best: &TrackHypothesis) -> bool {
 
 /// Twice the negative logarithm of a class's probability, up to a constant.
 fn class_cost(input: &TrackInput<'_>, found: &TrackHypothesis) -> f64 {
-    let prior = class::log_prior(&input.track.votes, input.track.class).unwrap_or(0.0);
-    class::cost(input, found) - 2.0 * prior
+    let prior = class::log_prior(&input.track.votes, input.track.class, &input.options.advanced.class);
+    class::cost(input, found) - 2.0 * prior.unwrap_or(0.0)
 }
 
 /// The estimate with the better of two sets of headings.
@@ -99,7 +99,8 @@ fn best_headings(input: &TrackInput<'_>, times: &[f64]) -> Option<TrackHypothesi
     let given = external_headings(input, times.len());
     let initial = given.clone().unwrap_or_else(|| vec![0.0; times.len()]);
     let best = TrackHypothesis::new(input, times, given.as_deref(), initial)?;
-    if given.is_some() || best.p_moving <= 0.5 || best.views.inflation <= 1.0 {
+    let stands = best.p_moving <= options.advanced.kinematic_state.moving_from;
+    if given.is_some() || stands || best.views.inflation <= 1.0 {
         return Some(best);
     }
     let headings = static_headings(input, &best.states, options.traffic_side);

@@ -20,12 +20,12 @@ pub(super) fn nearest_vehicle<V: Fn(&Track) -> ExternalTrack>(
     if !drive.enough(&near) || near.len() == track.boxes.len() {
         return None;
     }
-    let found = drive.estimate(&track.with_boxes(track.id, near)).filter(|found| found.p_moving <= 0.5)?;
+    let found = drive.estimate(&track.with_boxes(track.id, near)).filter(|found| !drive.moves(found))?;
     let least_iou = drive.hypothesis().least_standing_iou;
     let own = drive.explained(overlap_of_columns, track, &held(&found, track)?, least_iou);
     let explains = count(&own);
     let driving = || count(&drive.explained(overlap_of_columns, track, whole, least_iou));
-    if whole.p_moving > 0.5 && driving() > explains {
+    if drive.moves(whole) && driving() > explains {
         return None;
     }
     let foreign = (own.len() - explains) as f64;

@@ -6,9 +6,6 @@
 use super::input::TrackInput;
 use crate::motion::{Line, PositionMeasurement};
 
-/// Boxes with a known share of road below them, from which on they tell whether a vehicle is on a road.
-const LEAST_BOXES: usize = 3;
-
 /// Factor on P(moving): below 1 for a track with no road below it that appears to drive ahead, as the camera does. Traffic that
 /// comes the other way is often seen behind a barrier, which hides its road.
 pub(super) fn factor(input: &TrackInput<'_>, positions: &[PositionMeasurement]) -> f64 {
@@ -24,7 +21,7 @@ fn road_below(input: &TrackInput<'_>) -> Option<f64> {
         .iter()
         .filter_map(|b| b.observed.road_below)
         .fold((0, 0.0), |(n, sum), share| (n + 1, sum + share));
-    (count >= LEAST_BOXES).then(|| sum / count as f64)
+    (count >= input.options.advanced.kinematic_state.least_road_boxes.max(1)).then(|| sum / count as f64)
 }
 
 /// True when the apparent velocity points where the camera drives: that of something that stands and is further away than it seems, or

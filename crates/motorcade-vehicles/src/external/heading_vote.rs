@@ -2,11 +2,7 @@
 
 use nalgebra::Vector3;
 
-/// Cost (−2 ln of a probability) of a vehicle that turns by more than a right angle between two views: only a network that
-/// errs does that.
-const TURN_COST: f64 = 14.0;
-/// Most that one view can say: errors of a network repeat from frame to frame.
-const MOST_MARGIN: f64 = 9.2;
+use crate::options::KeypointViewOptions;
 
 /// The heading of one view.
 #[derive(Clone, Copy, Debug)]
@@ -27,15 +23,15 @@ pub(super) struct Verdict {
 }
 
 /// The cheapest choice of a heading for every view: each as it is or turned, changes between neighbours at a cost.
-pub(super) fn vote(votes: &[Vote]) -> Verdict {
+pub(super) fn vote(votes: &[Vote], options: &KeypointViewOptions) -> Verdict {
     let Some(last) = votes.len().checked_sub(1) else {
         return Verdict { turned: Vec::new(), margin: 0.0 };
     };
-    let own = |k: usize, turned: usize| turned as f64 * votes[k].margin.min(MOST_MARGIN);
+    let own = |k: usize, turned: usize| turned as f64 * votes[k].margin.min(options.most_heading_margin);
     // Cost of headings that point the same way or not, by the states of the views before and after.
     let change = |k: usize, before: usize, after: usize| {
         let apart = votes[k - 1].forward.dot(&votes[k].forward) < 0.0;
-        if apart != (before != after) { TURN_COST } else { 0.0 }
+        if apart != (before != after) { options.turn_cost } else { 0.0 }
     };
     // Least cost from a view to the end, by its state, and the state after it.
     let mut costs = [own(last, 0), own(last, 1)];
@@ -58,6 +54,10 @@ pub(super) fn vote(votes: &[Vote]) -> Verdict {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn vote(votes: &[Vote]) -> Verdict {
+        super::vote(votes, &KeypointViewOptions::default())
+    }
 
     fn ahead(sign: f64, margin: f64) -> Vote {
         Vote { forward: Vector3::new(0.1, 0.0, sign), margin }

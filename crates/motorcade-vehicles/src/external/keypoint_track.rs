@@ -7,13 +7,12 @@ use motorcade_shape::{ShapeFit, TrackFit, TrackShape};
 
 use super::frame_keypoints::FrameKeypoints;
 
-/// Frames before the window of which keypoints are kept.
-const MOST_EARLIER: usize = 48;
-
 /// The keypoints of a track by row of the run, their fits, and the shape that they agree on.
 pub struct KeypointTrack {
     /// Class that the fits assume.
     pub(super) class: VehicleClass,
+    /// Frames before the window of which keypoints are kept.
+    pub(super) most_earlier: usize,
     frames: BTreeMap<usize, KnownFrame>,
     /// Of each layout.
     found: [Option<TrackFit>; 2],
@@ -35,7 +34,15 @@ struct KnownFrame {
 impl KeypointTrack {
     /// A track of this class without keypoints.
     pub fn new(class: VehicleClass) -> Self {
-        Self { class, frames: BTreeMap::new(), found: [None, None], first: 0, shape_of: 0, since: 0 }
+        Self {
+            class,
+            most_earlier: usize::MAX,
+            frames: BTreeMap::new(),
+            found: [None, None],
+            first: 0,
+            shape_of: 0,
+            since: 0,
+        }
     }
 
     /// Moves the window to the rows from `first` on; false when none is left in it. Of those before some are kept, spread over the
@@ -43,7 +50,7 @@ impl KeypointTrack {
     pub fn advance(&mut self, first: usize) -> bool {
         self.first = first;
         let earlier: Vec<usize> = self.frames.range(..first).map(|(row, _)| *row).collect();
-        if earlier.len() > MOST_EARLIER {
+        if earlier.len() > self.most_earlier {
             for row in earlier.iter().skip(1).step_by(2) {
                 self.frames.remove(row);
             }

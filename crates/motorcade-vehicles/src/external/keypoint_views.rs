@@ -77,6 +77,7 @@ impl<'a> KeypointViews<'a> {
         if known.class != track.class {
             *known = KeypointTrack::new(track.class);
         }
+        known.most_earlier = self.options.most_earlier_frames;
         for b in &track.boxes {
             let found = || self.in_frame(b, track.class);
             known.add(row(b.frame), found);
@@ -91,7 +92,7 @@ impl<'a> KeypointViews<'a> {
         let fitted: Vec<(usize, usize)> =
             rows.into_iter().filter(|(_, row)| known.fit(*row).is_some()).collect();
         let votes = fitted.iter().filter_map(|(_, row)| known.fit(*row)).map(heading_vote);
-        let verdict = vote(&votes.collect::<Vec<_>>());
+        let verdict = vote(&votes.collect::<Vec<_>>(), self.options);
         let settled = verdict.margin >= CLEAR_COST;
         let mut views = Vec::with_capacity(fitted.len());
         for ((frame, row), turned) in fitted.into_iter().zip(verdict.turned) {

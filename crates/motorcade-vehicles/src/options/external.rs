@@ -20,10 +20,19 @@ pub struct KeypointViewOptions {
     /// Angle between two directions of view up to which a network misplaces the points of a vehicle alike \[rad\]: frames in such views
     /// add little about the shape. A car followed for 30 s shows its rear alone, whose height and width would otherwise decide its length.
     pub similar_views_rad: f64,
+    /// Frames before the window of an online run of which keypoints are kept, spread over the track, for its shape: four times
+    /// `shape_frames`. More keep what earlier views told of the shape for longer and need more memory.
+    pub most_earlier_frames: usize,
     /// Smallest standard deviation of a dimension of the common shape \[m\].
     pub least_size_sigma_m: f64,
     /// Smallest standard deviation of a heading \[rad\].
     pub least_heading_sigma_rad: f64,
+    /// Cost \[χ²\] of a vehicle that turns by more than a right angle between two views, −2 ln of 0.1 %: only a network that errs does
+    /// that. A larger one holds the heading of a track together, and turns all of it if most views err. Chosen, not measured.
+    pub turn_cost: f64,
+    /// Most that one view says on the front of a vehicle \[χ²\], −2 ln of 1 %: errors of a network repeat from frame to frame. A larger one lets
+    /// single certain views outvote many doubtful ones. Chosen, not measured.
+    pub most_heading_margin: f64,
     /// Standard deviation of the road's slope between camera and vehicle, besides the pitch of the frame \[rad\].
     pub road_slope_sigma_rad: f64,
     /// Fit of the shape prior.
@@ -39,8 +48,11 @@ impl Default for KeypointViewOptions {
             shape_frames: 12,
             least_shape_frames: 3,
             similar_views_rad: 0.05,
+            most_earlier_frames: 48,
             least_size_sigma_m: 0.02,
             least_heading_sigma_rad: 0.05,
+            turn_cost: 14.0,
+            most_heading_margin: 9.2,
             road_slope_sigma_rad: 0.0035,
             fit: FitOptions::default(),
         }

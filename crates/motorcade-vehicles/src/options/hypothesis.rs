@@ -36,8 +36,11 @@ pub struct HypothesisOptions {
     /// Standard deviations of the road's height by which the lower edges of something that stands in the background lie above the road, where a
     /// vehicle of its class would drive: 93 % of the vehicles are lower.
     pub hanging_sigmas: f64,
-    /// Share of the boxes of a track that one standing point must explain within two standard deviations.
+    /// Share of the boxes of a track that one standing point must explain within `background_sigmas`.
     pub background_share: f64,
+    /// Residual of a column and of a height up to which a standing point explains a box \[standard deviations\]: 95 % of the boxes of such a
+    /// point. A larger one takes more slow vehicles far ahead for background.
+    pub background_sigmas: f64,
     /// Height above which nothing is a vehicle \[m\]: double-deck buses reach 4.4 m.
     pub tallest_m: f64,
     /// Boxes below which a part of a track is no vehicle, counted as at most one per correlation time.
@@ -78,6 +81,7 @@ impl Default for HypothesisOptions {
             most_foreign_share: 0.1,
             hanging_sigmas: 1.5,
             background_share: 0.6,
+            background_sigmas: 2.0,
             tallest_m: 4.5,
             least_consistent_boxes: 4.0,
             splits: 3,

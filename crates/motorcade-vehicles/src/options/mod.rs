@@ -1,6 +1,7 @@
 //! Options of the vehicle stage: one choice of the user, and the advanced ones of each step.
 
 mod box_fit;
+mod class;
 mod external;
 mod heading;
 mod hypothesis;
@@ -8,6 +9,7 @@ mod motion;
 mod size;
 
 pub use box_fit::BoxFitOptions;
+pub use class::ClassOptions;
 pub use external::{ExternalViewOptions, KeypointViewOptions};
 pub use heading::HeadingOptions;
 pub use hypothesis::HypothesisOptions;
@@ -40,6 +42,25 @@ pub struct VehicleOptions {
     pub advanced: AdvancedVehicleOptions,
 }
 
+impl VehicleOptions {
+    /// The first setting out of its range, with what it must be.
+    ///
+    /// # Errors
+    /// Name and range of that setting.
+    pub fn validate(&self) -> Result<(), String> {
+        let AdvancedVehicleOptions { class, kinematic_state, keypoints, .. } = &self.advanced;
+        let probability = |p: &f64| *p > 0.0 && *p <= 1.0;
+        if !class.shares.iter().chain(class.confusion.iter().flatten()).all(probability) {
+            let text = "vehicles.advanced.class: shares and confusion must lie above 0 and at most at 1";
+            return Err(text.to_owned());
+        }
+        if kinematic_state.least_road_boxes < 1 {
+            return Err("vehicles.advanced.kinematic_state.least_road_boxes must be at least 1".to_owned());
+        }
+        keypoints.fit.validate()
+    }
+}
+
 /// Noise models and gates of the vehicle stage, by step.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -60,6 +81,8 @@ pub struct AdvancedVehicleOptions {
     pub heading: HeadingOptions,
     /// Choice between heading hypotheses.
     pub hypothesis: HypothesisOptions,
+    /// Choice of the class.
+    pub class: ClassOptions,
     /// Views from keypoints.
     pub keypoints: KeypointViewOptions,
     /// Views from vehicle poses of a file.
@@ -76,8 +99,22 @@ impl Default for AdvancedVehicleOptions {
             kinematic_state: KinematicStateOptions::default(),
             heading: HeadingOptions::default(),
             hypothesis: HypothesisOptions::default(),
+            class: ClassOptions::default(),
             keypoints: KeypointViewOptions::default(),
             external: ExternalViewOptions::default(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn probabilities_of_classes_are_positive() {
+        let mut options = VehicleOptions::default();
+        assert_eq!(options.validate(), Ok(()));
+        options.advanced.class.confusion[2][1] = 0.0;
+        assert!(options.validate().unwrap_err().contains("class"));
     }
 }

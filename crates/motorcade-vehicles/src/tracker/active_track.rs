@@ -43,13 +43,14 @@ impl ActiveTrack {
         localizer: &Localizer,
         ground: &GroundFrame,
         first: TrackBox,
+        options: &AdvancedTrackerOptions,
     ) -> Option<Self> {
         let (position, covariance) = localizer.position(ground, &first.observed)?;
         let motion = MotionFilter::new(&position, &covariance, &localizer.motion);
         let in_camera = ground.world_from_camera.inverse().transform_point(&Point3::from(position));
         let track = Track::new(id, first.observed.class, vec![first]);
         let mut votes = ClassVotes::default();
-        votes.add(&first);
+        votes.add(&first, options.least_vote);
         let (last_frame, last_ground, confident_s) = (first.frame, *ground, ground.time_s);
         let independent_boxes = 1.0;
         let standing = Standing::new(in_camera, covariance);
@@ -185,7 +186,7 @@ impl ActiveTrack {
         let mut motion = self.predict(localizer, ground);
         let elapsed_s = interval_s(self.last_ground.time_s, ground.time_s);
         self.independent_boxes += (elapsed_s / localizer.correlation_time_s).min(1.0);
-        self.votes.add(&next);
+        self.votes.add(&next, options.least_vote);
         let standing = self.standing.predict(&self.last_ground, ground, options);
         if let Some((position, covariance)) = localizer.position(ground, &next.observed) {
             let correlation = correlation_factor(localizer.correlation_time_s, elapsed_s);

@@ -104,7 +104,8 @@ impl Tracker {
             }
             let first =
                 TrackBox { frame, observed: localizer.observe(detection, &all), score: detection.score };
-            if let Some(begun) = ActiveTrack::begin(self.next_id, localizer, ground, first) {
+            if let Some(begun) = ActiveTrack::begin(self.next_id, localizer, ground, first, &options.advanced)
+            {
                 self.next_id += 1;
                 self.active.push(begun);
             }

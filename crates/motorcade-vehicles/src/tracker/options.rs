@@ -57,6 +57,9 @@ pub struct AdvancedTrackerOptions {
     pub decisive_evidence: f64,
     /// Largest change of the predicted box's scale between two boxes.
     pub largest_scale_change: f64,
+    /// Smallest weight of a box in the vote on the class, where its score is lower: every box counts, also those of files without scores. Chosen;
+    /// a larger one weighs doubtful boxes more.
+    pub least_vote: f64,
 }
 
 impl Default for AdvancedTrackerOptions {
@@ -71,6 +74,7 @@ impl Default for AdvancedTrackerOptions {
             most_evidence: 12.0,
             decisive_evidence: 10.0,
             largest_scale_change: 2.0,
+            least_vote: 0.01,
         }
     }
 }

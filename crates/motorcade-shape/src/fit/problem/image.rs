@@ -94,7 +94,7 @@ impl Problem<'_> {
         for edge in (0..4).filter(|e| observed.trusted[*e]) {
             let (value, index) = extreme[edge];
             let Some((_, j)) = self.image(index, state, rotation, translation) else { return false };
-            let weight = 1.0 / observed.sigma_px(edge);
+            let weight = 1.0 / observed.sigma_px(edge, &self.options.advanced);
             rows.push(Row {
                 term: Term::BoxEdge,
                 r: (value - observed.edges_px[edge]) * weight,

@@ -17,7 +17,8 @@ impl Problem<'_> {
             j.fixed_rows_mut::<3>(3).copy_from(&(rotation.transpose() * up * weight));
             rows.push(Row { term: Term::Road, r: (up.dot(translation) + road.height_m) * weight, j });
         }
-        let sigma = self.road.map_or(self.options.level_sigma_rad, |r| r.lean_sigma_rad());
+        let sigma =
+            self.road.map_or(self.options.level_sigma_rad, |r| r.lean_sigma_rad(&self.options.advanced));
         // u = Rᵀ up is (0, 0, 1) for an upright vehicle; ∂u/∂ω = u^.
         let u = rotation.transpose() * up;
         let du = hat(&u);

@@ -77,7 +77,7 @@ impl ShapeFitter {
                 let pose_step = factor.solve(&-(blocks.gp + blocks.hps * shape_step));
                 let mut delta = SVector::<f64, DOF>::zeros();
                 delta.fixed_rows_mut::<6>(0).copy_from(&pose_step);
-                frame.state = step(&frame.state, &delta);
+                frame.state = step(&frame.state, &delta, &self.options().advanced);
                 frame.state.shape = shape;
             }
             match self.linearise(frames, repeated, rows) {

@@ -18,9 +18,6 @@ use joint::Frame;
 
 pub use result::{FrameFit, TrackFit};
 
-/// Cost by which the opposite heading must be better under the shared shape.
-const FLIP_GAIN: f64 = 1.0;
-
 impl ShapeFitter {
     /// Poses of a vehicle in many images with one shape for all: every frame is first fitted alone, then all poses and the
     /// shape together, poses eliminated by the Schur complement. Unusable frames return their error; the size
@@ -127,7 +124,7 @@ impl ShapeFitter {
             let start = State { camera_from_vehicle: opposite.camera_from_vehicle, shape: frame.state.shape };
             let effort = Effort::full(self.options().max_iterations);
             let Some(there) = refine(&problem, start, Free::Pose, effort, rows) else { continue };
-            if there.cost + problem.discrete_cost(&there.state) + FLIP_GAIN < now {
+            if there.cost + problem.discrete_cost(&there.state) + self.options().advanced.flip_gain < now {
                 (frame.problem, frame.state, frame.swapped) = (problem, there.state, swapped);
                 turned = true;
             }
