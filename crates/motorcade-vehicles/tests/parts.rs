@@ -105,7 +105,7 @@ fn a_slip_to_the_neighbour_beside_the_road_is_no_slow_drive() {
         let found = estimate_consistently(&CAMERA, &grounds, &track, &views, &options, Some(&mut 20));
         found.iter().map(|v| v.p_moving).collect::<Vec<_>>()
     };
-    for by_m in [5.0, 6.0, 7.0] {
+    for by_m in [6.0, 7.0, 8.0] {
         let slips = |k: usize| if k < 20 { 72.0 } else { 72.0 + by_m };
         let (driving, standing) = (estimate(&slips, None), estimate(&slips, Some(0.1)));
         assert!(driving.len() == 1 && driving[0] > 0.5, "{by_m} m: {driving:?}");

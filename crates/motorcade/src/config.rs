@@ -253,7 +253,7 @@ impl Config {
         self.graph.validate()?;
         self.places.validate()?;
         self.loops.validate()?;
-        self.vehicles.advanced.keypoints.fit.validate()?;
+        self.vehicles.validate()?;
         check((0.0..=1.0).contains(&self.tracker.least_iou), "tracker.least_iou must lie between 0 and 1")
     }
 }

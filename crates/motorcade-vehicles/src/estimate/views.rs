@@ -73,6 +73,7 @@ impl Views {
                 position: ground.world_from_camera.transform_point(&view.position_in_camera).coords,
                 covariance: r * view.covariance * r.transpose(),
                 range_m: view.position_in_camera.coords.norm(),
+                toward: r * view.position_in_camera.coords.normalize(),
             }
         };
         self.views.iter().map(one).collect()

@@ -1,6 +1,6 @@
 //! Probability that a vehicle moves.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::motion::PositionMeasurement;
 use crate::motion::line::Line;
@@ -26,10 +26,14 @@ pub fn probability_moving(
     }
     let line = Line::new(positions);
     let velocity = line.velocity();
-    // A relative depth error common to all positions (size, slope), and a common multiple of each position's own standard deviation
-    // (pitch of the road), look like motion while the range changes.
-    let common = line.slope(|p| options.common_depth_share * p.range_m);
-    let apparent_speed = common.hypot(line.slope(|p| p.covariance.trace().sqrt()));
+    // A relative depth error common to all positions (size, slope), a common multiple of each position's own standard deviation along the
+    // line of sight (pitch of the road), and the centre of a vehicle against the side that is seen, look like motion while range and line of
+    // sight change.
+    let modes: [Vector3<f64>; 3] = [
+        line.slope_of(|p| p.toward * (options.common_depth_share * p.range_m)),
+        line.slope_of(|p| p.toward * p.covariance.trace().sqrt()),
+        line.slope_of(|p| p.toward * options.common_centre_m),
+    ];
     // Noise of the line: all positions together have the weight of a few independent ones. Their scatter about the line tells how far
     // their covariances, which hold errors common to all as well, are from it: a scaled inverse χ² with a prior of `noise_dof`.
     let count = positions.len();
@@ -38,13 +42,20 @@ pub fn probability_moving(
     let prior = options.noise_dof;
     let scatter = (prior + line.reduced_scatter() * freedom) / (prior + freedom);
     let noise =
-        (scatter / line.information * count as f64 / independent).sqrt() * options.noise_factor / duration;
-    let sigma = options.speed_floor_mps.hypot(apparent_speed).hypot(noise) * inflation;
+        line.velocity_covariance() * (options.noise_factor.powi(2) * scatter * count as f64 / independent);
+    let floor = Matrix3::identity() * options.speed_floor_mps.powi(2);
+    let covariance =
+        modes.iter().fold(floor + noise, |sum, mode| sum + mode * mode.transpose()) * inflation.powi(2);
+    let sigma_along =
+        |direction: &Vector3<f64>| (direction.transpose() * covariance * direction)[0].max(0.0).sqrt();
     let along = |forward: &Vector3<f64>| {
         let speed = velocity.dot(forward);
-        speed.max(-options.backward_share * speed)
+        speed.max(-options.backward_share * speed) / sigma_along(forward)
     };
-    let sigmas = forward.map_or_else(|| velocity.norm(), along) / sigma;
+    let free =
+        || covariance.try_inverse().map_or(0.0, |i| (velocity.transpose() * i * velocity)[0].max(0.0).sqrt());
+    let sigmas = forward.map_or_else(free, along);
+    let sigma = sigma_along(&velocity.try_normalize(1e-9).unwrap_or_else(Vector3::z));
     let log_odds = options.logistic_slope * (sigmas - options.even_odds_sigmas);
     // A speed that is hardly known says little: standing never has more confidence than a measured speed of zero would give
     // it against the speeds of traffic (Bayes factor; Kass and Raftery, JASA 1995).
@@ -68,6 +79,7 @@ pub(super) mod tests {
                     position,
                     covariance: Matrix3::identity() * 0.09,
                     range_m: 20.0,
+                    toward: Vector3::z(),
                 }
             })
             .collect()
@@ -94,8 +106,8 @@ pub(super) mod tests {
             }
             moving(&few)
         };
-        assert!((0.3..0.5).contains(&seen(0.0)), "{}", seen(0.0));
-        assert!((0.3..0.5).contains(&seen(5.0)), "{}", seen(5.0));
+        assert!((0.15..0.5).contains(&seen(0.0)), "{}", seen(0.0));
+        assert!((0.15..0.6).contains(&seen(5.0)), "{}", seen(5.0));
     }
 
     /// Covariances hold what is common to all positions too: positions of an oncoming car that lie on a line tell that it moves.
@@ -147,6 +159,7 @@ pub(super) mod tests {
                     position: Vector3::new(2.0, 1.6, from_m - own_mps * t + 0.5 * by_degree),
                     covariance: Matrix3::from_diagonal(&Vector3::new(0.01, 0.01, variance_z)),
                     range_m,
+                    toward: Vector3::z(),
                 }
             };
             (0..30).map(one).collect()

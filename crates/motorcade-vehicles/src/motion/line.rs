@@ -1,6 +1,6 @@
 //! A straight line through positions over time.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::motion::PositionMeasurement;
 
@@ -28,9 +28,15 @@ impl<'a> Line<'a> {
         weight(p) * (p.time_s - self.mean_time_s)
     }
 
-    /// Slope over time of a value of each position \[1/s\].
-    pub(crate) fn slope(&self, value: impl Fn(&PositionMeasurement) -> f64) -> f64 {
-        self.positions.iter().map(|p| value(p) * self.lever(p)).sum::<f64>() / self.levers
+    /// Slope over time of a vector at each position \[1/s\].
+    pub(crate) fn slope_of(&self, value: impl Fn(&PositionMeasurement) -> Vector3<f64>) -> Vector3<f64> {
+        self.positions.iter().map(|p| value(p) * self.lever(p)).sum::<Vector3<f64>>() / self.levers
+    }
+
+    /// Covariance of the velocity by independent positions (3×3) \[m²/s²\].
+    pub(crate) fn velocity_covariance(&self) -> Matrix3<f64> {
+        let of = |p: &PositionMeasurement| p.covariance * (self.lever(p) / self.levers).powi(2);
+        self.positions.iter().map(of).sum()
     }
 
     /// Mean squared distance of the positions from the line over that which their covariances tell; 1 without any to spare.
@@ -50,7 +56,7 @@ impl<'a> Line<'a> {
 
     /// Slope over time of the positions \[m/s\].
     pub(crate) fn velocity(&self) -> Vector3<f64> {
-        self.positions.iter().map(|p| p.position * self.lever(p)).sum::<Vector3<f64>>() / self.levers
+        self.slope_of(|p| p.position)
     }
 }
 

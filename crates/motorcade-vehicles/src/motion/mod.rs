@@ -27,6 +27,8 @@ pub struct PositionMeasurement {
     pub covariance: Matrix3<f64>,
     /// Distance from the camera \[m\].
     pub range_m: f64,
+    /// Unit vector from the camera to it, world frame.
+    pub toward: Vector3<f64>,
 }
 
 /// Position and velocity at a time.

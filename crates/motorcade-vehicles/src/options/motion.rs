@@ -48,16 +48,18 @@ pub struct KinematicStateOptions {
     /// standing vehicles moving and more slow ones standing. Rendered drives would have 0.08, the labelled tracks of KITTI 0005, 0001 and 0007 not
     /// (BENCHMARK, Constants over scenarios and seeds).
     pub common_depth_share: f64,
+    /// Error of a vehicle's centre against the side of it that is seen, common to all positions of a track \[m\]: between half a width and half a
+    /// length. It moves across the line of sight while that turns; a larger one calls fewer parked cars beside the road moving, and crossing ones later.
+    pub common_centre_m: f64,
     /// Speed below which motion is not observable \[m/s\].
     pub speed_floor_mps: f64,
     /// Positions count as at most this many independent ones in the noise of the mean velocity.
     pub independent_views: f64,
-    /// Factor on the noise of the mean velocity over the duration: about √12, that of the slope of a line through positions spread evenly over
-    /// time. A larger one calls fewer standing vehicles moving and more slow ones standing, as `even_odds_sigmas` does (BENCHMARK, Constants over
-    /// scenarios and seeds).
+    /// Factor on the standard deviation of the mean velocity by the positions' own: below 1, because they hold what is common to all positions
+    /// as well. A larger one calls fewer standing vehicles moving and more slow ones standing, as `even_odds_sigmas` does.
     pub noise_factor: f64,
-    /// Weight of the covariances of single positions against their scatter about a line, in degrees of freedom: as many as independent
-    /// positions at most. A larger one decides later where the covariances hold what is common to all positions.
+    /// Weight of the covariances of single positions against their scatter about a line, in degrees of freedom. A larger one decides later where
+    /// the covariances hold what is common to all positions. Rendered drives, online, prefer 1 and 2 to 4; labelled tracks do not tell.
     pub noise_dof: f64,
     /// Share of a speed that counts where it points backwards: few vehicles reverse, and few headings are the wrong way round.
     pub backward_share: f64,
@@ -87,10 +89,11 @@ impl Default for KinematicStateOptions {
         Self {
             shortest_s: 0.25,
             common_depth_share: 0.05,
+            common_centre_m: 1.6,
             speed_floor_mps: 0.3,
             independent_views: 4.0,
-            noise_factor: 3.0,
-            noise_dof: 4.0,
+            noise_factor: 0.87,
+            noise_dof: 2.0,
             backward_share: 0.5,
             even_odds_sigmas: 3.0,
             logistic_slope: 2.0,
