@@ -6,6 +6,8 @@ use motorcade_odometry::{EgoFrame, EgoTrajectory};
 use motorcade_vehicles::{VehicleState, VehicleTrajectory};
 use nalgebra::{Isometry3, Matrix6, Vector3};
 
+use crate::times::FrameTimes;
+
 /// Solution of a graph.
 #[derive(Clone, Copy)]
 pub(crate) struct Solution<'a> {
@@ -45,6 +47,32 @@ impl Solution<'_> {
             written = true;
         }
         Ok(written)
+    }
+
+    /// Writes the speeds of a moving vehicle in the frames from `from` on: along its heading, by its poses before and after. The front end has them by
+    /// positions alone, which scatter along the line of sight; its standard deviations stay.
+    pub(crate) fn write_speeds(
+        &self,
+        from: usize,
+        vehicle: &mut VehicleTrajectory,
+        nodes: &[VariableId],
+        times: FrameTimes<'_>,
+    ) -> Result<(), GraphError> {
+        let last = vehicle.states.len().min(nodes.len()).saturating_sub(1);
+        let frames: Vec<usize> = vehicle.states.iter().map(|s| s.frame).collect();
+        for (k, state) in vehicle.states.iter_mut().enumerate().take(last + 1) {
+            let (before, after) = (k.saturating_sub(1), (k + 1).min(last));
+            // A standing vehicle has one node.
+            if state.frame < from || nodes[before] == nodes[after] {
+                continue;
+            }
+            let (a, b): (Pose<World, Vehicle>, Pose<World, Vehicle>) =
+                (self.pose(nodes[before])?, self.pose(nodes[after])?);
+            let forward = state.world_from_vehicle.transform_vector(&Vector3::x());
+            let way_m = (b.translation() - a.translation()).dot(&forward);
+            state.speed_mps = way_m / times.between(frames[before], frames[after]);
+        }
+        Ok(())
     }
 
     /// Writes the size of a vehicle, its scale refined by all measurements together, and its covariance. `weight` is that of the

@@ -183,7 +183,7 @@ impl MultibodyGraph {
         };
         let nodes = self.add_edges(vehicles, &context)?;
         let report = self.solve(times.mean_interval())?;
-        self.write_back(ego, vehicles, (&cameras, &nodes), weight)?;
+        self.write_back(ego, vehicles, (&cameras, &nodes), (weight, times))?;
         Ok(report)
     }
 
@@ -321,7 +321,7 @@ impl MultibodyGraph {
         ego: &mut EgoTrajectory,
         vehicles: &mut [VehicleTrajectory],
         (cameras, nodes): (&[VariableId], &[Vec<VariableId>]),
-        weight: f64,
+        (weight, times): (f64, FrameTimes<'_>),
     ) -> Result<(), GraphError> {
         let from = if self.whole_drive { 0 } else { ego.frames.len().saturating_sub(1) };
         let marginals = self.window.marginals()?;
@@ -329,6 +329,7 @@ impl MultibodyGraph {
         solution.write_cameras(from, ego)?;
         for (vehicle, nodes) in vehicles.iter_mut().zip(nodes) {
             let written = solution.write_states(from, vehicle, nodes, ego)?;
+            solution.write_speeds(from, vehicle, nodes, times)?;
             let scales = self.vehicles.get(&vehicle.id).and_then(|v| v.scales);
             if let Some(scales) = scales.filter(|_| written) {
                 solution.write_size(vehicle, scales.size, weight)?;

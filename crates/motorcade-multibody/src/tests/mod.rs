@@ -302,3 +302,20 @@ fn measurements_that_disagree_on_the_position_do_not_turn_a_parked_car() {
     let (place_m, turn_rad) = worst(&found, |_| truth);
     assert!(turn_rad < 1e-3 && place_m < 3.0, "{turn_rad} rad, {place_m} m");
 }
+
+/// The front end's speed of a vehicle that is seen for a moment is that of positions that scatter along the line of sight.
+#[test]
+fn speeds_are_those_of_the_poses() {
+    let noise = noise(5, 1.0);
+    let mut start = vehicle(ahead, |k| vec![seen(Source::Box, &ahead(k), k, &noise[k])], 1.0);
+    start.states.iter_mut().for_each(|s| s.speed_mps = 31.0);
+    let (found, _) = solved(start, &GraphOptions::default());
+    let truth_mps = (ahead(1).translation() - ahead(0).translation()).norm() / 0.1;
+    let errors: Vec<f64> = found.states.iter().map(|s| (s.speed_mps - truth_mps).abs()).collect();
+    assert!(errors.iter().all(|error| *error < 1.5), "{truth_mps}: {errors:?}");
+    for k in 1..found.states.len() - 1 {
+        let at = |k: usize| found.states[k].world_from_vehicle.translation();
+        let way_m = (at(k + 1) - at(k - 1)).norm();
+        assert!((found.states[k].speed_mps - way_m / 0.2).abs() < 0.05, "{k}");
+    }
+}
