@@ -62,7 +62,6 @@ mod manifest;
 mod models;
 mod network;
 mod observations;
-mod options;
 mod perception;
 mod recording;
 mod replay;
@@ -84,11 +83,11 @@ pub use manifest::{
 };
 pub use models::{ModelSet, ModelSource};
 pub use network::{
-    BoxDetector, CropOptions, Engine, KeypointNetwork, ModelOptions, Network, RoadNetwork, SceneNetwork,
-    SuppressionOptions, suppress,
+    BoxDetector, CropOptions, DetectorOptions, Engine, KeypointNetwork, ModelOptions, Network, RoadNetwork,
+    SceneNetwork, SuppressionOptions, suppress,
 };
 pub use observations::Observations;
-pub use options::DetectorOptions;
+
 pub use perception::{Perception, PerceptionOptions};
 pub use recording::Recording;
 pub use road::RoadMask;

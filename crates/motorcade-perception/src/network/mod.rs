@@ -2,6 +2,8 @@
 
 mod boxes;
 mod crop;
+mod crop_options;
+mod detector_options;
 mod engine;
 mod keypoints;
 mod nms;
@@ -17,8 +19,10 @@ mod scene;
 mod segmentation;
 
 pub use boxes::BoxDetector;
+pub use crop_options::CropOptions;
+pub use detector_options::DetectorOptions;
 pub use engine::Network;
-pub use keypoints::{CropOptions, KeypointNetwork};
+pub use keypoints::KeypointNetwork;
 pub use nms::{SuppressionOptions, suppress};
 pub use options::{Engine, ModelOptions};
 pub use scene::SceneNetwork;

@@ -1,6 +1,6 @@
 //! Options of inference.
 
-use crate::options::DetectorOptions;
+use super::detector_options::DetectorOptions;
 
 /// Inference engine. The results of two engines differ by rounding.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -7,6 +7,7 @@ use motorcade_dataset::Frame;
 use rten_tensor::Tensor;
 use rten_tensor::prelude::*;
 
+use super::detector_options::DetectorOptions;
 use super::engine::Network;
 use super::nms::suppress_and_average;
 use super::preprocess::{Scale, input};
@@ -14,7 +15,6 @@ use crate::detection::{BoundingBox, BoxConvention, Detection, VehicleClass};
 use crate::detectors::{RoadSegmenter, VehicleDetector};
 use crate::error::Result;
 use crate::manifest::EdgeErrors;
-use crate::options::DetectorOptions;
 use crate::road::RoadMask;
 
 /// Classes by channel.

@@ -8,6 +8,7 @@ use image::RgbImage;
 use motorcade_dataset::Frame;
 use rten_tensor::Tensor;
 
+use super::detector_options::DetectorOptions;
 use super::engine::Network;
 use super::nms::{SuppressionOptions, suppress};
 use super::preprocess::{input, scale};
@@ -15,7 +16,6 @@ use crate::detection::{BoundingBox, BoxConvention, Detection, VehicleClass};
 use crate::detectors::VehicleDetector;
 use crate::error::Result;
 use crate::manifest::BoxFamily;
-use crate::options::DetectorOptions;
 
 /// Least width and height of a box \[px\].
 const LEAST_SIDE_PX: f64 = 2.0;

@@ -1,7 +1,8 @@
 //! Options of perception: scores, crops, suppression, regions fixed to the camera.
 
+use super::crop_options::CropOptions;
+use super::nms::SuppressionOptions;
 use crate::fixed_regions::FixedRegionOptions;
-use crate::network::{CropOptions, SuppressionOptions};
 
 /// What the detectors hand out. Changing it makes kept perceptions and checkpoints of networks different ones.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
