@@ -111,10 +111,10 @@ try {
     return folded ? folded.parentElement.open : undefined;
   });
   if (opened !== undefined) {
-    await page.keyboard.press('Space');
+    await page.keyboard.press(' ');
     const after = await page.evaluate(() => [document.querySelector('summary').parentElement.open, document.getElementById('play').ariaLabel]);
     assert.deepEqual(after, [!opened, 'Play']);
-    await page.keyboard.press('Space');
+    await page.keyboard.press(' ');
     await page.evaluate(() => document.activeElement.blur());
   }
 
