@@ -4,7 +4,7 @@ use super::crop_options::CropOptions;
 use super::nms::SuppressionOptions;
 use crate::fixed_regions::FixedRegionOptions;
 
-/// What the detectors hand out. Changing it makes kept perceptions and checkpoints of networks different ones.
+/// Options of the detectors. A change of one makes kept perceptions and checkpoints those of another run.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct DetectorOptions {
