@@ -34,6 +34,7 @@ mod joint_size;
 mod met_again;
 mod motion;
 mod observed_box;
+mod one_place;
 mod options;
 mod outline;
 mod size_prior;
@@ -56,6 +57,7 @@ pub use met_again::join_met_again;
 pub use motion::{KinematicState, PositionMeasurement, probability_moving, smooth_motion, static_position};
 pub use motorcade_shape::{Dimensions, SizePrior};
 pub use observed_box::ObservedBox;
+pub use one_place::join_in_one_place;
 pub use options::{
     AdvancedVehicleOptions, BoxFitOptions, ClassOptions, ExternalViewOptions, HeadingOptions,
     HypothesisOptions, KeypointViewOptions, KinematicStateOptions, MotionOptions, SizeOptions, TrafficSide,

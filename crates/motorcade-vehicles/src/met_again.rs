@@ -56,7 +56,7 @@ fn last_pass(vehicle: &VehicleTrajectory) -> Option<RangeInclusive<usize>> {
 }
 
 /// The state that is known best.
-fn best(vehicle: &VehicleTrajectory) -> Option<&VehicleState> {
+pub(crate) fn best(vehicle: &VehicleTrajectory) -> Option<&VehicleState> {
     let variance = |s: &VehicleState| s.covariance.fixed_view::<3, 3>(3, 3).trace();
     vehicle.states.iter().min_by(|a, b| variance(a).total_cmp(&variance(b)))
 }
@@ -81,7 +81,7 @@ fn same_place(a: &VehicleTrajectory, b: &VehicleTrajectory) -> Option<f64> {
 }
 
 /// Adds the states of a later pass to those of the earlier ones, for one size.
-fn join(earlier: &mut VehicleTrajectory, mut later: VehicleTrajectory) {
+pub(crate) fn join(earlier: &mut VehicleTrajectory, mut later: VehicleTrajectory) {
     let (variance, other) = (earlier.scale_variance(), later.scale_variance());
     let apart = (later.size.height_m / earlier.size.height_m).ln();
     // The better known size counts: both have the same prior, so that they do not confirm each other.

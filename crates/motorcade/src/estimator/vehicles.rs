@@ -7,7 +7,8 @@ use motorcade_odometry::{EgoFrame, EgoTrajectory};
 use motorcade_perception::{Detection, VehicleKeypoints};
 use motorcade_vehicles::{
     ExternalTrack, GroundFrame, KeypointFitters, KeypointTrack, KeypointViews, Track, VehicleTrajectory,
-    estimate_consistently, estimate_track, external_tracks, without_clutter, without_doubles,
+    estimate_consistently, estimate_track, external_tracks, join_in_one_place, without_clutter,
+    without_doubles,
 };
 
 use crate::record::FrameInfo;
@@ -82,7 +83,9 @@ pub(crate) fn estimate_vehicles(
         vehicles = without_clutter(vehicles, &tracks, camera, grounds, options, estimate);
     }
     vehicles.sort_by_key(|v| v.id);
-    without_doubles(vehicles, &options.advanced.hypothesis)
+    let vehicles = without_doubles(vehicles, &options.advanced.hypothesis);
+    // Online a vehicle keeps the identity of its track while the window moves on.
+    if part { join_in_one_place(vehicles, options.advanced.kinematic_state.moving_from) } else { vehicles }
 }
 
 /// Times of frames \[s\], from the first.

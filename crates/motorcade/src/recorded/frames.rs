@@ -6,7 +6,7 @@ use motorcade_dataset::{Trajectory, read_trajectory};
 use motorcade_geometry::{Camera, Pose, World};
 use nalgebra::{Matrix6, Vector3};
 
-use super::table::Table;
+use super::table::{NamedRow, Table};
 use crate::error::{Error, Result};
 
 /// A frame of a run.
@@ -51,7 +51,18 @@ pub(super) fn read(directory: &Path) -> Result<Vec<RecordedFrame>> {
         }
         let step_mps = row.number("speed_mps")?;
         let of_step = (step_mps, Some(step_mps * row.number("scale_sigma_rel")?));
-        let (speed_mps, speed_sigma_mps) = speeds.get(at).copied().unwrap_or(of_step);
+        let speed = speeds.as_ref().map(|speeds| speeds.get(at).copied());
+        let (speed_mps, speed_sigma_mps) = match speed {
+            None => of_step,
+            Some(Some((of_frame, mps, sigma_mps))) if of_frame == number => (mps, sigma_mps),
+            // One row more or less is named with the other tables below.
+            Some(None) => break,
+            Some(Some((of_frame, ..))) => {
+                let problem =
+                    format!("row {} is of frame {of_frame}, that of frames.csv of {number}", at + 1);
+                return Err(Error::Input(format!("{}: {problem}", directory.join("speeds.csv").display())));
+            }
+        };
         let [pitch, roll] = row.numbers(["road_pitch_rad", "road_roll_rad"])?;
         frames.push(RecordedFrame {
             number,
@@ -64,26 +75,35 @@ pub(super) fn read(directory: &Path) -> Result<Vec<RecordedFrame>> {
             covariance: *covariance,
         });
     }
-    let lengths = [table.rows().count(), poses.poses.len(), times.len(), covariances.len()];
-    if lengths.iter().any(|length| *length != frames.len()) {
+    let with_speeds = speeds.as_ref().map(|speeds| ("speeds.csv", speeds.len()));
+    let lengths = [
+        ("frames.csv", table.rows().count()),
+        ("ego.tum", times.len()),
+        ("ego_covariance.csv", covariances.len()),
+    ];
+    let lengths: Vec<_> = lengths.into_iter().chain(with_speeds).collect();
+    if lengths.iter().any(|(_, length)| *length != frames.len()) {
+        let found: Vec<String> = lengths.iter().map(|(name, length)| format!("{name} {length}")).collect();
         return Err(Error::Input(format!(
-            "{}: frames.csv, ego.tum and ego_covariance.csv have {}, {} and {} rows; expected one a frame in each",
+            "{}: numbers of rows: {}; expected one a frame in each: this directory is not of one finished run; \
+             write it anew",
             directory.display(),
-            lengths[0],
-            lengths[2],
-            lengths[3]
+            found.join(", ")
         )));
     }
     Ok(frames)
 }
 
-/// Speed of the camera and its standard deviation \[m/s\] in every frame; none without the file.
-fn speeds(path: &Path) -> Result<Vec<(f64, Option<f64>)>> {
+/// Frame number, speed of the camera and its standard deviation \[m/s\] of every row; `None` without the file.
+fn speeds(path: &Path) -> Result<Option<Vec<(u64, f64, Option<f64>)>>> {
     if !path.exists() {
-        return Ok(Vec::new());
+        return Ok(None);
     }
     let table = Table::read(path)?;
-    table.rows().map(|row| Ok((row.number("speed_mps")?, row.number_or_none("sigma_speed_mps")?))).collect()
+    let row = |row: NamedRow<'_>| {
+        Ok((row.whole("frame")?, row.number("speed_mps")?, row.number_or_none("sigma_speed_mps")?))
+    };
+    table.rows().map(row).collect::<Result<_>>().map(Some)
 }
 
 /// Covariances of all poses from their upper triangles.

@@ -49,6 +49,8 @@ frame,id,class,x_m,y_m,z_m,qx,qy,qz,qw,length_m,width_m,height_m,speed_mps,sigma
 7,3,Car,1,1.5,20,-0.5,0.5,-0.5,0.5,4,1.8,1.5,9,0.4,0.2,0.1,predicted,0.9,0
 ";
 
+    const SPEEDS: &str = "frame,time_s,speed_mps,sigma_speed_mps\n5,0.5,7.9,0.2\n7,0.7,8.1,\n";
+
     fn directory() -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
         let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
@@ -93,11 +95,7 @@ frame,id,class,x_m,y_m,z_m,qx,qy,qz,qw,length_m,width_m,height_m,speed_mps,sigma
         let folder = directory();
         let read = || RecordedRun::read(folder.path()).unwrap().frames;
         assert_eq!((read()[1].speed_mps, read()[1].speed_sigma_mps), (8.0, Some(0.16)));
-        std::fs::write(
-            folder.path().join("speeds.csv"),
-            "frame,time_s,speed_mps,sigma_speed_mps\n5,0.5,7.9,0.2\n7,0.7,8.1,\n",
-        )
-        .unwrap();
+        std::fs::write(folder.path().join("speeds.csv"), SPEEDS).unwrap();
         let told: Vec<_> = read().iter().map(|f| (f.speed_mps, f.speed_sigma_mps)).collect();
         assert_eq!(told, [(7.9, Some(0.2)), (8.1, None)]);
     }
@@ -110,9 +108,18 @@ frame,id,class,x_m,y_m,z_m,qx,qy,qz,qw,length_m,width_m,height_m,speed_mps,sigma
             ("tracks.csv", "p_moving", "p", "p_moving"),
             ("tracks.csv", "0.4,0.2", "0.4,NaN", "tracks.csv:2"),
             ("frames.csv", "7,bridged", "5,bridged", "frames.csv:3"),
-            ("ego.tum", "0.7 0 0 1.6 0 0 0 1\n", "", "2, 1 and 2 rows"),
+            (
+                "ego.tum",
+                "0.7 0 0 1.6 0 0 0 1\n",
+                "",
+                "frames.csv 2, ego.tum 1, ego_covariance.csv 2, speeds.csv 2",
+            ),
+            ("speeds.csv", "7,0.7,8.1,\n", "", "ego_covariance.csv 2, speeds.csv 1"),
+            ("speeds.csv", "7,0.7", "7,0.7,8.1,\n8,0.8", "speeds.csv 3"),
+            ("speeds.csv", "7,0.7", "6,0.7", "speeds.csv: row 2 is of frame 6"),
         ] {
             let folder = directory();
+            std::fs::write(folder.path().join("speeds.csv"), SPEEDS).unwrap();
             let path = folder.path().join(file);
             let text = std::fs::read_to_string(&path).unwrap().replacen(from, to, 1);
             std::fs::write(&path, text).unwrap();

@@ -1,0 +1,121 @@
+//! Standing vehicles in one place.
+//!
+//! Two tracks on a standing vehicle (one of its two boxes, the boxes before and after it was hidden, those parted from a track that slipped) become two
+//! cuboids within each other. Two vehicles are not in one place.
+
+use motorcade_geometry::{Pose, Vehicle, World};
+
+use crate::met_again::{best, join};
+use crate::trajectory::{Source, VehicleState, VehicleTrajectory};
+
+/// Makes one vehicle of standing ones of which one has its centre within the footprint of the other, where both are known best. Of
+/// the identities that of the vehicle with the larger sum of scores stays. Vehicles stand below the probability `moving_from`.
+pub fn join_in_one_place(vehicles: Vec<VehicleTrajectory>, moving_from: f64) -> Vec<VehicleTrajectory> {
+    let evidence = |v: &VehicleTrajectory| v.states.iter().map(|s| s.score).sum::<f64>();
+    let mut by_evidence = vehicles;
+    by_evidence.sort_by(|a, b| evidence(b).total_cmp(&evidence(a)).then(a.id.cmp(&b.id)));
+    let mut out: Vec<VehicleTrajectory> = Vec::with_capacity(by_evidence.len());
+    for vehicle in by_evidence {
+        let stands = |v: &VehicleTrajectory| v.p_moving < moving_from;
+        let in_place_of = |v: &&mut VehicleTrajectory| stands(v) && stands(&vehicle) && overlap(v, &vehicle);
+        match out.iter_mut().find(in_place_of) {
+            Some(stronger) => {
+                join(stronger, vehicle);
+                one_state_a_frame(&mut stronger.states);
+            }
+            None => out.push(vehicle),
+        }
+    }
+    out.sort_by_key(|v| v.id);
+    out
+}
+
+/// True when the centre of one vehicle lies within the footprint of the other one.
+fn overlap(a: &VehicleTrajectory, b: &VehicleTrajectory) -> bool {
+    let (Some(of_a), Some(of_b)) = (best(a), best(b)) else { return false };
+    let (of_a, of_b) = (&of_a.world_from_vehicle, &of_b.world_from_vehicle);
+    covers(a, of_a, of_b) || covers(b, of_b, of_a)
+}
+
+fn covers(vehicle: &VehicleTrajectory, at: &Pose<World, Vehicle>, other: &Pose<World, Vehicle>) -> bool {
+    let apart = (at.inverse() * *other).translation();
+    apart.x.abs() < 0.5 * vehicle.size.length_m && apart.y.abs() < 0.5 * vehicle.size.width_m
+}
+
+/// Of two states of a frame the measured one stays, and of two measured ones that with the larger score.
+fn one_state_a_frame(states: &mut Vec<VehicleState>) {
+    let key = |s: &VehicleState| (s.frame, s.source == Source::Predicted);
+    states.sort_by(|a, b| key(a).cmp(&key(b)).then(b.score.total_cmp(&a.score)));
+    states.dedup_by_key(|s| s.frame);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::size_prior::size_prior;
+    use motorcade_perception::VehicleClass;
+    use nalgebra::{Matrix3, Matrix6, Vector6};
+
+    /// A car along x at this place, measured with this score; predicted without.
+    fn vehicle(id: usize, frames: std::ops::Range<usize>, at: [f64; 2], score: f64) -> VehicleTrajectory {
+        let state = |frame| VehicleState {
+            frame,
+            world_from_vehicle: Pose::exp(&Vector6::new(0.0, 0.0, 0.0, at[0], at[1], 0.0)),
+            covariance: Matrix6::identity(),
+            bbox: None,
+            score,
+            speed_mps: 0.0,
+            speed_sigma_mps: 0.1,
+            yaw_rate_radps: 0.0,
+            source: if score > 0.0 { Source::Box } else { Source::Predicted },
+            measurement: None,
+            observations: Vec::new(),
+        };
+        VehicleTrajectory {
+            id,
+            class: VehicleClass::Car,
+            size: size_prior(VehicleClass::Car).mean,
+            size_covariance: Matrix3::identity() * 0.01,
+            size_by_road: None,
+            p_moving: 0.1,
+            states: frames.map(state).collect(),
+        }
+    }
+
+    #[test]
+    fn one_vehicle_stands_in_a_place() {
+        let all = vec![
+            vehicle(1, 10..20, [0.0, 0.5], 0.5),
+            vehicle(2, 5..30, [0.8, 0.1], 0.7),
+            vehicle(3, 5..30, [5.2, 0.0], 0.7),
+            vehicle(4, 5..30, [0.0, 2.1], 0.7),
+            vehicle(5, 40..45, [0.4, 0.0], 0.7),
+        ];
+        let found = join_in_one_place(all, 0.5);
+        let spans: Vec<(usize, usize)> = found.iter().map(|v| (v.id, v.states.len())).collect();
+        assert_eq!(spans, [(2, 30), (3, 25), (4, 25)]);
+        assert!(found[0].p_moving < 0.01);
+        assert!(found[0].states.windows(2).all(|w| w[0].frame < w[1].frame));
+    }
+
+    #[test]
+    fn measured_states_stay() {
+        let mut strong = vehicle(1, 0..30, [0.0, 0.0], 0.7);
+        for state in &mut strong.states[10..20] {
+            (state.score, state.source) = (0.0, Source::Predicted);
+        }
+        let weak = vehicle(2, 8..16, [0.2, 0.0], 0.5);
+        let found = join_in_one_place(vec![weak, strong], 0.5);
+        let score = |frame: usize| found[0].states[frame].score;
+        assert_eq!((found.len(), found[0].id), (1, 1));
+        assert_eq!([score(9), score(12), score(18)], [0.7, 0.5, 0.0]);
+    }
+
+    #[test]
+    fn what_moves_is_not_joined() {
+        let mut moves = vehicle(2, 0..10, [0.0, 0.0], 0.7);
+        moves.p_moving = 0.5;
+        assert_eq!(join_in_one_place(vec![vehicle(1, 0..10, [0.0, 0.0], 0.7), moves], 0.5).len(), 2);
+        assert!(join_in_one_place(Vec::new(), 0.5).is_empty());
+    }
+}
