@@ -3,9 +3,10 @@
 
     scripts/box_edges.py [--motorcade target/release/motorcade] [--frames 100] [--pixels 212992]
 
-Renders drives, detects with the program's own scene network, and prints for each range of heights the median error of the four edges (positive to the
-right and down) and its spread (1.48 × median absolute deviation), in pixels of the network's input. Cars that are whole and not occluded, nearest box by
-IoU, at least 0.25. Run it with a models.toml without `edge_errors` to measure them anew.
+Renders drives, detects with a scene network, and prints for each range of heights the median error of the four edges against the visible extent of the
+vehicle (positive to the right and down), its spread (1.48 × median absolute deviation) and the median shift of the whole box, in pixels of the network's
+input. Cars and vans that are whole and not occluded, nearest box by IoU, at least 0.25. To measure `edge_errors` anew, give a folder with a models.toml
+without them (--models). The project's network draws large rendered vehicles as cuboids, as their labels have it: the shift is of use there, not the edges.
 """
 import argparse
 import collections
@@ -13,6 +14,9 @@ import pathlib
 import statistics
 import subprocess
 import tempfile
+
+import numpy as np
+from PIL import Image
 
 DRIVES = [
     ("oncoming", 1242), ("crowd", 1242), ("dense", 1242), ("parked", 1242), ("overtaking", 1242), ("crossing", 1242), ("lorries", 1242),
@@ -24,6 +28,7 @@ BORDER_PX = 3.0
 
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
 parser.add_argument("--motorcade", default="target/release/motorcade")
+parser.add_argument("--models", help="folder of other networks")
 parser.add_argument("--frames", type=int, default=100)
 parser.add_argument("--pixels", type=int, default=832 * 256, help="of the network's input")
 options = parser.parse_args()
@@ -37,29 +42,46 @@ def iou(a, b):
     return width * height / (area(a) + area(b) - width * height)
 
 
-def boxes(path, keep):
+def boxes(path):
     """Boxes of a file in KITTI's columns by frame."""
     found = collections.defaultdict(list)
     for line in path.read_text().splitlines():
         row = line.split()
-        if keep(row):
-            found[int(row[0])].append([float(v) for v in row[6:10]])
+        found[int(row[0])].append([float(v) for v in row[6:10]])
     return found
+
+
+def extents(folder):
+    """Size of the pictures, and by frame the visible extents of the cars that are whole and not occluded, pixel centres at integers."""
+    found = collections.defaultdict(list)
+    with Image.open(next((folder / "instance/0000").iterdir())) as first:
+        size = first.size
+    for line in (folder / "label_02/0000.txt").read_text().splitlines():
+        row = line.split()
+        if row[2] in ("Car", "Van") and float(row[3]) == 0 and row[4] == "0":
+            found[int(row[0])].append(int(row[1]))
+    for frame, ids in found.items():
+        instance = np.array(Image.open(folder / f"instance/0000/{frame:06}.png"))
+        of_frame = []
+        for vehicle in ids:
+            rows, columns = (np.flatnonzero((instance == vehicle + 1).any(axis)) for axis in (1, 0))
+            if len(rows):
+                of_frame.append([columns[0] - 0.5, rows[0] - 0.5, columns[-1] + 0.5, rows[-1] + 0.5])
+        found[frame] = of_frame
+    return size, found
 
 
 def measured(folder, scenario, width, seed):
     """(height, errors of the edges) of each car, in pixels of the input."""
-    simulate = ["simulate", "--scenario", scenario, "--frames", options.frames, "--width", width, "--seed", seed, "--out", folder / "drive"]
-    run = ["run", folder / "drive/training", "--out", folder / "run"]
+    simulate = ["simulate", "--scenario", scenario, "--frames", options.frames, "--width", width, "--seed", seed, "--instance", "--out", folder / "drive"]
+    run = ["run", folder / "drive/training", "--out", folder / "run", *(["--models", options.models] if options.models else [])]
     for command in (simulate, run):
         command = [options.motorcade, *command, "--progress", "none", "--force"]
         subprocess.run([str(c) for c in command], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    image = subprocess.check_output(["file", next((folder / "drive/training/image_02/0000").iterdir())], text=True)
-    size = [int(v) for v in image.split(" image data, ")[1].split(",")[0].split(" x ")]
+    size, truth = extents(folder / "drive/training")
     shrink = min(1.0, (options.pixels / (size[0] * size[1])) ** 0.5)
     scale = [max(1, round(side * shrink / 32)) * 32 / side for side in size]
-    truth = boxes(folder / "drive/training/label_02/0000.txt", lambda r: r[2] == "Car" and r[3] == "0" and r[4] == "0")
-    found = boxes(folder / "run/detections.txt", lambda r: True)
+    found = boxes(folder / "run/detections.txt")
     for frame, cars in truth.items():
         for car in cars:
             best = max(found[frame], key=lambda b: iou(b, car), default=None)
@@ -73,9 +95,11 @@ with tempfile.TemporaryDirectory() as folder:
     for seed, (scenario, width) in enumerate(DRIVES):
         for height, errors in measured(pathlib.Path(folder) / str(seed), scenario, width, seed + 11):
             ranges[sum(height >= h for h in HEIGHTS)].append([height, *errors])
-print("boxes  height    left     top   right  bottom   (spread)")
+print("boxes  height    left     top   right  bottom   (spread)               shift right, down")
 for _, rows in sorted(ranges.items()):
     columns = list(zip(*rows))
     middles = [statistics.median(c) for c in columns]
     spreads = [1.48 * statistics.median(abs(v - m) for v in c) for c, m in zip(columns, middles)]
-    print(f"{len(rows):5d} {middles[0]:7.1f} " + " ".join(f"{m:+7.2f}" for m in middles[1:]) + "   " + " ".join(f"{s:.2f}" for s in spreads[1:]))
+    shifts = [statistics.median((row[k] + row[k + 2]) / 2 for row in rows) for k in (1, 2)]
+    cells = [" ".join(f"{m:+7.2f}" for m in middles[1:]), " ".join(f"{s:.2f}" for s in spreads[1:]), " ".join(f"{m:+.2f}" for m in shifts)]
+    print(f"{len(rows):5d} {middles[0]:7.1f} " + "   ".join(cells))

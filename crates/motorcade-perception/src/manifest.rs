@@ -125,7 +125,7 @@ pub enum OutputSpec {
         /// False takes the boxes alone.
         #[serde(default = "yes")]
         road: bool,
-        /// Mean errors of the edges of small boxes, in order of height; those of greater boxes are not corrected.
+        /// Mean errors of the edges of boxes, in order of height.
         #[serde(default)]
         edge_errors: Vec<EdgeErrors>,
     },
@@ -185,13 +185,13 @@ pub struct EdgeErrors {
 
 impl EdgeErrors {
     /// The errors (left, top, right, bottom) at a height, linear between those of a table in order of height: at smaller heights
-    /// those of the first line, beyond the last none.
+    /// those of the first line, at greater ones those of the last.
     pub(crate) fn at(table: &[Self], height: f64) -> [f64; 4] {
         let errors = |e: &Self| [e.left, e.top, e.right, e.bottom];
         let above = table.partition_point(|e| e.height < height);
         match (above.checked_sub(1).map(|k| &table[k]), table.get(above)) {
-            (_, None) => [0.0; 4],
-            (None, Some(first)) => errors(first),
+            (None, None) => [0.0; 4],
+            (Some(only), None) | (None, Some(only)) => errors(only),
             (Some(a), Some(b)) => {
                 let part = (height - a.height) / (b.height - a.height);
                 std::array::from_fn(|k| errors(a)[k] + part * (errors(b)[k] - errors(a)[k]))

@@ -45,7 +45,7 @@ class Crop:
 
 
 def window(sample: Sample, size: tuple[int, int], options: CropOptions, random: np.random.Generator) -> np.ndarray:
-    """Affine map crop_from_image, f64 [2, 3]."""
+    """Affine map crop_from_image, f64 [2, 3], of positions: the pixel with index i covers [i, i + 1), as boxes have it."""
     height, width = size
     source_height, source_width = sample.image.shape[:2]
     real = np.flatnonzero((sample.kinds >= 0) & (sample.boxes[:, 3] - sample.boxes[:, 1] > 9))
@@ -73,8 +73,13 @@ def window(sample: Sample, size: tuple[int, int], options: CropOptions, random: 
     middle = np.array([width, height]) / 2
     matrix = np.column_stack([turn @ matrix[:, :2], turn @ (matrix[:, 2] - middle) + middle])
     if mirror:
-        matrix = np.array([[-1.0, 0, width - 1], [0, 1.0, 0]]) @ np.vstack([matrix, [0, 0, 1]])
+        matrix = np.array([[-1.0, 0, width], [0, 1.0, 0]]) @ np.vstack([matrix, [0, 0, 1]])
     return matrix
+
+
+def of_indices(matrix: np.ndarray, middle: float = 0.5) -> np.ndarray:
+    """The map of pixel indices, as `cv2.warpAffine` takes it, of a map of positions; `middle` is the position of the middle of pixel 0."""
+    return np.column_stack([matrix[:, :2], matrix[:, 2] + middle * matrix[:, :2].sum(1) - 0.5])
 
 
 def move(boxes: np.ndarray, matrix: np.ndarray) -> np.ndarray:
@@ -92,10 +97,11 @@ def crop(
     height, width = size
     matrix = window(sample, size, options, random)
     smaller = abs(matrix[1, 1]) < 0.75
-    image = cv2.blur(sample.image, (2, 2)) if smaller else np.ascontiguousarray(sample.image)
-    image = cv2.warpAffine(image, matrix, (width, height), flags=cv2.INTER_LINEAR, borderValue=(114, 114, 114))
-    # The road is stored at half the size: pixel (x, y) there is (2 x + 0.5, 2 y + 0.5) here.
-    half = np.column_stack([2 * matrix[:, :2], matrix[:, 2] + 0.5 * matrix[:, :2].sum(1)])
+    # A pixel of the blurred picture is the mean of pixels i - 1 and i: its middle is between them, at the position i.
+    image, middle = (cv2.blur(sample.image, (2, 2)), 0.0) if smaller else (np.ascontiguousarray(sample.image), 0.5)
+    image = cv2.warpAffine(image, of_indices(matrix, middle), (width, height), flags=cv2.INTER_LINEAR, borderValue=(114, 114, 114))
+    # The road is stored at half the size.
+    half = of_indices(np.column_stack([2 * matrix[:, :2], matrix[:, 2]]))
     road = cv2.warpAffine(np.ascontiguousarray(sample.road), half, (width, height), flags=cv2.INTER_LINEAR)
     known = cv2.warpAffine(np.ones(sample.road.shape, np.uint8), half, (width, height), flags=cv2.INTER_NEAREST)
     moved = move(sample.boxes, matrix)

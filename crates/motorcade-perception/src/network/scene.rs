@@ -233,10 +233,10 @@ mod tests {
     }
 
     #[test]
-    fn small_boxes_lose_their_mean_errors() {
+    fn boxes_lose_their_mean_errors() {
         let at =
             |height: f64, top: f64, right: f64| EdgeErrors { height, top, right, left: 0.0, bottom: 0.0 };
-        let errors = [at(10.0, -2.0, 1.0), at(20.0, 0.0, 0.0)];
+        let errors = [at(10.0, -2.0, 1.0), at(20.0, 0.0, -1.0)];
         let scale = Scale { x: 2.0, y: 1.0 };
         let found = |edges: [f64; 4]| {
             let detection = Detection {
@@ -251,8 +251,9 @@ mod tests {
             corrected(detection, &errors, scale, (100, 80)).bbox.to_array()
         };
         assert_eq!(found([10.0, 20.0, 30.0, 30.0]), [10.0, 22.0, 28.0, 30.0]);
-        assert_eq!(found([10.0, 20.0, 30.0, 35.0]), [10.0, 21.0, 29.0, 35.0]);
-        assert_eq!(found([10.0, 20.0, 30.0, 45.0]), [10.0, 20.0, 30.0, 45.0]);
+        assert_eq!(found([10.0, 20.0, 30.0, 35.0]), [10.0, 21.0, 30.0, 35.0]);
+        // Greater ones have the errors of the last line.
+        assert_eq!(found([10.0, 20.0, 30.0, 45.0]), [10.0, 20.0, 32.0, 45.0]);
         // An edge at the border is where the picture ends.
         assert_eq!(found([80.0, 0.0, 99.0, 8.0]), [80.0, 0.0, 99.0, 8.0]);
     }
