@@ -58,8 +58,8 @@ pub use motorcade_shape::{Dimensions, SizePrior};
 pub use observed_box::ObservedBox;
 pub use options::{
     AdvancedVehicleOptions, BoxFitOptions, ClassOptions, ExternalViewOptions, HeadingOptions,
-    HypothesisOptions, KeypointViewOptions, KinematicStateOptions, MotionOptions, SizeOptions, TrafficSide,
-    VehicleOptions,
+    HypothesisOptions, KeypointViewOptions, KinematicStateOptions, MetAgainOptions, MotionOptions,
+    SizeOptions, TrafficSide, VehicleOptions,
 };
 pub use outline::{image_box, upright_pose};
 pub use size_prior::size_prior;
