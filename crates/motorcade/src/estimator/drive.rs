@@ -203,7 +203,12 @@ fn estimate_unit(
         let unit =
             unit::of(vehicles, &trajectory.world_from_camera, mean_interval_s(&record.frames), options);
         let Some(unit) = unit else { break };
-        let motion = trajectory.in_metres(unit.metres, 0..record.frames.len(), &record.timestamps_ns());
+        let motion = trajectory.in_metres(
+            unit.metres,
+            0..record.frames.len(),
+            &record.timestamps_ns(),
+            &settings.config.odometry.external,
+        );
         *ego = EgoTrajectory::metric(
             &motion,
             &[],

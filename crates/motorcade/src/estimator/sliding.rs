@@ -289,7 +289,8 @@ impl SlidingEstimator {
     ) -> Option<EgoTrajectory> {
         let (trajectory, unit) = (settings.external.trajectory.as_ref()?, self.unit?);
         let timestamps_ns: Vec<i64> = view.frames[rows.clone()].iter().map(|f| f.timestamp_ns).collect();
-        let motion = trajectory.in_metres(unit.metres, rows, &timestamps_ns);
+        let motion =
+            trajectory.in_metres(unit.metres, rows, &timestamps_ns, &settings.config.odometry.external);
         let unseen = view.road_measurements.is_empty();
         let advanced = &settings.config.scale.advanced;
         unseen.then(|| EgoTrajectory::metric(&motion, &[], settings.height_m, unit.sigma, advanced))
