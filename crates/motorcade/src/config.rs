@@ -180,7 +180,9 @@ impl Config {
         let table: Table = if text.trim_start().starts_with('{') {
             let record: serde_json::Value = serde_json::from_str(text).map_err(|e| problem(&e))?;
             let configuration = record.get("configuration").unwrap_or(&record);
-            Table::try_from(configuration).map_err(|e| problem(&e))?
+            let mut table = Table::try_from(configuration).map_err(|e| problem(&e))?;
+            REMOVED.iter().for_each(|path| remove(&mut table, path));
+            table
         } else {
             text.parse().map_err(|e| problem(&e))?
         };
@@ -255,6 +257,20 @@ impl Config {
         self.loops.validate()?;
         self.vehicles.validate()?;
         check((0.0..=1.0).contains(&self.tracker.least_iou), "tracker.least_iou must lie between 0 and 1")
+    }
+}
+
+/// Settings that earlier versions wrote into `run.json` and that follow from others now, or have no effect; a run of an earlier version can be repeated.
+const REMOVED: [&str; 1] = ["checks.focal_length.settling_keyframes"];
+
+fn remove(table: &mut Table, path: &str) {
+    match path.split_once('.') {
+        None => drop(table.remove(path)),
+        Some((key, rest)) => {
+            if let Some(Value::Table(inner)) = table.get_mut(key) {
+                remove(inner, rest);
+            }
+        }
     }
 }
 
@@ -364,5 +380,19 @@ mod tests {
         assert_eq!(Config::default().overlay(&text, "copy").unwrap(), config);
         let record = serde_json::json!({ "configuration": config }).to_string();
         assert_eq!(Config::default().overlay(&record, "run.json").unwrap(), config);
+    }
+
+    #[test]
+    fn a_record_of_an_earlier_version_reads_and_a_file_with_its_settings_does_not() {
+        for path in REMOVED {
+            let (table, key) = path.rsplit_once('.').unwrap();
+            let mut node = serde_json::json!({ key: 7 });
+            for part in table.rsplit('.') {
+                node = serde_json::json!({ part: node });
+            }
+            let record = serde_json::json!({ "configuration": node }).to_string();
+            assert_eq!(Config::default().overlay(&record, "run.json").unwrap(), Config::default());
+            assert!(Config::default().overlay(&format!("[{table}]\n{key} = 7"), "my.toml").is_err());
+        }
     }
 }
