@@ -16,6 +16,7 @@ use toml::{Table, Value};
 use crate::check_options::CheckOptions;
 use crate::error::{Error, Result};
 use crate::estimator_options::{DistanceOptions, OnlineOptions, UnitOptions, VehicleHeightOptions};
+use crate::output_options::OutputOptions;
 
 /// Ready-made configurations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -154,6 +155,8 @@ pub struct Config {
     pub loops: LoopOptions,
     /// Online runs.
     pub online: OnlineOptions,
+    /// Tables and report.
+    pub outputs: OutputOptions,
 }
 
 impl Config {
@@ -256,6 +259,7 @@ impl Config {
         self.places.validate()?;
         self.loops.validate()?;
         self.vehicles.validate()?;
+        self.outputs.validate()?;
         check((0.0..=1.0).contains(&self.tracker.least_iou), "tracker.least_iou must lie between 0 and 1")
     }
 }
