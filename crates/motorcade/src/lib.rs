@@ -67,7 +67,9 @@ mod swapped_frames;
 mod timing;
 
 pub use calibration::{CameraCalibration, FocalPrior, Mounting, PriorOrigin, calibrate};
-pub use check_options::{CheckOptions, ClockJumpOptions};
+pub use check_options::{
+    CheckOptions, ClockJumpOptions, PlausibilityOptions, RepeatedFrameOptions, SwappedFrameOptions,
+};
 pub use closed_loop::{ClosedLoop, Loops};
 pub use config::{Config, Preset, RunOptions, ScaleOptions, VehicleMask};
 pub use distances::{DistanceSensor, Distances};
