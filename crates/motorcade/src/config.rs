@@ -255,6 +255,13 @@ impl Config {
         check(self.online.lag_s > 0.0, "online.lag_s must be more than 0")?;
         check(self.online.scale_s > 0.0, "online.scale_s must be more than 0")?;
         check(self.online.interval_s >= 0.0, "online.interval_s must not be negative")?;
+        let online = &self.online.advanced;
+        check(online.forget_after_s >= 1.0, "online.advanced.forget_after_s must be at least 1")?;
+        check(
+            online.least_corrected_keyframes > 0,
+            "online.advanced.least_corrected_keyframes must be at least 1",
+        )?;
+        check(self.scale.distances.clock_sigma_s > 0.0, "scale.distances.clock_sigma_s must be positive")?;
         self.graph.validate()?;
         self.places.validate()?;
         self.loops.validate()?;

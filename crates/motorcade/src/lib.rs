@@ -76,7 +76,9 @@ pub use distances::{DistanceSensor, Distances};
 pub use error::{Error, Result};
 pub use estimate::{Estimate, VehicleEstimate};
 pub use estimator::{SlidingEstimator, estimate_drive};
-pub use estimator_options::{DistanceOptions, OnlineOptions, UnitOptions, VehicleHeightOptions};
+pub use estimator_options::{
+    AdvancedOnlineOptions, DistanceOptions, OnlineOptions, UnitOptions, VehicleHeightOptions,
+};
 pub use external::External;
 pub use external_files::ExternalFiles;
 pub use kept_map::{KeptMap, MapMatch, MapUse};
