@@ -23,6 +23,9 @@ const TRACKS: [(&str, &str, u64, i64); 6] = [
     ("keypoints_11_0-40_0.txt", "0011", 0, 0),
 ];
 
+/// Standard deviation of a keypoint as a share of the box: 2 px of the 64 px of a crop.
+const SIGMA_SHARE: f64 = 0.03;
+
 struct View {
     file: &'static str,
     camera: PinholeCamera,
@@ -62,7 +65,7 @@ fn views() -> Option<Vec<View>> {
         for (row, outputs) in read_outputs(&keypoints.join(file)).iter().enumerate() {
             let frame = first + row as u64;
             let Some(label) = labels.iter().find(|l| l.frame == frame && l.track == track) else { continue };
-            let mut observation = Observation::from_crop(outputs, label.bbox_px, 64.0);
+            let mut observation = Observation::from_crop(outputs, label.bbox_px, 64.0, SIGMA_SHARE);
             observation.road = Some(RoadPlane::level(1.65));
             // The prior of class `car` of motorcade-vehicles.
             observation.size = Some(SizePrior {

@@ -9,7 +9,8 @@ use crate::dimensions::SizePrior;
 use crate::error::FitError;
 
 /// Standard deviation of the height over a level road that was not measured \[m\]: heave of the body and unevenness, 3 cm for a car. A
-/// larger one takes the distance more from the size.
+/// larger one takes the distance more from the size. No option, as the slope below: a caller that knows more, as the vehicle stage does, sets the
+/// fields of its [`RoadPlane`].
 const LEVEL_HEIGHT_SIGMA_M: f64 = 0.03;
 /// Standard deviation of the slope of such a road \[°\]. The pitch of a driving car's camera varies by about 0.25° and the slope of streets by
 /// 0.2° over 20 m; 0.5° also covers a camera that is not mounted exactly level. A larger one has the same effect.
@@ -17,8 +18,6 @@ const LEVEL_SLOPE_SIGMA_DEG: f64 = 0.5;
 /// Distance from the border of the image up to which an edge of a box may be truncated \[px\]: the error of a detector's edge at the border. Chosen,
 /// as `box_fit.border_px` of the vehicle options: a wider border trusts fewer edges.
 const BORDER_PX: f64 = 3.0;
-/// Standard deviation of a keypoint as a share of the box's side: 2 px of a 64 px heat map, as `keypoints.sigma_share` of the vehicle options.
-const SIGMA_OF_SIDE: f64 = 0.03;
 
 /// Output of a keypoint network for one point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -138,9 +137,9 @@ impl Observation {
     }
 
     /// Outputs (x, y, confidence) of a network that looks at the box's content stretched to `crop_px` square:
-    /// `pixel_x = x · w / crop + x1`. The sigma is 3 % of the box's sides. The
+    /// `pixel_x = x · w / crop + x1`. The sigma is the share `sigma_share` of the box's sides. The
     /// box's edges are not measurements unless `image_box` is set.
-    pub fn from_crop(outputs: &[[f64; 3]], edges_px: [f64; 4], crop_px: f64) -> Self {
+    pub fn from_crop(outputs: &[[f64; 3]], edges_px: [f64; 4], crop_px: f64, sigma_share: f64) -> Self {
         let [x1, y1, x2, y2] = edges_px;
         let (w, h) = (x2 - x1, y2 - y1);
         let keypoints = outputs
@@ -150,7 +149,7 @@ impl Observation {
                 ObservedKeypoint::new(pixel, *confidence)
             })
             .collect();
-        Self::with_sigma(keypoints, Vector2::new(w, h) * SIGMA_OF_SIDE)
+        Self::with_sigma(keypoints, Vector2::new(w, h) * sigma_share)
     }
 
     /// Checks that numbers are finite and in range.
