@@ -59,6 +59,9 @@ impl VehicleOptions {
         if kinematic_state.least_road_boxes < 1 {
             return Err("vehicles.advanced.kinematic_state.least_road_boxes must be at least 1".to_owned());
         }
+        if keypoints.road_height_sigma_m <= 0.0 {
+            return Err("vehicles.advanced.keypoints.road_height_sigma_m must be positive".to_owned());
+        }
         met_again.validate()?;
         keypoints.fit.validate()
     }
