@@ -272,7 +272,12 @@ impl Config {
 }
 
 /// Settings that earlier versions wrote into `run.json` and that follow from others now, or have no effect; a run of an earlier version can be repeated.
-const REMOVED: [&str; 1] = ["checks.focal_length.settling_keyframes"];
+const REMOVED: [&str; 4] = [
+    "checks.focal_length.settling_keyframes",
+    "vehicles.advanced.keypoints.fit.advanced.box_edge_scale",
+    "vehicles.advanced.keypoints.fit.advanced.box_edge_sigma_px",
+    "vehicles.advanced.keypoints.fit.advanced.box_edge_share",
+];
 
 fn remove(table: &mut Table, path: &str) {
     match path.split_once('.') {

@@ -1,6 +1,5 @@
 //! Observation of one vehicle in one image.
 
-use motorcade_geometry::PinholeCamera;
 use nalgebra::{Point2, Vector2, Vector3};
 
 use super::heading::HeadingEvidence;
@@ -15,9 +14,6 @@ const LEVEL_HEIGHT_SIGMA_M: f64 = 0.03;
 /// Standard deviation of the slope of such a road \[°\]. The pitch of a driving car's camera varies by about 0.25° and the slope of streets by
 /// 0.2° over 20 m; 0.5° also covers a camera that is not mounted exactly level. A larger one has the same effect.
 const LEVEL_SLOPE_SIGMA_DEG: f64 = 0.5;
-/// Distance from the border of the image up to which an edge of a box may be truncated \[px\]: the error of a detector's edge at the border. Chosen,
-/// as `box_fit.border_px` of the vehicle options: a wider border trusts fewer edges.
-const BORDER_PX: f64 = 3.0;
 
 /// Output of a keypoint network for one point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,35 +76,6 @@ impl RoadPlane {
     }
 }
 
-/// The detector's box around the vehicle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ImageBox {
-    /// Left, top, right, bottom \[px\].
-    pub edges_px: [f64; 4],
-    /// True for edges of the vehicle: neither truncated nor occluded.
-    pub trusted: [bool; 4],
-}
-
-impl ImageBox {
-    /// A box whose edges are trusted unless they lie at the image's border.
-    pub fn new(edges_px: [f64; 4], camera: &PinholeCamera) -> Self {
-        let (right, bottom) = (f64::from(camera.width) - 1.0, f64::from(camera.height) - 1.0);
-        let [x1, y1, x2, y2] = edges_px;
-        let trusted = [x1 > BORDER_PX, y1 > BORDER_PX, x2 < right - BORDER_PX, y2 < bottom - BORDER_PX];
-        Self { edges_px, trusted }
-    }
-    /// Width and height \[px\].
-    pub fn size_px(&self) -> Vector2<f64> {
-        let [x1, y1, x2, y2] = self.edges_px;
-        Vector2::new(x2 - x1, y2 - y1)
-    }
-    /// Standard deviation of an edge \[px\].
-    pub(crate) fn sigma_px(&self, edge: usize, options: &AdvancedFitOptions) -> f64 {
-        let side = self.size_px()[edge % 2];
-        options.box_edge_sigma_px.hypot(options.box_edge_share * side)
-    }
-}
-
 /// One vehicle in one image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observation {
@@ -116,8 +83,6 @@ pub struct Observation {
     pub keypoints: Vec<ObservedKeypoint>,
     /// Standard deviation of a keypoint of confidence 1 along x and y \[px\].
     pub sigma_px: Vector2<f64>,
-    /// The box, when its edges are measurements.
-    pub image_box: Option<ImageBox>,
     /// The road, when it is known.
     pub road: Option<RoadPlane>,
     /// The size of the class or track, when it is known.
@@ -128,7 +93,7 @@ pub struct Observation {
 
 impl Observation {
     fn with_sigma(keypoints: Vec<ObservedKeypoint>, sigma_px: Vector2<f64>) -> Self {
-        Self { keypoints, sigma_px, image_box: None, road: None, size: None, heading: None }
+        Self { keypoints, sigma_px, road: None, size: None, heading: None }
     }
 
     /// Keypoints of known accuracy, without box, road, size and heading.
@@ -137,8 +102,7 @@ impl Observation {
     }
 
     /// Outputs (x, y, confidence) of a network that looks at the box's content stretched to `crop_px` square:
-    /// `pixel_x = x · w / crop + x1`. The sigma is the share `sigma_share` of the box's sides. The
-    /// box's edges are not measurements unless `image_box` is set.
+    /// `pixel_x = x · w / crop + x1`. The sigma is the share `sigma_share` of the box's sides.
     pub fn from_crop(outputs: &[[f64; 3]], edges_px: [f64; 4], crop_px: f64, sigma_share: f64) -> Self {
         let [x1, y1, x2, y2] = edges_px;
         let (w, h) = (x2 - x1, y2 - y1);
@@ -178,9 +142,6 @@ impl Observation {
             positive("camera height", road.height_m)?;
             positive("sigma of the camera height", road.height_sigma_m)?;
             positive("sigma of the road's slope", road.slope_sigma_rad)?;
-        }
-        if let Some(seen) = &self.image_box {
-            seen.size_px().iter().try_for_each(|v| positive("side of the image box", *v))?;
         }
         if let Some(size) = &self.size {
             let numbers = [size.mean.to_vector(), size.sigma.to_vector()];
