@@ -117,7 +117,7 @@ pub struct VehicleHeightOptions {
     pub least_vehicles: usize,
     /// Cars needed to doubt a stated height.
     pub least_for_disagreement: usize,
-    /// Boxes of a car, at least.
+    /// Boxes of a car, at least: half a second at ten frames a second, less at more. Chosen, not measured: more leave out cars that pass closely.
     pub least_views: usize,
     /// Largest standard deviation of the logarithm of a car's size by the road.
     pub most_sigma: f64,
