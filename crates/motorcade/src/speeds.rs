@@ -61,8 +61,10 @@ pub fn speeds(result: &RunResult, config: &Config) -> Vec<FrameSpeeds> {
     }
     let one = |(frame, vehicles): (usize, &Vec<(&VehicleTrajectory, &VehicleState)>)| {
         let speed_mps = camera_speed(result, frame, options.speed_time_s);
-        let camera = &result.ego.frames[frame];
-        let ahead = vehicles.iter().filter_map(|(v, s)| ahead(&path, camera, v, s, speed_mps, config));
+        let candidate = |(v, s): &(&VehicleTrajectory, &VehicleState)| {
+            ahead(&path, &result.ego.frames[frame], v, s, speed_mps, config)
+        };
+        let ahead = vehicles.iter().filter_map(candidate);
         let ahead = ahead.min_by(|a, b| a.distance_m.value.total_cmp(&b.distance_m.value));
         FrameSpeeds { speed_mps, ahead }
     };

@@ -140,8 +140,8 @@ impl OnlineLoops {
     fn first_moved(&self, options: &AdvancedOnlineOptions) -> usize {
         let seen_again = self.judged.iter().rev().find(|(_, (_, holds))| *holds);
         let last = seen_again.map_or(0, |(m, _)| m.query - self.of_map);
-        let newest = self.own().len().saturating_sub(options.least_corrected_keyframes);
-        let first = last.saturating_sub(options.overlap_keyframes).min(newest);
+        let by_count = self.own().len().saturating_sub(options.least_corrected_keyframes);
+        let first = last.saturating_sub(options.overlap_keyframes).min(by_count);
         // Those before were never corrected.
         first.min(self.corrected.len().saturating_sub(1))
     }
