@@ -28,7 +28,7 @@ ROOT = Path(__file__).resolve().parent.parent
 BOOK = ROOT / "docs" / "src"
 FRAMES, WIDTH, FPS = 60, 640, 10.0
 LIMIT_S = 300
-STAGES = ("run", "calibration", "odometry", "road", "scale", "tracker", "vehicles", "graph", "online")
+STAGES = ("run", "calibration", "odometry", "road", "scale", "tracker", "vehicles", "graph", "online", "outputs")
 
 
 class Failure(Exception):

@@ -15,21 +15,23 @@ pub(crate) struct Adjustment {
 }
 
 impl Adjustment {
-    fn cost(&self, prior: &LensPrior, kernel: RobustKernel) -> f64 {
-        prior.cost(&self.lens) + self.windows.iter().map(|w| w.cost(&self.lens, kernel)).sum::<f64>()
+    fn cost(&self, prior: &LensPrior, kernel: RobustKernel, behind_px: f64) -> f64 {
+        let of_window = |w: &Window| w.cost(&self.lens, kernel, behind_px);
+        prior.cost(&self.lens) + self.windows.iter().map(of_window).sum::<f64>()
     }
 
     /// Levenberg–Marquardt in place.
     pub fn solve(&mut self, prior: &LensPrior, options: &CalibrateOptions) {
         let kernel = RobustKernel::Cauchy(options.kernel_px);
-        let mut cost = self.cost(prior, kernel);
+        let behind_px = options.advanced.behind_px;
+        let mut cost = self.cost(prior, kernel, behind_px);
         let mut damping = 1e-3;
         for _ in 0..options.max_iterations {
             let Some(next) = self.step(prior, kernel, damping) else {
                 damping *= 10.0;
                 continue;
             };
-            let new_cost = next.cost(prior, kernel);
+            let new_cost = next.cost(prior, kernel, behind_px);
             if new_cost < cost {
                 let converged = cost - new_cost < options.relative_decrease * cost
                     && (next.lens.focal_px / self.lens.focal_px).ln().abs() < 1e-4;

@@ -7,10 +7,13 @@ use crate::options::{CalibrateOptions, ViewPrior};
 use crate::pass::Pass;
 use crate::prior::LensPrior;
 
-/// Cauchy scale over the noise of a corner: 95 % efficient for normal errors.
-pub(crate) const KERNEL_SIGMAS: f64 = 2.385;
-/// Least Cauchy scale \[px\].
-pub(crate) const LEAST_KERNEL_PX: f64 = 0.15;
+/// Cauchy scale over the noise of a corner, derived: 95 % efficient for normal errors.
+const KERNEL_SIGMAS: f64 = 2.385;
+
+/// Cauchy scale for a noise of this size \[px\].
+pub(crate) fn kernel_px(noise_px: f64, options: &CalibrateOptions) -> f64 {
+    (KERNEL_SIGMAS * noise_px).max(options.advanced.least_kernel_px)
+}
 
 /// Finds the lens of a camera in passes over a drive: at first without distortion, then with it.
 ///
@@ -69,7 +72,7 @@ impl Calibrator {
         let estimate = LensEstimate::new(&adjustment, &prior, options);
         let change = (estimate.lens.focal_px / self.lens.focal_px).ln().abs();
         self.lens = estimate.lens;
-        self.kernel_px = (KERNEL_SIGMAS * estimate.noise_px()).max(LEAST_KERNEL_PX);
+        self.kernel_px = kernel_px(estimate.noise_px(), options);
         self.estimate = Some(estimate);
         let settled = change < options.converged || self.passes >= options.passes;
         if settled && !self.bent {

@@ -31,15 +31,15 @@ fn noise_px(median_error_px: f64) -> f64 {
     median_error_px / RAYLEIGH_MEDIAN
 }
 
-/// Median of a Rayleigh distribution over its σ: errors in two coordinates.
+/// Median of a Rayleigh distribution over its σ, derived: errors in two coordinates.
 const RAYLEIGH_MEDIAN: f64 = 1.1774;
 
 impl LensEstimate {
     /// From an adjustment at its solution.
     pub(crate) fn new(adjustment: &Adjustment, prior: &LensPrior, options: &CalibrateOptions) -> Self {
         let Adjustment { lens, windows } = adjustment;
-        let mut errors: Vec<f64> =
-            windows.iter().flat_map(|w| w.squared_errors(lens)).map(f64::sqrt).collect();
+        let squared = windows.iter().flat_map(|w| w.squared_errors(lens, options.advanced.behind_px));
+        let mut errors: Vec<f64> = squared.map(f64::sqrt).collect();
         let median_error_px = median(&mut errors).unwrap_or(0.0);
         let noise = noise_px(median_error_px).powi(2).max(1e-6);
         let votes = adjustment.votes(options);

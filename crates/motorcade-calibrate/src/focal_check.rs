@@ -6,7 +6,7 @@ use motorcade_geometry::PinholeCamera;
 use motorcade_odometry::Odometry;
 
 use crate::adjustment::Adjustment;
-use crate::calibrator::{KERNEL_SIGMAS, LEAST_KERNEL_PX};
+use crate::calibrator::kernel_px;
 use crate::estimate::LensEstimate;
 use crate::focal_check_options::FocalCheckOptions;
 use crate::lens::Lens;
@@ -58,8 +58,9 @@ impl FocalCheck {
         };
         let (segment, keyframe) = newest;
         let begins = self.last.is_none_or(|(before, _)| before != segment);
-        if begins || keyframe >= self.first + self.options.window_keyframes + self.options.settling_keyframes
-        {
+        // The bundle adjustment moves the poses of the newest keyframes.
+        let settling = odometry.options().window.free_keyframes;
+        if begins || keyframe >= self.first + self.options.window_keyframes + settling {
             self.close(odometry);
             self.first = if begins { 0 } else { keyframe };
         }
@@ -96,7 +97,8 @@ impl FocalCheck {
         tracks.sort_by_key(|track| std::cmp::Reverse(track.len()));
         tracks.truncate(self.options.most_corners);
         let map = MapTracks { poses: poses.to_vec(), tracks };
-        self.windows.extend(Window::new(&map, 0..map.poses.len(), &self.stated));
+        let least_corners = CalibrateOptions::default().advanced.least_corners;
+        self.windows.extend(Window::new(&map, 0..map.poses.len(), &self.stated, least_corners));
         self.windows.sort_by(|a, b| b.turn_rad().total_cmp(&a.turn_rad()));
         self.windows.truncate(self.options.most_windows);
     }
@@ -118,7 +120,7 @@ impl FocalCheck {
         let mut adjustment = Adjustment { lens: self.stated, windows: self.windows };
         adjustment.solve(&prior, &options);
         let noise_px = LensEstimate::new(&adjustment, &prior, &options).noise_px();
-        options.kernel_px = (KERNEL_SIGMAS * noise_px).max(LEAST_KERNEL_PX);
+        options.kernel_px = kernel_px(noise_px, &options);
         adjustment.solve(&prior, &options);
         Some(LensEstimate::new(&adjustment, &prior, &options))
     }

@@ -6,9 +6,6 @@
 pub struct FocalCheckOptions {
     /// Keyframes of a window: a turn at a crossing. More tell the focal length better and take longer.
     pub window_keyframes: usize,
-    /// Keyframes after a window until the odometry moves its poses no more: those that its bundle adjustment leaves free
-    /// (`odometry.window.free_keyframes`).
-    pub settling_keyframes: usize,
     /// Windows kept, those in which the camera turns most. More take longer: four 0.3 to 0.4 s of the processor.
     pub most_windows: usize,
     /// Least turn of a window \[rad\]: focal length and depth are one in a straight drive. Less takes windows that tell nothing.
@@ -32,7 +29,6 @@ impl Default for FocalCheckOptions {
     fn default() -> Self {
         Self {
             window_keyframes: 24,
-            settling_keyframes: 10,
             most_windows: 4,
             least_turn_rad: 0.15,
             most_corners: 160,

@@ -27,7 +27,7 @@ pub(crate) struct Projection {
     pub by_lens: Matrix2x4<f64>,
 }
 
-/// Least depth as a share of the distance from the axis: beyond about 84° from it nothing is seen.
+/// Least depth as a share of the distance from the axis: beyond about 84° from it nothing is seen. A bound of the lens model, which has no options.
 const LEAST_DEPTH: f64 = 0.1;
 
 impl Lens {

@@ -39,5 +39,5 @@ pub use estimate::LensEstimate;
 pub use focal_check::FocalCheck;
 pub use focal_check_options::FocalCheckOptions;
 pub use lens::Lens;
-pub use options::{CalibrateOptions, ViewPrior};
+pub use options::{AdvancedCalibrateOptions, CalibrateOptions, MountingOptions, ViewPrior};
 pub use pass::Pass;

@@ -83,6 +83,54 @@ pub struct CalibrateOptions {
     pub container_film_sigma: f64,
     /// Standard deviation of ln f above which the drive does not tell it.
     pub most_focal_sigma: f64,
+    /// Bounds of the adjustment, and the mounting.
+    pub advanced: AdvancedCalibrateOptions,
+}
+
+/// Bounds of the adjustment, and the mounting.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct AdvancedCalibrateOptions {
+    /// Least Cauchy scale of a reprojection error in later passes \[px\]. Chosen, not measured: a smaller one leaves more corners out
+    /// where the noise comes out small.
+    pub least_kernel_px: f64,
+    /// Reprojection error of a corner that is not in front of the camera \[px\]: that of a far outlier. Chosen: with a larger one steps that put corners
+    /// there are refused more often.
+    pub behind_px: f64,
+    /// Corners of a window, at least. Chosen, not measured: more leave out stretches with little texture.
+    pub least_corners: usize,
+    /// Mounting of the camera, measured with its new lens.
+    pub mounting: MountingOptions,
+}
+
+impl Default for AdvancedCalibrateOptions {
+    fn default() -> Self {
+        Self {
+            least_kernel_px: 0.15,
+            behind_px: 100.0,
+            least_corners: 50,
+            mounting: MountingOptions::default(),
+        }
+    }
+}
+
+/// Angles of the camera against the road and the direction of travel.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct MountingOptions {
+    /// Time of measured frames that is needed \[s\]. Chosen, not measured: a longer one tells the mounting of fewer drives, and better.
+    pub least_s: f64,
+    /// Turn of a step beyond which it does not tell the direction of travel \[rad/m\]: the camera of a turning car moves aside. Chosen: a larger one
+    /// takes more steps, and such motion for yaw of the mounting.
+    pub most_turn_rad_per_m: f64,
+    /// Time over which the errors of frames are alike \[s\]: a car body swings at 1 to 2 Hz. A longer one widens the standard deviations.
+    pub correlation_time_s: f64,
+}
+
+impl Default for MountingOptions {
+    fn default() -> Self {
+        Self { least_s: 1.95, most_turn_rad_per_m: 0.005, correlation_time_s: 1.0 }
+    }
 }
 
 impl CalibrateOptions {
@@ -97,6 +145,7 @@ impl CalibrateOptions {
             ("window_keyframes", self.window_keyframes, self.least_keyframes),
             ("most_windows", self.most_windows, 1),
             ("passes", self.passes, 1),
+            ("advanced.least_corners", self.advanced.least_corners, 10),
         ] {
             if value < least {
                 return Err(format!("{name} must be at least {least}, got {value}"));
@@ -112,6 +161,9 @@ impl CalibrateOptions {
             ("exif_film_sigma", self.exif_film_sigma),
             ("exif_focal_plane_sigma", self.exif_focal_plane_sigma),
             ("container_film_sigma", self.container_film_sigma),
+            ("advanced.least_kernel_px", self.advanced.least_kernel_px),
+            ("advanced.behind_px", self.advanced.behind_px),
+            ("advanced.mounting.correlation_time_s", self.advanced.mounting.correlation_time_s),
         ] {
             if value <= 0.0 {
                 return Err(format!("{name} must be positive, got {value}"));
@@ -146,6 +198,7 @@ impl Default for CalibrateOptions {
             exif_focal_plane_sigma: 0.08,
             container_film_sigma: 0.15,
             most_focal_sigma: 0.08,
+            advanced: AdvancedCalibrateOptions::default(),
         }
     }
 }

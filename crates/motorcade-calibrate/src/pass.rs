@@ -47,7 +47,10 @@ impl Pass {
             let count = total.div_ceil(options.window_keyframes).max(1);
             let ranges = (0..count).map(|k| total * k / count..total * (k + 1) / count);
             let long_enough = ranges.filter(|range| range.len() >= options.least_keyframes);
-            windows.extend(long_enough.filter_map(|range| Window::new(map, range, &lens)));
+            windows.extend(
+                long_enough
+                    .filter_map(|range| Window::new(map, range, &lens, options.advanced.least_corners)),
+            );
         }
         windows.sort_by(|a, b| b.turn_rad().total_cmp(&a.turn_rad()));
         windows.truncate(options.most_windows);

@@ -43,8 +43,13 @@ impl Corner {
 }
 
 impl Window {
-    /// Keyframes `range` of a map with the corners that at least three of them see; places by `lens`.
-    pub fn new(map: &MapTracks, range: std::ops::Range<usize>, lens: &Lens) -> Option<Self> {
+    /// Keyframes `range` of a map with the corners that at least three of them see, `least_corners` or more; places by `lens`.
+    pub fn new(
+        map: &MapTracks,
+        range: std::ops::Range<usize>,
+        lens: &Lens,
+        least_corners: usize,
+    ) -> Option<Self> {
         let poses = map.poses[range.clone()].to_vec();
         let (first, last) = (poses.first()?.inverse(), poses.last()?.inverse());
         let length = (last.translation() - first.translation()).norm();
@@ -55,7 +60,7 @@ impl Window {
                 .then(|| Corner { place: place(&poses, &observations, lens), observations })
         };
         let corners: Vec<Corner> = map.tracks.iter().filter_map(within).collect();
-        (length > 0.0 && corners.len() >= 50).then_some(Self { poses, corners, length })
+        (length > 0.0 && corners.len() >= least_corners).then_some(Self { poses, corners, length })
     }
 
     /// Angle that the camera turns through \[rad\].
@@ -64,17 +69,16 @@ impl Window {
     }
 
     /// Robust cost \[px²\].
-    pub fn cost(&self, lens: &Lens, kernel: RobustKernel) -> f64 {
-        self.squared_errors(lens).map(|e| kernel.cost(e)).sum()
+    pub fn cost(&self, lens: &Lens, kernel: RobustKernel, behind_px: f64) -> f64 {
+        self.squared_errors(lens, behind_px).map(|e| kernel.cost(e)).sum()
     }
 
-    /// Squared reprojection errors \[px²\]; a corner that is not in front of the camera is a far outlier.
-    pub fn squared_errors<'a>(&'a self, lens: &'a Lens) -> impl Iterator<Item = f64> + 'a {
-        const BEHIND_PX2: f64 = 1e4;
+    /// Squared reprojection errors \[px²\]; a corner that is not in front of the camera has the error `behind_px`.
+    pub fn squared_errors<'a>(&'a self, lens: &'a Lens, behind_px: f64) -> impl Iterator<Item = f64> + 'a {
         self.corners.iter().flat_map(move |corner| {
             corner.observations.iter().map(move |(view, pixel)| {
                 let projected = lens.project(&corner.in_view(&self.poses, *view));
-                projected.map_or(BEHIND_PX2, |p| (p.pixel - pixel).norm_squared())
+                projected.map_or(behind_px * behind_px, |p| (p.pixel - pixel).norm_squared())
             })
         })
     }

@@ -141,7 +141,7 @@ impl Drive {
                 (Perception::none(), numbers, frames.iter().map(|f| f.timestamp_ns).collect())
             }
         };
-        let external = external::read(arguments, &numbers, &times)?;
+        let external = external::read(arguments, &numbers, &times, config)?;
         let words = perception.describe();
         let kept = arguments.keep_perception.then(|| perception.keep());
         let (detectors, threads) = (Detectors::Live(perception), threads(arguments.threads));

@@ -1,12 +1,17 @@
 //! Inputs from files in place of stages, or as help for them: `--trajectory`, `--speed`, `--gps`, `--vehicle-poses`, `--keypoints`,
 //! `--map`.
 
-use motorcade::{External, ExternalFiles};
+use motorcade::{Config, External, ExternalFiles};
 
 use crate::arguments::{RunArguments, TrajectoryScale};
 
 /// Reads the external inputs of a run, fitted to its frames.
-pub fn read(arguments: &RunArguments, numbers: &[u64], timestamps_ns: &[i64]) -> motorcade::Result<External> {
+pub fn read(
+    arguments: &RunArguments,
+    numbers: &[u64],
+    timestamps_ns: &[i64],
+    config: &Config,
+) -> motorcade::Result<External> {
     let files = ExternalFiles {
         trajectory: arguments.trajectory.clone(),
         metric: arguments.trajectory_scale == TrajectoryScale::Metric,
@@ -18,5 +23,5 @@ pub fn read(arguments: &RunArguments, numbers: &[u64], timestamps_ns: &[i64]) ->
         map: arguments.map.clone(),
         shape_prior: arguments.shape_prior.clone(),
     };
-    files.read(numbers, timestamps_ns)
+    files.read(numbers, timestamps_ns, config)
 }

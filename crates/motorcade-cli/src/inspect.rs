@@ -1,6 +1,6 @@
 //! `motorcade inspect`.
 
-use motorcade::{RepeatedPictures, repeated_pictures};
+use motorcade::{RepeatedFrameOptions, RepeatedPictures, repeated_pictures};
 use motorcade_dataset::{LensSummary, Sequence, Summary};
 use serde_json::json;
 
@@ -11,7 +11,7 @@ use crate::exit;
 pub fn inspect(arguments: &InspectArguments) -> anyhow::Result<u8> {
     let sequence = Sequence::open(&arguments.input.input, &arguments.input.options())?;
     let summary = sequence.summary();
-    let pictures = repeated_pictures(&sequence, arguments.compare);
+    let pictures = repeated_pictures(&sequence, arguments.compare, &RepeatedFrameOptions::default());
     exit::print(&if arguments.json {
         let mut value = serde_json::to_value(&summary)?;
         let RepeatedPictures { looked_at, repeated, frozen } = pictures;

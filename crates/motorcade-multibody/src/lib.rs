@@ -22,14 +22,14 @@
 //! ```
 //! use motorcade_geometry::Pose;
 //! use motorcade_multibody::{GraphOptions, MultibodyGraph, WindowFrames};
-//! use motorcade_odometry::{EgoTrajectory, MetricOptions, OdometryTrajectory};
+//! use motorcade_odometry::{EgoTrajectory, ExternalTrajectoryOptions, MetricOptions, OdometryTrajectory};
 //! use nalgebra::{UnitQuaternion, Vector3};
 //!
 //! # fn main() -> Result<(), motorcade_graph::GraphError> {
 //! let pose = |k: usize| Pose::from_parts(UnitQuaternion::identity(), Vector3::z() * k as f64);
 //! let poses: Vec<_> = (0..10).map(pose).collect();
 //! let timestamps_ns: Vec<i64> = (0..10).map(|k| k * 100_000_000).collect();
-//! let odometry = OdometryTrajectory::from_poses(&poses, &timestamps_ns);
+//! let odometry = OdometryTrajectory::from_poses(&poses, &timestamps_ns, &ExternalTrajectoryOptions::default());
 //! let mut ego = EgoTrajectory::metric(&odometry, &[], 1.65, 0.0, &MetricOptions::default());
 //! let times_s: Vec<f64> = (0..10).map(|k| f64::from(k) * 0.1).collect();
 //! let mut graph = MultibodyGraph::drive(&GraphOptions::default(), 1)?;

@@ -63,7 +63,7 @@ pub use tracking::{
     AdvancedKltOptions, CornerOptions, KltOptions, Pyramid, PyramidLevel, Request, StaticMask, detect, track,
     track_checked,
 };
-pub use trajectory::{FrameRecord, FrameStatus, OdometryTrajectory};
+pub use trajectory::{ExternalTrajectoryOptions, FrameRecord, FrameStatus, OdometryTrajectory};
 
 /// Single stages, for the benchmarks; not a stable interface.
 #[doc(hidden)]

@@ -59,15 +59,24 @@ pub struct OdometryTrajectory {
 impl OdometryTrajectory {
     /// An external trajectory as one segment in its own unit: `world_from_camera` and time \[ns\] of every frame. The shorter
     /// list counts.
-    pub fn from_poses(poses: &[Pose<World, Camera>], timestamps_ns: &[i64]) -> Self {
+    pub fn from_poses(
+        poses: &[Pose<World, Camera>],
+        timestamps_ns: &[i64],
+        options: &ExternalTrajectoryOptions,
+    ) -> Self {
         let mut out = Self { frames: Rows::default(), keyframes: vec![Vec::new()] };
-        timestamps_ns.iter().for_each(|timestamp_ns| out.push_next_pose(poses, *timestamp_ns));
+        timestamps_ns.iter().for_each(|timestamp_ns| out.push_next_pose(poses, *timestamp_ns, options));
         out
     }
 
     /// Adds the next frame of an external trajectory, `poses[k]` for frame k; without one left nothing is added. Every frame is
     /// a keyframe.
-    pub fn push_next_pose(&mut self, poses: &[Pose<World, Camera>], timestamp_ns: i64) {
+    pub fn push_next_pose(
+        &mut self,
+        poses: &[Pose<World, Camera>],
+        timestamp_ns: i64,
+        options: &ExternalTrajectoryOptions,
+    ) {
         let keyframe = self.frames.len();
         let (Some(pose), Some(keyframes)) = (poses.get(keyframe), self.keyframes.last_mut()) else { return };
         let before = keyframe.checked_sub(1);
@@ -82,7 +91,7 @@ impl OdometryTrajectory {
             camera_from_keyframe: CameraFromCamera::identity(),
             inliers: 0,
             rms_px: 0.0,
-            covariance: external_covariance(step, interval),
+            covariance: external_covariance(step, interval, options),
         });
     }
 
@@ -121,18 +130,28 @@ impl OdometryTrajectory {
     }
 }
 
-/// Standard deviation of the rotation of an external trajectory over 0.1 s \[°\]: that of our odometry. Chosen for files that state none: a larger
-/// one lets vehicles and places correct the trajectory more. No option, as callers give no options with their poses.
-const EXTERNAL_TURN_DEG: f64 = 0.02;
-/// Standard deviation of a step of an external trajectory over 0.1 s as a share of its length: that of a good odometry.
-/// Chosen, with the same effect.
-const EXTERNAL_STEP_SHARE: f64 = 0.01;
+/// Uncertainty of a trajectory that comes from elsewhere in place of the odometry, whose file states none. A larger one lets vehicles and places
+/// correct the trajectory more.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct ExternalTrajectoryOptions {
+    /// Standard deviation of the rotation over 0.1 s \[rad\], 0.02°: that of our odometry. Chosen for files that state none.
+    pub rotation_sigma_rad: f64,
+    /// Standard deviation of a step over 0.1 s as a share of its length: that of a good odometry. Chosen, not measured.
+    pub step_sigma_share: f64,
+}
+
+impl Default for ExternalTrajectoryOptions {
+    fn default() -> Self {
+        Self { rotation_sigma_rad: 0.02_f64.to_radians(), step_sigma_share: 0.01 }
+    }
+}
 
 /// Covariance of a step of an external trajectory over an interval \[0.1 s\], the same random walk at all frame rates.
-fn external_covariance(step: f64, interval: f64) -> Matrix6<f64> {
+fn external_covariance(step: f64, interval: f64, options: &ExternalTrajectoryOptions) -> Matrix6<f64> {
     let interval = if interval > 0.0 { interval } else { 1.0 };
-    let turn = EXTERNAL_TURN_DEG.to_radians().powi(2) * interval;
-    let shift = (EXTERNAL_STEP_SHARE * step).powi(2) / interval + 1e-8 * interval;
+    let turn = options.rotation_sigma_rad.powi(2) * interval;
+    let shift = (options.step_sigma_share * step).powi(2) / interval + 1e-8 * interval;
     Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, shift, shift, shift))
 }
 
@@ -190,7 +209,8 @@ mod tests {
             let position = |k: usize| Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 10.0 * k as f64 / rate as f64);
             let poses: Vec<Pose<World, Camera>> = (0..count).map(|k| Pose::exp(&position(k))).collect();
             let timestamps_ns: Vec<i64> = (0..count).map(|k| (k * 1_000_000_000 / rate) as i64).collect();
-            let trajectory = OdometryTrajectory::from_poses(&poses, &timestamps_ns);
+            let trajectory =
+                OdometryTrajectory::from_poses(&poses, &timestamps_ns, &ExternalTrajectoryOptions::default());
             trajectory.frames.iter().skip(1).map(|f| f.covariance).sum::<Matrix6<f64>>()
         };
         let reference = summed(10);

@@ -4,7 +4,8 @@ use image::{GrayImage, Luma};
 use motorcade_geometry::robust::median;
 use motorcade_geometry::{BoundingBox, Camera, Pose, World};
 use motorcade_odometry::{
-    OdometryTrajectory, ProfileOptions, Pyramid, RoadInput, RoadMeasurement, RoadOptions, RoadTracker,
+    ExternalTrajectoryOptions, OdometryTrajectory, ProfileOptions, Pyramid, RoadInput, RoadMeasurement,
+    RoadOptions, RoadTracker,
 };
 use motorcade_testing::street_image::{CAMERA, HEIGHT_M, StreetPose, street_image};
 use nalgebra::{Isometry3, Point2};
@@ -43,7 +44,7 @@ fn picture(frame: usize) -> GrayImage {
 fn heights(boxes: &[BoundingBox], picture: impl Fn(usize) -> GrayImage) -> Vec<(usize, f64)> {
     let pose = |k: usize| Pose::<World, Camera>::new(Isometry3::translation(0.0, 0.0, STEP_M * k as f64));
     let poses: Vec<_> = (0..FRAMES).map(pose).collect();
-    let odometry = OdometryTrajectory::from_poses(&poses, &TIMES_NS);
+    let odometry = OdometryTrajectory::from_poses(&poses, &TIMES_NS, &ExternalTrajectoryOptions::default());
     let mut road = RoadTracker::new(CAMERA, RoadOptions::default());
     for frame in 0..FRAMES {
         let pyramid = Arc::new(Pyramid::new(&picture(frame), 3));

@@ -113,6 +113,12 @@ pub struct VerificationOptions {
     pub most_rotation_rad: f64,
     /// Largest distance between two visits \[camera-to-landmark median depths\]: beyond, positions of landmarks are extrapolated.
     pub most_shift_depths: f64,
+    /// Levels of the pyramid that two views of a feature may be apart: a factor of 1.7 in distance at the default `level_scale`. Chosen, not measured:
+    /// more find places from farther away, and more wrong matches.
+    pub most_levels: u8,
+    /// Distance from the edge of the picture below which a landmark does not count as in view \[px\]: features have no descriptor there (18 px of their
+    /// level). Chosen between those of the finest and the coarsest level: a smaller one expects features where there can be none.
+    pub margin_px: f64,
     /// Seed of the samples.
     pub seed: u64,
 }
@@ -130,6 +136,8 @@ impl Default for VerificationOptions {
             least_spread: 0.15,
             most_rotation_rad: 0.7,
             most_shift_depths: 0.7,
+            most_levels: 2,
+            margin_px: 20.0,
             seed: 1,
         }
     }

@@ -11,9 +11,6 @@ use crate::features::Feature;
 use crate::keyframe::{Landmark, PlacedKeyframe};
 use crate::options::{PlaceOptions, VerificationOptions};
 
-/// Levels of the pyramid that two views of a feature may be apart.
-const MOST_LEVELS: u8 = 2;
-
 /// Two visits of a place.
 #[derive(Clone, Debug)]
 pub struct PlaceMatch {
@@ -83,7 +80,7 @@ impl Verifier<'_> {
     }
 
     fn may_match(&self, a: &Feature, b: &Feature) -> bool {
-        a.level.abs_diff(b.level) <= MOST_LEVELS && a.turn_to(b) <= self.most_turn()
+        a.level.abs_diff(b.level) <= self.options.most_levels && a.turn_to(b) <= self.most_turn()
     }
 
     /// Pairs that look alike and like nothing else, one a feature of the query.
@@ -94,7 +91,7 @@ impl Verifier<'_> {
             let Some(own) = c.features.get(landmark.feature as usize) else { continue };
             let (mut first, mut second, mut at) = (u32::MAX, u32::MAX, usize::MAX);
             for (k, level, descriptor) in by_turn.around(own.turn, self.most_turn()) {
-                if level.abs_diff(own.level) > MOST_LEVELS {
+                if level.abs_diff(own.level) > self.options.most_levels {
                     continue;
                 }
                 let distance = own.descriptor.distance(&descriptor);
@@ -126,13 +123,13 @@ impl Verifier<'_> {
         c: &'a PlacedKeyframe,
         pose: &Pose<Camera, Camera>,
     ) -> (Vec<Pair<'a>>, usize) {
-        // As far from the edge as the patches of the coarsest level reach.
-        const MARGIN_PX: f64 = 20.0;
         let (mut pairs, mut in_view) = (Vec::new(), 0);
         for landmark in &c.landmarks {
             let Some(own) = c.features.get(landmark.feature as usize) else { continue };
             let seen = self.camera.project(&pose.transform_point(&landmark.point()));
-            let Some(pixel) = seen.filter(|p| self.camera.contains(p, MARGIN_PX)) else { continue };
+            let Some(pixel) = seen.filter(|p| self.camera.contains(p, self.options.margin_px)) else {
+                continue;
+            };
             in_view += 1;
             let near = q.features.iter().filter(|f| {
                 let reach = 2.0 * self.options.inlier_px * self.scale(f);

@@ -104,7 +104,7 @@ impl RunArguments {
         };
         let numbers: Vec<u64> = sequence.numbers().collect();
         let times: Vec<i64> = sequence.timestamps_ns().collect();
-        let external = self.external_files().read(&numbers, &times)?;
+        let external = self.external_files().read(&numbers, &times, &config)?;
         let builder = Motorcade::builder(camera).config(config).external(external).perception(perception);
         let builder = match height_m {
             Some(height_m) => builder.height_m(height_m),

@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use motorcade_shape::fit::{FitOptions, ImageBox, Observation, ObservedKeypoint, RoadPlane, ShapeFitter};
+use motorcade_shape::fit::{FitOptions, Observation, ObservedKeypoint, RoadPlane, ShapeFitter};
 use motorcade_shape::{BodyType, Layout, ShapePrior, project};
 use motorcade_testing::{CAMERA, CAMERA_HEIGHT_M, on_road};
 use nalgebra::Vector2;
@@ -26,17 +26,13 @@ fn scene(prior: &ShapePrior, z: f64) -> Observation {
 fn fits(criterion: &mut Criterion) {
     for (name, layout) in [("14 keypoints", Layout::Car14), ("36 keypoints", Layout::Car36)] {
         let fitter = ShapeFitter::new(ShapePrior::of_family(layout), FitOptions::default());
-        let mut observation = scene(fitter.prior(), 14.0);
+        let observation = scene(fitter.prior(), 14.0);
         criterion.bench_function(&format!("one vehicle, {name}"), |b| {
             b.iter(|| fitter.fit(&CAMERA, black_box(&observation)))
         });
         let track: Vec<_> = (0..50).map(|k| scene(fitter.prior(), 10.0 + 0.4 * f64::from(k))).collect();
         criterion.bench_function(&format!("track of 50 frames, {name}"), |b| {
             b.iter(|| fitter.fit_track(&CAMERA, black_box(&track)))
-        });
-        observation.image_box = Some(ImageBox::new([700.0, 150.0, 900.0, 270.0], &CAMERA));
-        criterion.bench_function(&format!("one vehicle with box, {name}"), |b| {
-            b.iter(|| fitter.fit(&CAMERA, black_box(&observation)))
         });
     }
     criterion.bench_function("own prior", |b| b.iter(|| ShapePrior::of_family(Layout::Car36)));

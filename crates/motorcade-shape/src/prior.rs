@@ -32,7 +32,7 @@ pub struct NamedShape {
 /// Mean positions of named points and their variation: `X = X̄ + Σ_b λ_b V_b`, `λ_b ~ N(0, variance_b)`.
 ///
 /// Vehicle frame \[m\]: x forward, y left, z up, origin on the road below the body's centre. Points are the keypoints,
-/// then the outline, which bounds the image box but is not detected by networks.
+/// then the outline, which bounds the body but is not detected by networks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShapePrior {
     name: String,

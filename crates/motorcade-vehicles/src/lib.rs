@@ -60,8 +60,8 @@ pub use observed_box::ObservedBox;
 pub use one_place::join_in_one_place;
 pub use options::{
     AdvancedVehicleOptions, BoxFitOptions, ClassOptions, ExternalViewOptions, HeadingOptions,
-    HypothesisOptions, KeypointViewOptions, KinematicStateOptions, MotionOptions, SizeOptions, TrafficSide,
-    VehicleOptions,
+    HypothesisOptions, KeypointViewOptions, KinematicStateOptions, MetAgainOptions, MotionOptions,
+    SizeOptions, TrafficSide, VehicleOptions,
 };
 pub use outline::{image_box, upright_pose};
 pub use size_prior::size_prior;

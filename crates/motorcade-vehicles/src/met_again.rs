@@ -4,27 +4,15 @@ use std::ops::RangeInclusive;
 
 use nalgebra::{Matrix2, Vector2};
 
+use crate::options::AdvancedVehicleOptions;
 use crate::trajectory::{PoseObservation, VehicleState, VehicleTrajectory};
-
-/// Farthest that two passes may see a vehicle apart \[m\]: half a car, less than from one parked car to the next. Chosen, not
-/// measured: a larger one joins passes after more drift, and neighbours. None of these is an option, as `join_met_again` takes none.
-const MOST_APART_M: f64 = 2.0;
-/// Quantile of χ² with two degrees of freedom at 99.7 %.
-const CHI_SQUARED: f64 = 11.8;
-/// Probability of moving from which on a vehicle does not stand: the default of `kinematic_state.moving_from`.
-const STANDING: f64 = 0.5;
-/// Largest difference of headings, front and rear exchanged or not, as a cosine: 30°. Chosen, not measured: a larger
-/// one joins vehicles that stand across the road to those along it.
-const LEAST_COSINE: f64 = 0.866;
-/// Least length and height of one pass as a share of those of the other. Chosen, not measured: a larger
-/// one keeps vehicles of other sizes apart and misses passes whose size is badly known.
-const LEAST_SIZE: f64 = 0.75;
 
 /// Makes one vehicle of those that stand in the same place in several passes, with the identity of the first pass. `joined(earlier, later)`
 /// tells of two spans of frames whether places seen again join them: without that, drift would put one vehicle into the place of
 /// another. Also returns how many passes were joined to earlier ones.
 pub fn join_met_again(
     vehicles: Vec<VehicleTrajectory>,
+    options: &AdvancedVehicleOptions,
     joined: impl Fn(&RangeInclusive<usize>, &RangeInclusive<usize>) -> bool,
 ) -> (Vec<VehicleTrajectory>, usize) {
     let mut in_time: Vec<VehicleTrajectory> = vehicles;
@@ -33,7 +21,7 @@ pub fn join_met_again(
     for vehicle in in_time {
         let candidates = out.iter().enumerate().filter_map(|(k, earlier)| {
             let (before, after) = (last_pass(earlier)?, last_pass(&vehicle)?);
-            let apart_m = same_place(earlier, &vehicle)?;
+            let apart_m = same_place(earlier, &vehicle, options)?;
             (before.end() + 1 < *after.start() && joined(&before, &after)).then_some((apart_m, k))
         });
         let nearest = candidates.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -62,8 +50,10 @@ pub(crate) fn best(vehicle: &VehicleTrajectory) -> Option<&VehicleState> {
 }
 
 /// Distance of two standing vehicles that may be one \[m\]; `None` of others.
-fn same_place(a: &VehicleTrajectory, b: &VehicleTrajectory) -> Option<f64> {
-    if a.p_moving >= STANDING || b.p_moving >= STANDING {
+fn same_place(a: &VehicleTrajectory, b: &VehicleTrajectory, options: &AdvancedVehicleOptions) -> Option<f64> {
+    let (gates, moving_from) = (&options.met_again, options.kinematic_state.moving_from);
+    // A vehicle that was seen too shortly to decide has just this probability, and does not count as standing.
+    if a.p_moving >= moving_from || b.p_moving >= moving_from {
         return None;
     }
     let (p, q) = (best(a)?, best(b)?);
@@ -75,9 +65,10 @@ fn same_place(a: &VehicleTrajectory, b: &VehicleTrajectory) -> Option<f64> {
     let covariance = block(p) + turn * block(q) * turn.transpose();
     let squared = across.dot(&(covariance.try_inverse()? * across));
     let sizes = [a.size.length_m / b.size.length_m, a.size.height_m / b.size.height_m];
-    let alike = sizes.iter().all(|ratio| (LEAST_SIZE..=1.0 / LEAST_SIZE).contains(ratio));
-    let near = across.norm() <= MOST_APART_M && squared <= CHI_SQUARED;
-    (near && alike && rotation[(0, 0)].abs() >= LEAST_COSINE).then(|| across.norm())
+    let alike =
+        sizes.iter().all(|ratio| (gates.least_size_share..=1.0 / gates.least_size_share).contains(ratio));
+    let near = across.norm() <= gates.most_apart_m && squared <= gates.gate_chi2;
+    (near && alike && rotation[(0, 0)].abs() >= gates.least_cosine).then(|| across.norm())
 }
 
 /// Adds the states of a later pass to those of the earlier ones, for one size.
@@ -152,13 +143,14 @@ mod tests {
             vehicle(7, 500..512, [0.4, 3.2], 0.1),
             vehicle(9, 900..904, [-0.3, 2.9], 0.1),
         ];
-        let (found, count) = join_met_again(all, |_, _| true);
+        let (found, count) = join_met_again(all, &AdvancedVehicleOptions::default(), |_, _| true);
         assert_eq!((ids(&found), count), (vec![(1, 26), (2, 10)], 2));
         assert!(found[0].p_moving < 0.01);
     }
 
     #[test]
     fn other_vehicles_stay_others() {
+        let options = AdvancedVehicleOptions::default();
         let first = || vehicle(1, 10..20, [0.0, 3.0], 0.1);
         let turned = |mut v: VehicleTrajectory| {
             let across = Pose::exp(&Vector6::new(0.0, 0.0, 1.4, 0.0, 0.0, 0.0));
@@ -177,9 +169,10 @@ mod tests {
             ("across", turned(vehicle(2, 500..510, [0.0, 3.0], 0.1))),
             ("a lorry", larger(vehicle(2, 500..510, [0.0, 3.0], 0.1))),
         ] {
-            assert_eq!(join_met_again(vec![first(), second], |_, _| true).1, 0, "{name}");
+            let (_, count) = join_met_again(vec![first(), second], &options, |_, _| true);
+            assert_eq!(count, 0, "{name}");
         }
-        let unjoined = join_met_again(vec![first(), vehicle(2, 500..510, [0.0, 3.0], 0.1)], |_, _| false);
-        assert_eq!(unjoined.1, 0);
+        let same = vec![first(), vehicle(2, 500..510, [0.0, 3.0], 0.1)];
+        assert_eq!(join_met_again(same, &options, |_, _| false).1, 0);
     }
 }

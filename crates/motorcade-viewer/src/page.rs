@@ -32,7 +32,7 @@ impl Report<'_> {
     /// The run as one self-contained HTML page. Lengths are in metres; the map shows the world of the first camera (x right,
     /// y down, z forward) from above. With an evaluation it shows the errors and the true path.
     pub fn html(&self) -> String {
-        let data = data(self.result, self.pictures);
+        let data = data(self.result, self.pictures, &self.context.config);
         format!(
             "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
@@ -50,7 +50,7 @@ impl Report<'_> {
     fn body(&self) -> String {
         let result = self.result;
         let truth = self.evaluation.map(|e| e.truth_path_m.as_slice()).unwrap_or_default();
-        let speeds = motorcade::speeds(result);
+        let speeds = motorcade::speeds(result, &self.context.config);
         [
             headline::headline(result, self.context),
             details::warnings(result),

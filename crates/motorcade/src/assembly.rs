@@ -60,9 +60,9 @@ impl RunResult {
             planned_frames: record.planned_frames,
         };
         let repaired = finite::keep_finite(&mut result);
-        let speeds = plausibility::of_speeds(&result);
+        let speeds = plausibility::of_speeds(&result, &checks.plausibility);
         let summary = summary_warnings(&result, metric);
-        let swapped = swapped_frames::of(&result.frames, &result.ego.frames);
+        let swapped = swapped_frames::of(&result.frames, &result.ego.frames, &checks.swapped_frames);
         let jumps = clock_jumps::of(&result.frames, &result.ego.frames, &checks.clock);
         for warning in
             warnings.into_iter().chain(repaired).chain(swapped).chain(jumps).chain(speeds).chain(summary)

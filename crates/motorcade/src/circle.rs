@@ -1,7 +1,9 @@
 //! A circle of corners that is driven round, for tests of places.
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
-use motorcade_odometry::{EgoFrame, EgoTrajectory, MetricOptions, OdometryTrajectory};
+use motorcade_odometry::{
+    EgoFrame, EgoTrajectory, ExternalTrajectoryOptions, MetricOptions, OdometryTrajectory,
+};
 use motorcade_places::{Descriptor, Feature, PlaceKeyframe};
 use nalgebra::{Point3, Vector6};
 use rand::{Rng, SeedableRng};
@@ -34,7 +36,7 @@ pub(crate) fn scene(length: usize, same: bool) -> Scene {
         drifted.push(drifted[k - 1].retract(&(step + drift)));
     }
     let times_ns: Vec<i64> = (0..length as i64).map(|k| k * 100_000_000).collect();
-    let motion = OdometryTrajectory::from_poses(&drifted, &times_ns);
+    let motion = OdometryTrajectory::from_poses(&drifted, &times_ns, &ExternalTrajectoryOptions::default());
     let ego = EgoTrajectory::metric(&motion, &[], 1.65, 0.006, &MetricOptions::default()).frames;
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     let mut corners = |round: &[Pose<World, Camera>]| -> Vec<(Point3<f64>, Descriptor)> {

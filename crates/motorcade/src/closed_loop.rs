@@ -8,9 +8,6 @@ use motorcade_places::PlaceMap;
 
 use crate::kept_map::MapUse;
 
-/// Time before and after a vehicle was seen in which a loop still tells where it stands \[s\].
-const NEAR_S: f64 = 1.5;
-
 /// Two frames that see the same place.
 #[derive(Clone, Debug)]
 pub struct ClosedLoop {
@@ -59,18 +56,17 @@ impl Loops {
         self.all.iter().filter(|l| l.closed)
     }
 
-    /// True where a loop joins two spans of frames, one every `interval_s`, each with some time before and after it.
+    /// True where a loop joins two spans of frames, each with `near` frames before and after it.
     pub(crate) fn join(
         &self,
         earlier: &RangeInclusive<usize>,
         later: &RangeInclusive<usize>,
-        interval_s: f64,
+        near: usize,
     ) -> bool {
-        let frames = (NEAR_S / interval_s).ceil() as usize;
-        let near = |span: &RangeInclusive<usize>, frame: usize| {
-            (span.start().saturating_sub(frames)..=span.end().saturating_add(frames)).contains(&frame)
+        let in_span = |span: &RangeInclusive<usize>, frame: usize| {
+            (span.start().saturating_sub(near)..=span.end().saturating_add(near)).contains(&frame)
         };
-        self.closed().any(|l| near(earlier, l.edge.earlier) && near(later, l.edge.later))
+        self.closed().any(|l| in_span(earlier, l.edge.earlier) && in_span(later, l.edge.later))
     }
 
     /// Edges that hold.

@@ -16,6 +16,7 @@ use toml::{Table, Value};
 use crate::check_options::CheckOptions;
 use crate::error::{Error, Result};
 use crate::estimator_options::{DistanceOptions, OnlineOptions, UnitOptions, VehicleHeightOptions};
+use crate::output_options::OutputOptions;
 
 /// Ready-made configurations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -154,6 +155,8 @@ pub struct Config {
     pub loops: LoopOptions,
     /// Online runs.
     pub online: OnlineOptions,
+    /// Tables and report.
+    pub outputs: OutputOptions,
 }
 
 impl Config {
@@ -180,7 +183,9 @@ impl Config {
         let table: Table = if text.trim_start().starts_with('{') {
             let record: serde_json::Value = serde_json::from_str(text).map_err(|e| problem(&e))?;
             let configuration = record.get("configuration").unwrap_or(&record);
-            Table::try_from(configuration).map_err(|e| problem(&e))?
+            let mut table = Table::try_from(configuration).map_err(|e| problem(&e))?;
+            REMOVED.iter().for_each(|path| remove(&mut table, path));
+            table
         } else {
             text.parse().map_err(|e| problem(&e))?
         };
@@ -250,11 +255,38 @@ impl Config {
         check(self.online.lag_s > 0.0, "online.lag_s must be more than 0")?;
         check(self.online.scale_s > 0.0, "online.scale_s must be more than 0")?;
         check(self.online.interval_s >= 0.0, "online.interval_s must not be negative")?;
+        let online = &self.online.advanced;
+        check(online.forget_after_s >= 1.0, "online.advanced.forget_after_s must be at least 1")?;
+        check(
+            online.least_corrected_keyframes > 0,
+            "online.advanced.least_corrected_keyframes must be at least 1",
+        )?;
+        check(self.scale.distances.clock_sigma_s > 0.0, "scale.distances.clock_sigma_s must be positive")?;
         self.graph.validate()?;
         self.places.validate()?;
         self.loops.validate()?;
         self.vehicles.validate()?;
+        self.outputs.validate()?;
         check((0.0..=1.0).contains(&self.tracker.least_iou), "tracker.least_iou must lie between 0 and 1")
+    }
+}
+
+/// Settings that earlier versions wrote into `run.json` and that follow from others now, or have no effect; a run of an earlier version can be repeated.
+const REMOVED: [&str; 4] = [
+    "checks.focal_length.settling_keyframes",
+    "vehicles.advanced.keypoints.fit.advanced.box_edge_scale",
+    "vehicles.advanced.keypoints.fit.advanced.box_edge_sigma_px",
+    "vehicles.advanced.keypoints.fit.advanced.box_edge_share",
+];
+
+fn remove(table: &mut Table, path: &str) {
+    match path.split_once('.') {
+        None => drop(table.remove(path)),
+        Some((key, rest)) => {
+            if let Some(Value::Table(inner)) = table.get_mut(key) {
+                remove(inner, rest);
+            }
+        }
     }
 }
 
@@ -364,5 +396,19 @@ mod tests {
         assert_eq!(Config::default().overlay(&text, "copy").unwrap(), config);
         let record = serde_json::json!({ "configuration": config }).to_string();
         assert_eq!(Config::default().overlay(&record, "run.json").unwrap(), config);
+    }
+
+    #[test]
+    fn a_record_of_an_earlier_version_reads_and_a_file_with_its_settings_does_not() {
+        for path in REMOVED {
+            let (table, key) = path.rsplit_once('.').unwrap();
+            let mut node = serde_json::json!({ key: 7 });
+            for part in table.rsplit('.') {
+                node = serde_json::json!({ part: node });
+            }
+            let record = serde_json::json!({ "configuration": node }).to_string();
+            assert_eq!(Config::default().overlay(&record, "run.json").unwrap(), Config::default());
+            assert!(Config::default().overlay(&format!("[{table}]\n{key} = 7"), "my.toml").is_err());
+        }
     }
 }

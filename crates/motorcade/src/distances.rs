@@ -5,6 +5,7 @@ use std::path::Path;
 use motorcade_dataset::{ClockOffset, GpsTrack, MeasuredDistance, SpeedRecord};
 
 use crate::error::Result;
+use crate::estimator_options::DistanceOptions;
 
 /// Sensor of the distances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,12 +32,9 @@ pub struct Distances {
     pub sensor: DistanceSensor,
     /// The distances, in order of time.
     pub measured: Vec<MeasuredDistance>,
-    /// Offset from the clock of the frames to that of the sensor.
-    pub clock: ClockOffset,
+    /// Offset from the clock of the frames to that of the sensor; `None` where it is not known.
+    pub clock: Option<ClockOffset>,
 }
-
-/// The clocks of a drive and of a file that begin together, where nothing else is known.
-const SAME_CLOCK: ClockOffset = ClockOffset { offset_s: 0.0, sigma_s: 1.0 };
 
 impl Distances {
     /// Reads a CSV file of speeds, see [`SpeedRecord::read`].
@@ -45,7 +43,7 @@ impl Distances {
     /// A file that does not read.
     pub fn of_speeds(path: &Path, clock: Option<ClockOffset>) -> Result<Self> {
         let measured = SpeedRecord::read(path)?.distances();
-        Ok(Self { sensor: DistanceSensor::Speed, measured, clock: clock.unwrap_or(SAME_CLOCK) })
+        Ok(Self { sensor: DistanceSensor::Speed, measured, clock })
     }
 
     /// Reads a GPS track (GPX, NMEA, CSV), see [`GpsTrack::read`].
@@ -54,18 +52,23 @@ impl Distances {
     /// A file that does not read.
     pub fn of_track(path: &Path, clock: Option<ClockOffset>) -> Result<Self> {
         let measured = GpsTrack::read(path)?.distances();
-        Ok(Self { sensor: DistanceSensor::Gps, measured, clock: clock.unwrap_or(SAME_CLOCK) })
+        Ok(Self { sensor: DistanceSensor::Gps, measured, clock })
+    }
+
+    /// What is known of the offset between the clocks.
+    pub(crate) fn clock_offset(&self, options: &DistanceOptions) -> ClockOffset {
+        self.clock.unwrap_or(ClockOffset { offset_s: 0.0, sigma_s: options.clock_sigma_s })
     }
 
     /// Why they cannot belong to frames at these times \[ns\].
-    pub(crate) fn problem(&self, timestamps_ns: &[i64]) -> Option<String> {
+    pub(crate) fn problem(&self, timestamps_ns: &[i64], options: &DistanceOptions) -> Option<String> {
         let (first, last) = (self.measured.first(), self.measured.last());
         let Some((first, last)) = first.zip(last) else {
             return Some(format!("the {} tell no distance: too short, or too uncertain", self.sensor));
         };
         let seconds = |ns: Option<&i64>| ns.map_or(0.0, |ns| *ns as f64 * 1e-9);
         let (begin, end) = (seconds(timestamps_ns.first()), seconds(timestamps_ns.last()));
-        let ClockOffset { offset_s, sigma_s } = self.clock;
+        let ClockOffset { offset_s, sigma_s } = self.clock_offset(options);
         let apart =
             begin + offset_s > last.to_s + 3.0 * sigma_s || end + offset_s < first.from_s - 3.0 * sigma_s;
         apart.then(|| {

@@ -1,4 +1,5 @@
-//! Options of the estimator: windows of online runs, the unit of an external trajectory, the camera's height by vehicles.
+//! Options of the estimator: windows of online runs, the unit of an external trajectory, the camera's height by vehicles, distances of another
+//! sensor.
 
 use serde::{Deserialize, Serialize};
 
@@ -21,6 +22,8 @@ pub struct OnlineOptions {
     pub iterations: usize,
     /// Standard deviation of a vehicle's acceleration in a frame that is predicted \[m/s²\]: firm braking. Larger values widen these frames.
     pub acceleration_sigma_mps2: f64,
+    /// Memory, and places seen again while the camera drives.
+    pub advanced: AdvancedOnlineOptions,
 }
 
 impl Default for OnlineOptions {
@@ -32,6 +35,41 @@ impl Default for OnlineOptions {
             interval_s: 0.07,
             iterations: 8,
             acceleration_sigma_mps2: 3.0,
+            advanced: AdvancedOnlineOptions::default(),
+        }
+    }
+}
+
+/// Memory of an online run, and its corrections by places seen again. None of these numbers was measured.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct AdvancedOnlineOptions {
+    /// Time beyond the longest window after which a frame is forgotten \[s\]: the road looks back less at the begin of the window (`road.oldest_s`). A
+    /// longer one needs more memory.
+    pub forget_after_s: f64,
+    /// Way driven between two corrections by places seen again \[m\]: each solves the graph of its keyframes. A shorter one corrects sooner and costs
+    /// time.
+    pub least_correction_m: f64,
+    /// Keyframes of places that a correction moves at least, where there are as many: 1.3 km. More spread a correction over more of the drive; its
+    /// time grows in proportion.
+    pub least_corrected_keyframes: usize,
+    /// Keyframes that a correction moves before the last place that was seen again: they hold the others to what is known. More have the same effect.
+    pub overlap_keyframes: usize,
+    /// Move of a keyframe from which on a correction names it \[m\]. A smaller one makes longer corrections.
+    pub least_move_m: f64,
+    /// Rotation of a keyframe from which on a correction names it \[rad\], with the same effect.
+    pub least_move_rad: f64,
+}
+
+impl Default for AdvancedOnlineOptions {
+    fn default() -> Self {
+        Self {
+            forget_after_s: 5.0,
+            least_correction_m: 20.0,
+            least_corrected_keyframes: 400,
+            overlap_keyframes: 40,
+            least_move_m: 0.05,
+            least_move_rad: 0.002,
         }
     }
 }
@@ -79,7 +117,7 @@ pub struct VehicleHeightOptions {
     pub least_vehicles: usize,
     /// Cars needed to doubt a stated height.
     pub least_for_disagreement: usize,
-    /// Boxes of a car, at least.
+    /// Boxes of a car, at least: half a second at ten frames a second, less at more. Chosen, not measured: more leave out cars that pass closely.
     pub least_views: usize,
     /// Largest standard deviation of the logarithm of a car's size by the road.
     pub most_sigma: f64,
@@ -136,6 +174,9 @@ pub struct DistanceOptions {
     pub kernel_sigmas: f64,
     /// Deviation from the height that is reported [standard deviations].
     pub disagreement_sigmas: f64,
+    /// Standard deviation of the offset between the clocks of frames and sensor where none is stated \[s\]: both begin together. Chosen, not measured: a
+    /// larger one finds greater offsets, and wrong ones in steady drives.
+    pub clock_sigma_s: f64,
 }
 
 impl Default for DistanceOptions {
@@ -147,6 +188,7 @@ impl Default for DistanceOptions {
             lever_m: 1.5,
             kernel_sigmas: 2.0,
             disagreement_sigmas: 3.0,
+            clock_sigma_s: 1.0,
         }
     }
 }

@@ -7,6 +7,7 @@ use motorcade_geometry::{Camera, Pose, World};
 use motorcade_perception::KeypointTable;
 use motorcade_shape::ShapePrior;
 
+use crate::config::Config;
 use crate::distances::Distances;
 use crate::error::{Error, Result};
 use crate::external::External;
@@ -37,11 +38,11 @@ pub struct ExternalFiles {
 }
 
 impl ExternalFiles {
-    /// Reads the files, fitted to the frames of a run with these numbers and times \[ns\].
+    /// Reads the files, fitted to the frames of a run with these numbers and times \[ns\] and this configuration.
     ///
     /// # Errors
     /// A file that does not read; a trajectory without a pose for every frame; speeds or a track of another time; both of them.
-    pub fn read(&self, numbers: &[u64], timestamps_ns: &[i64]) -> Result<External> {
+    pub fn read(&self, numbers: &[u64], timestamps_ns: &[i64], config: &Config) -> Result<External> {
         let trajectory = self.read_trajectory(numbers, timestamps_ns)?;
         let vehicles = match self.vehicle_poses.as_slice() {
             [] => None,
@@ -49,7 +50,7 @@ impl ExternalFiles {
         };
         Ok(External {
             trajectory,
-            distances: self.read_distances(timestamps_ns)?,
+            distances: self.read_distances(timestamps_ns, config)?,
             vehicles,
             keypoints: self.keypoints.as_deref().map(KeypointTable::read).transpose()?,
             map: self.map.as_deref().map(KeptMap::read).transpose()?,
@@ -57,7 +58,7 @@ impl ExternalFiles {
         })
     }
 
-    fn read_distances(&self, timestamps_ns: &[i64]) -> Result<Option<Distances>> {
+    fn read_distances(&self, timestamps_ns: &[i64], config: &Config) -> Result<Option<Distances>> {
         let (path, distances) = match (&self.speed, &self.gps) {
             (None, None) => return Ok(None),
             (Some(path), None) => (path, Distances::of_speeds(path, self.clock_offset)?),
@@ -66,7 +67,7 @@ impl ExternalFiles {
                 return Err(Error::Config("give either speeds or a GPS track, not both".to_owned()));
             }
         };
-        match distances.problem(timestamps_ns) {
+        match distances.problem(timestamps_ns, &config.scale.distances) {
             Some(problem) => Err(Error::Input(format!("{}: {problem}", path.display()))),
             None => Ok(Some(distances)),
         }

@@ -28,7 +28,7 @@ impl FrontEnd {
     pub(crate) fn new(settings: &Settings) -> Self {
         let options = OdometryOptions { seed: settings.config.run.seed, ..settings.config.odometry };
         let motion = match &settings.external.trajectory {
-            Some(trajectory) => MotionSource::external(trajectory, options.klt.advanced.pyramid_levels),
+            Some(trajectory) => MotionSource::external(trajectory, &options),
             None => MotionSource::Own(Box::new(Odometry::new(settings.camera, options))),
         };
         Self {
@@ -58,7 +58,8 @@ impl FrontEnd {
         let boxes: Vec<BoundingBox> = confident.map(|d| d.bbox).collect();
         let masked: &[BoundingBox] = if run.vehicle_mask == VehicleMask::None { &[] } else { &boxes };
         let boxes_may_stand = run.vehicle_mask == VehicleMask::Moving;
-        let mask = StaticMask { boxes: masked, boxes_may_stand, ignore, ..StaticMask::default() };
+        let rim_px = settings.config.odometry.klt.advanced.box_rim_px;
+        let mask = StaticMask { boxes: masked, boxes_may_stand, ignore, rim_px };
         let gray = frame.gray();
         let pyramid = record.stopwatch.time("odometry", || motion.process(frame.timestamp_ns, &gray, &mask));
 
@@ -67,7 +68,7 @@ impl FrontEnd {
         }
 
         // Vehicles hide the road whether they move or not.
-        let hidden = StaticMask { boxes: &boxes, boxes_may_stand: false, ignore, ..StaticMask::default() };
+        let hidden = StaticMask { boxes: &boxes, boxes_may_stand: false, ignore, rim_px };
         let road = observations.road.as_ref().filter(|_| run.road_mask);
         let usable = |p: &nalgebra::Point2<f64>| hidden.allows(p) && road.is_none_or(|r| r.is_road(p.x, p.y));
         let trajectory = motion.trajectory();

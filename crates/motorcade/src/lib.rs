@@ -47,6 +47,7 @@ mod map_merge;
 mod motion_source;
 mod motorcade;
 pub mod output;
+mod output_options;
 mod path_ahead;
 mod picture_faults;
 mod place_recorder;
@@ -66,14 +67,18 @@ mod swapped_frames;
 mod timing;
 
 pub use calibration::{CameraCalibration, FocalPrior, Mounting, PriorOrigin, calibrate};
-pub use check_options::{CheckOptions, ClockJumpOptions};
+pub use check_options::{
+    CheckOptions, ClockJumpOptions, PlausibilityOptions, RepeatedFrameOptions, SwappedFrameOptions,
+};
 pub use closed_loop::{ClosedLoop, Loops};
 pub use config::{Config, Preset, RunOptions, ScaleOptions, VehicleMask};
 pub use distances::{DistanceSensor, Distances};
 pub use error::{Error, Result};
 pub use estimate::{Estimate, VehicleEstimate};
 pub use estimator::{SlidingEstimator, estimate_drive};
-pub use estimator_options::{DistanceOptions, OnlineOptions, UnitOptions, VehicleHeightOptions};
+pub use estimator_options::{
+    AdvancedOnlineOptions, DistanceOptions, OnlineOptions, UnitOptions, VehicleHeightOptions,
+};
 pub use external::External;
 pub use external_files::ExternalFiles;
 pub use kept_map::{KeptMap, MapMatch, MapUse};
@@ -89,6 +94,7 @@ pub use motorcade_perception::KeypointTable;
 pub use motorcade_places::{MapSummary, PlaceMap, PlaceOptions};
 pub use motorcade_vehicles::{TrackerOptions, TrafficSide, VehicleOptions};
 pub use output::{RunContext, write_run, write_run_and};
+pub use output_options::{AdvancedOutputOptions, OutputOptions};
 pub use picture_faults::PictureFaultOptions;
 pub use progress::{NoProgress, Progress};
 pub use record::{FrameInfo, FrontEndRecord, FrontEndView};

@@ -100,7 +100,7 @@ fn way(keyframes: &[PlacedKeyframe], height_m: f64, config: &Config) -> EgoTraje
     let times_ns: Vec<i64> = (0..poses.len() as i64).map(|k| k * STEP_NS).collect();
     let height_m = Some(height_m).filter(|h| HEIGHT_RANGE_M.contains(h)).unwrap_or(USUAL_HEIGHT_M);
     let advanced = &config.scale.advanced;
-    let odometry = OdometryTrajectory::from_poses(&poses, &times_ns);
+    let odometry = OdometryTrajectory::from_poses(&poses, &times_ns, &config.odometry.external);
     let mut ego = EgoTrajectory::metric(&odometry, &[], height_m, advanced.bias_sigma, advanced);
     for (k, pair) in keyframes.windows(2).enumerate() {
         if pair[0].segment != pair[1].segment {

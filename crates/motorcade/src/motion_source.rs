@@ -5,7 +5,10 @@ use std::sync::Arc;
 
 use image::GrayImage;
 use motorcade_geometry::{Camera, Pose, World};
-use motorcade_odometry::{Odometry, OdometryTrajectory, Pyramid, RoadFeedback, ShiftedFrame, StaticMask};
+use motorcade_odometry::{
+    ExternalTrajectoryOptions, Odometry, OdometryOptions, OdometryTrajectory, Pyramid, RoadFeedback,
+    ShiftedFrame, StaticMask,
+};
 
 /// A camera trajectory from elsewhere, one pose a frame of the run.
 #[derive(Clone, Debug)]
@@ -23,10 +26,11 @@ impl ExternalTrajectory {
         unit_m: f64,
         range: Range<usize>,
         timestamps_ns: &[i64],
+        options: &ExternalTrajectoryOptions,
     ) -> OdometryTrajectory {
         let poses = self.world_from_camera.get(range).unwrap_or_default().iter().map(|p| p.scaled(unit_m));
         let metric = Self { world_from_camera: poses.collect(), metric: true };
-        OdometryTrajectory::from_poses(&metric.unit_poses(), timestamps_ns)
+        OdometryTrajectory::from_poses(&metric.unit_poses(), timestamps_ns, options)
     }
 
     /// Poses relative to the first one. Those of unknown scale get a unit near a metre, which the road search starts from.
@@ -56,15 +60,18 @@ pub(crate) enum MotionSource {
         trajectory: OdometryTrajectory,
         /// Levels of the pyramids that the road is aligned on.
         pyramid_levels: usize,
+        /// Uncertainty of the steps.
+        options: ExternalTrajectoryOptions,
     },
 }
 
 impl MotionSource {
-    pub(crate) fn external(trajectory: &ExternalTrajectory, pyramid_levels: usize) -> Self {
+    pub(crate) fn external(trajectory: &ExternalTrajectory, options: &OdometryOptions) -> Self {
         Self::External {
             poses: trajectory.unit_poses(),
-            trajectory: OdometryTrajectory::from_poses(&[], &[]),
-            pyramid_levels,
+            trajectory: OdometryTrajectory::from_poses(&[], &[], &options.external),
+            pyramid_levels: options.klt.advanced.pyramid_levels,
+            options: options.external,
         }
     }
     pub(crate) fn process(
@@ -75,8 +82,8 @@ impl MotionSource {
     ) -> Arc<Pyramid> {
         match self {
             Self::Own(odometry) => odometry.process(timestamp_ns, image, mask),
-            Self::External { poses, trajectory, pyramid_levels } => {
-                trajectory.push_next_pose(poses, timestamp_ns);
+            Self::External { poses, trajectory, pyramid_levels, options } => {
+                trajectory.push_next_pose(poses, timestamp_ns, options);
                 Arc::new(Pyramid::new(image, *pyramid_levels))
             }
         }
@@ -92,7 +99,9 @@ impl MotionSource {
     pub(crate) fn skip(&mut self, timestamp_ns: i64) {
         match self {
             Self::Own(odometry) => odometry.skip(timestamp_ns),
-            Self::External { poses, trajectory, .. } => trajectory.push_next_pose(poses, timestamp_ns),
+            Self::External { poses, trajectory, options, .. } => {
+                trajectory.push_next_pose(poses, timestamp_ns, options);
+            }
         }
     }
     pub(crate) fn apply_road(&mut self, feedback: &RoadFeedback<'_>) {

@@ -437,10 +437,13 @@ impl MotorcadeBuilder {
             front_end.trust_focal_length();
         }
         front_end.record_mut().detects_vehicles |= perception.detects_vehicles();
-        front_end.record_mut().warnings.extend(plausibility::of_camera(&settings.camera, settings.height_m));
+        let checks = &settings.config.checks;
+        let doubts = plausibility::of_camera(&settings.camera, settings.height_m, &checks.plausibility);
+        front_end.record_mut().warnings.extend(doubts);
+        let repeated = RepeatedFrames::new(checks.repeated_frames);
         let sliding = SlidingEstimator::new(&settings);
         let fixed = FixedParts::new(settings.config.run.fixed_regions, settings.config.perception.fixed);
-        let (repeated, pictures) = (RepeatedFrames::default(), PictureFaults::default());
+        let pictures = PictureFaults::default();
         Ok(Motorcade { settings, perception, front_end, fixed, repeated, pictures, sliding })
     }
 }

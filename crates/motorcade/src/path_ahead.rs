@@ -2,19 +2,16 @@
 
 use nalgebra::{Point2, Vector2};
 
+use crate::output_options::AdvancedOutputOptions;
 use crate::result::RunResult;
-
-/// Least distance of two points of the path \[m\]: while the camera stands no points are added.
-const SPACING_M: f64 = 1.0;
-
-/// Length of path that is looked at \[m\].
-const LOOK_AHEAD_M: f64 = 150.0;
 
 /// Positions of the camera in the horizontal plane of the world (x, z).
 pub(crate) struct PathAhead {
     points: Vec<Point2<f64>>,
     /// For each frame the camera's place and the index of the first point after it.
     frames: Vec<(Point2<f64>, usize)>,
+    /// Length of path that is looked at \[m\].
+    look_ahead_m: f64,
 }
 
 /// A place relative to the path from a frame on.
@@ -29,29 +26,35 @@ pub(crate) struct PlaceOnPath {
 }
 
 impl PathAhead {
-    pub(crate) fn new(result: &RunResult) -> Self {
+    pub(crate) fn new(result: &RunResult, options: &AdvancedOutputOptions) -> Self {
         let frames = &result.ego.frames;
         let positions = frames.iter().map(|f| f.world_from_camera.translation());
         let axis = frames.last().map(|f| f.world_from_camera.rotation_matrix().column(2).into_owned());
         let end = axis.map_or_else(Vector2::y, |axis| Vector2::new(axis.x, axis.z));
-        Self::through(positions.map(|t| Point2::new(t.x, t.z)), &end)
+        Self::through(positions.map(|t| Point2::new(t.x, t.z)), &end, options)
     }
 
     /// Through positions frame by frame, and on from the last one.
-    fn through(positions: impl Iterator<Item = Point2<f64>>, on: &Vector2<f64>) -> Self {
+    fn through(
+        positions: impl Iterator<Item = Point2<f64>>,
+        on: &Vector2<f64>,
+        options: &AdvancedOutputOptions,
+    ) -> Self {
+        let AdvancedOutputOptions { path_spacing_m, look_ahead_m, .. } = *options;
         let mut points: Vec<Point2<f64>> = Vec::new();
         let mut frames = Vec::new();
         for position in positions {
-            if points.last().is_none_or(|last| (position - last).norm() >= SPACING_M) {
+            if points.last().is_none_or(|last| (position - last).norm() >= path_spacing_m) {
                 points.push(position);
             }
             frames.push((position, points.len()));
         }
         let direction = on.try_normalize(1e-9).unwrap_or_else(Vector2::y);
         if let Some((end, _)) = frames.last() {
-            points.extend([SPACING_M, LOOK_AHEAD_M + SPACING_M].map(|way_m| end + direction * way_m));
+            points
+                .extend([path_spacing_m, look_ahead_m + path_spacing_m].map(|way_m| end + direction * way_m));
         }
-        Self { points, frames }
+        Self { points, frames, look_ahead_m }
     }
 
     /// Where a point lies along the path from a frame on; `None` beyond what is looked at.
@@ -77,7 +80,7 @@ impl PathAhead {
                 best = Some((distance, PlaceOnPath { way_m: way_m + along_m, offset_m, direction }));
             }
             way_m += length_m;
-            if way_m > LOOK_AHEAD_M {
+            if way_m > self.look_ahead_m {
                 break;
             }
             from = *to;
@@ -96,7 +99,7 @@ mod tests {
             let (sin, cos) = (k.min(90) as f64).to_radians().sin_cos();
             Point2::new(30.0 * (1.0 - cos), 30.0 * sin)
         };
-        PathAhead::through((0..120).map(on_circle), &Vector2::x())
+        PathAhead::through((0..120).map(on_circle), &Vector2::x(), &AdvancedOutputOptions::default())
     }
 
     #[test]

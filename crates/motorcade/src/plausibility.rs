@@ -3,23 +3,16 @@
 use motorcade_calibrate::{FocalCheckOptions, LensEstimate};
 use motorcade_geometry::PinholeCamera;
 
+use crate::check_options::PlausibilityOptions;
 use crate::result::RunResult;
 
-/// Heights of cameras in cars, vans and lorries \[m\].
-const HEIGHTS_M: std::ops::RangeInclusive<f64> = 0.3..=5.0;
-/// Field of view beyond which lenses are no pinholes \[rad\].
-const WIDEST_RAD: f64 = 2.1;
-/// Largest difference of the focal lengths of square pixels.
-const FOCAL_RATIO: f64 = 1.05;
-/// Speed beyond which no road vehicle is \[m/s\].
-const FASTEST_MPS: f64 = 100.0;
-
 /// Warnings about a camera and its height, each naming its field.
-pub(crate) fn of_camera(camera: &PinholeCamera, height_m: f64) -> Vec<String> {
+pub(crate) fn of_camera(camera: &PinholeCamera, height_m: f64, options: &PlausibilityOptions) -> Vec<String> {
     let mut out = Vec::new();
-    if !HEIGHTS_M.contains(&height_m) {
+    let [lowest, highest] = options.heights_m;
+    if !(lowest..=highest).contains(&height_m) {
         out.push(format!(
-            "the camera height of {height_m} m lies outside 0.3 to 5 m; all lengths are proportional to it"
+            "the camera height of {height_m} m lies outside {lowest} to {highest} m; all lengths are proportional to it"
         ));
     }
     for (name, centre, side) in [("cx", camera.cx, camera.width), ("cy", camera.cy, camera.height)] {
@@ -29,14 +22,15 @@ pub(crate) fn of_camera(camera: &PinholeCamera, height_m: f64) -> Vec<String> {
         }
     }
     let (fx, fy) = (camera.fx, camera.fy);
-    if fx.max(fy) > FOCAL_RATIO * fx.min(fy) {
+    if fx.max(fy) > (1.0 + options.focal_difference) * fx.min(fy) {
         out.push(format!(
-            "fx = {fx} px and fy = {fy} px differ by more than 5 %: pixels that are not square, or an error"
+            "fx = {fx} px and fy = {fy} px differ by more than {} %: pixels that are not square, or an error",
+            100.0 * options.focal_difference
         ));
     }
     let (horizontal, vertical) = camera.field_of_view_rad();
     for (name, view) in [("fx", horizontal), ("fy", vertical)] {
-        if view > WIDEST_RAD {
+        if view > options.widest_rad {
             out.push(format!(
                 "{name} is a field of view of {:.0} degrees, wider than lenses that are pinholes; state a smaller one, below 120, as view_deg of a TOML calibration",
                 view.to_degrees()
@@ -64,27 +58,28 @@ pub(crate) fn of_focal_length(
 }
 
 /// Warnings about speeds no road vehicle has.
-pub(crate) fn of_speeds(result: &RunResult) -> Vec<String> {
+pub(crate) fn of_speeds(result: &RunResult, options: &PlausibilityOptions) -> Vec<String> {
+    let fastest_mps = options.fastest_mps;
     let mut out = Vec::new();
     let speeds = (1..result.frames.len().min(result.ego.frames.len())).filter_map(|k| {
         let (before, frame) = (&result.frames[k - 1], &result.frames[k]);
         let speed = result.way_m(k) / ((frame.timestamp_ns - before.timestamp_ns) as f64 * 1e-9);
-        (speed > FASTEST_MPS).then_some((frame.number, speed))
+        (speed > fastest_mps).then_some((frame.number, speed))
     });
     let fast: Vec<(u64, f64)> = speeds.collect();
     if let Some((number, speed)) = fast.iter().max_by(|a, b| a.1.total_cmp(&b.1)) {
         out.push(format!(
-            "the camera drives faster than {FASTEST_MPS} m/s in {} frames, {speed:.0} m/s in frame {number}: check the height, the \
+            "the camera drives faster than {fastest_mps} m/s in {} frames, {speed:.0} m/s in frame {number}: check the height, the \
              frame rate and the unit of a given trajectory",
             fast.len()
         ));
     }
     let fast =
-        |v: &&motorcade_vehicles::VehicleTrajectory| v.states.iter().any(|s| s.speed_mps.abs() > FASTEST_MPS);
+        |v: &&motorcade_vehicles::VehicleTrajectory| v.states.iter().any(|s| s.speed_mps.abs() > fastest_mps);
     let ids: Vec<String> = result.vehicles.iter().filter(fast).map(|v| v.id.to_string()).collect();
     if !ids.is_empty() {
         out.push(format!(
-            "vehicles faster than {FASTEST_MPS} m/s (speed_mps in tracks.csv): {}",
+            "vehicles faster than {fastest_mps} m/s (speed_mps in tracks.csv): {}",
             ids.join(", ")
         ));
     }
@@ -97,8 +92,9 @@ mod tests {
 
     #[test]
     fn fields_that_are_rarely_meant_are_named() {
+        let options = PlausibilityOptions::default();
         let kitti = PinholeCamera { fx: 721.5, fy: 721.5, cx: 609.6, cy: 172.9, width: 1242, height: 375 };
-        assert!(of_camera(&kitti, 1.65).is_empty());
+        assert!(of_camera(&kitti, 1.65, &options).is_empty());
         for (camera, height_m, named) in [
             (kitti, 12.0, "height of 12 m"),
             (kitti, 0.2, "height of 0.2 m"),
@@ -107,7 +103,7 @@ mod tests {
             (PinholeCamera { fy: 780.0, ..kitti }, 1.65, "fy = 780"),
             (PinholeCamera { fx: 300.0, fy: 300.0, ..kitti }, 1.65, "fx is a field of view of 128 degrees"),
         ] {
-            let warnings = of_camera(&camera, height_m);
+            let warnings = of_camera(&camera, height_m, &options);
             assert!(warnings.len() == 1 && warnings[0].contains(named), "{warnings:?}");
         }
     }

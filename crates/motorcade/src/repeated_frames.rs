@@ -3,29 +3,12 @@
 use image::GrayImage;
 use motorcade_dataset::Sequence;
 
-/// Every how many pixels two pictures are compared.
-const STEP: usize = 7;
-/// Share of the usual difference between two frames up to which a frame is a repetition; re-encoding changes a few pixels.
-const SHARE: f64 = 0.15;
-/// The same \[grey levels\]: beyond it a picture has changed.
-const MOST_GREY: f64 = 1.5;
-/// Usual difference from which the camera moves \[grey levels\].
-const MOVING_GREY: f64 = 2.0;
-/// Longest time between two frames that differ \[s\]: a car that is seen to move does not stop within it. What lasts longer is a
-/// standstill.
-const LONGEST_S: f64 = 0.3;
-/// Weight of a new difference in the usual one.
-const RATE: f64 = 0.2;
-/// Share of the usual difference up to which a picture is frozen: that of a standing camera has noise.
-const FROZEN_SHARE: f64 = 0.02;
-/// Share of the usual difference from which two frames show full motion.
-const MOTION_SHARE: f64 = 0.5;
-/// Longest interval \[s\] within which a car does not stop from full motion.
-const ABRUPT_S: f64 = 0.15;
+use crate::check_options::RepeatedFrameOptions;
 
 /// Tells repeated frames from those of a standing camera: the frames around them differ.
 #[derive(Default)]
 pub(crate) struct RepeatedFrames {
+    options: RepeatedFrameOptions,
     last: Vec<u8>,
     last_ns: i64,
     /// Usual difference of two frames that differ \[grey levels\].
@@ -41,25 +24,31 @@ pub(crate) struct RepeatedFrames {
 }
 
 impl RepeatedFrames {
+    pub fn new(options: RepeatedFrameOptions) -> Self {
+        Self { options, ..Self::default() }
+    }
+
     /// True when a frame repeats the last one that did not.
     pub fn is_repeated(&mut self, image: &GrayImage, timestamp_ns: i64) -> bool {
         self.frames += 1;
-        let pixels = || image.as_raw().iter().step_by(STEP).copied();
+        let options = &self.options;
+        let pixels = || image.as_raw().iter().step_by(options.step_px).copied();
         if self.last.len() == pixels().len() {
             let sum: u64 = self.last.iter().zip(pixels()).map(|(a, b)| u64::from(a.abs_diff(b))).sum();
             let difference = sum as f64 / self.last.len().max(1) as f64;
             let interval_s = (timestamp_ns - self.before_ns) as f64 * 1e-9;
             self.before_ns = timestamp_ns;
-            let abrupt = interval_s < ABRUPT_S && self.newest > MOTION_SHARE * self.usual;
-            self.freezes = difference < FROZEN_SHARE * self.usual
-                && self.usual > MOVING_GREY
+            let abrupt = interval_s < options.abrupt_s && self.newest > options.motion_share * self.usual;
+            self.freezes = difference < options.frozen_share * self.usual
+                && self.usual > options.moving_grey
                 && (self.freezes || abrupt);
-            let lasting = (timestamp_ns - self.last_ns) as f64 >= LONGEST_S * 1e9;
+            let lasting = (timestamp_ns - self.last_ns) as f64 >= options.longest_s * 1e9;
             if self.freezes && lasting {
                 self.frozen += 1;
                 return true;
             }
-            let near = difference < (SHARE * self.usual).min(MOST_GREY) && self.usual > MOVING_GREY;
+            let near = difference < (options.most_share * self.usual).min(options.most_grey)
+                && self.usual > options.moving_grey;
             if near && !lasting {
                 self.count += 1;
                 return true;
@@ -69,7 +58,7 @@ impl RepeatedFrames {
                 self.usual = 0.0;
             }
             self.newest = difference;
-            self.usual += (difference - self.usual) * if self.usual == 0.0 { 1.0 } else { RATE };
+            self.usual += (difference - self.usual) * if self.usual == 0.0 { 1.0 } else { options.rate };
         }
         self.last.clear();
         self.last.extend(pixels());
@@ -104,8 +93,12 @@ pub struct RepeatedPictures {
 }
 
 /// Looks for repeated pictures among the first `most` of an input. Frames that do not read are left out.
-pub fn repeated_pictures(sequence: &Sequence, most: usize) -> RepeatedPictures {
-    let mut frames = RepeatedFrames::default();
+pub fn repeated_pictures(
+    sequence: &Sequence,
+    most: usize,
+    options: &RepeatedFrameOptions,
+) -> RepeatedPictures {
+    let mut frames = RepeatedFrames::new(*options);
     for frame in sequence.frames().take(most).flatten() {
         frames.is_repeated(&frame.gray(), frame.timestamp_ns);
     }

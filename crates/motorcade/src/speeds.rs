@@ -6,18 +6,10 @@ use motorcade_perception::VehicleClass;
 use motorcade_vehicles::{VehicleState, VehicleTrajectory};
 use nalgebra::Point2;
 
+use crate::config::Config;
 use crate::path_ahead::PathAhead;
 use crate::relative::relative_sigma_m;
 use crate::result::RunResult;
-
-/// Time over which the camera's speed is taken, centred on the frame \[s\].
-const SPEED_TIME_S: f64 = 0.4;
-
-/// Largest distance between the centre of a vehicle and the camera's path for it to be in the same lane \[m\]: half a lane.
-const LANE_HALF_WIDTH_M: f64 = 1.8;
-
-/// Speed below which no time is given \[m/s\].
-const STANDING_MPS: f64 = 0.5;
 
 /// A value and its standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,9 +46,11 @@ pub struct VehicleAhead {
     pub time_to_collision_s: Option<Estimated>,
 }
 
-/// Speeds in every frame. The path of the camera is where it drove later, and straight on at the end of the drive.
-pub fn speeds(result: &RunResult) -> Vec<FrameSpeeds> {
-    let path = PathAhead::new(result);
+/// Speeds in every frame, by `outputs` of the configuration. The path of the camera is where it drove later, and straight on at the end of
+/// the drive; a vehicle whose centre lies within the half width of the own lane from it is in it.
+pub fn speeds(result: &RunResult, config: &Config) -> Vec<FrameSpeeds> {
+    let options = &config.outputs;
+    let path = PathAhead::new(result, &options.advanced);
     let mut by_frame: Vec<Vec<(&VehicleTrajectory, &VehicleState)>> = vec![Vec::new(); result.frames.len()];
     for vehicle in &result.vehicles {
         for state in &vehicle.states {
@@ -66,9 +60,11 @@ pub fn speeds(result: &RunResult) -> Vec<FrameSpeeds> {
         }
     }
     let one = |(frame, vehicles): (usize, &Vec<(&VehicleTrajectory, &VehicleState)>)| {
-        let speed_mps = camera_speed(result, frame);
-        let ahead =
-            vehicles.iter().filter_map(|(v, s)| ahead(&path, &result.ego.frames[frame], v, s, speed_mps));
+        let speed_mps = camera_speed(result, frame, options.speed_time_s);
+        let candidate = |(v, s): &(&VehicleTrajectory, &VehicleState)| {
+            ahead(&path, &result.ego.frames[frame], v, s, speed_mps, config)
+        };
+        let ahead = vehicles.iter().filter_map(candidate);
         let ahead = ahead.min_by(|a, b| a.distance_m.value.total_cmp(&b.distance_m.value));
         FrameSpeeds { speed_mps, ahead }
     };
@@ -76,10 +72,10 @@ pub fn speeds(result: &RunResult) -> Vec<FrameSpeeds> {
 }
 
 /// Speed of the camera around a frame. Errors of the scale are common to neighbouring frames, those of its steps are not.
-fn camera_speed(result: &RunResult, frame: usize) -> Estimated {
+fn camera_speed(result: &RunResult, frame: usize, speed_time_s: f64) -> Estimated {
     let time_s = |k: usize| result.frames[k].timestamp_ns as f64 * 1e-9;
     let now = time_s(frame);
-    let near = |k: &usize| (time_s(*k) - now).abs() <= 0.5 * SPEED_TIME_S + 1e-6;
+    let near = |k: &usize| (time_s(*k) - now).abs() <= 0.5 * speed_time_s + 1e-6;
     let last_frame = result.frames.len().saturating_sub(1);
     let mut first = (0..frame).rev().take_while(near).last().unwrap_or(frame);
     let mut last = (frame + 1..=last_frame).take_while(near).last().unwrap_or(frame);
@@ -105,6 +101,7 @@ fn ahead(
     vehicle: &VehicleTrajectory,
     state: &VehicleState,
     own: Estimated,
+    config: &Config,
 ) -> Option<VehicleAhead> {
     let pose = &state.world_from_vehicle;
     let place = path.locate(state.frame, &ground(pose))?;
@@ -112,7 +109,7 @@ fn ahead(
     let along = (forward.x * place.direction.x + forward.z * place.direction.y)
         / forward.x.hypot(forward.z).max(1e-9);
     let oncoming = along < 0.0 && vehicle.p_moving > 0.5;
-    if place.offset_m.abs() > LANE_HALF_WIDTH_M || oncoming {
+    if place.offset_m.abs() > config.vehicles.advanced.box_fit.own_lane_half_width_m || oncoming {
         return None;
     }
     let across = (1.0 - along * along).max(0.0).sqrt();
@@ -134,13 +131,14 @@ fn ahead(
         value: own.value - state.speed_mps * along,
         sigma: own.sigma.hypot(state.speed_sigma_mps * along),
     };
+    let standing_mps = config.outputs.standing_mps;
     Some(VehicleAhead {
         id: vehicle.id,
         class: vehicle.class,
         distance_m,
         closing_mps,
-        time_gap_s: (own.value > STANDING_MPS).then(|| ratio(distance_m, own)),
-        time_to_collision_s: (closing_mps.value > closing_mps.sigma.max(STANDING_MPS))
+        time_gap_s: (own.value > standing_mps).then(|| ratio(distance_m, own)),
+        time_to_collision_s: (closing_mps.value > closing_mps.sigma.max(standing_mps))
             .then(|| ratio(distance_m, closing_mps)),
     })
 }

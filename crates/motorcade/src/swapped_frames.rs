@@ -4,26 +4,18 @@ use motorcade_geometry::{Pose, World};
 use motorcade_odometry::{EgoFrame, FrameStatus};
 use nalgebra::Vector3;
 
+use crate::check_options::SwappedFrameOptions;
 use crate::record::FrameInfo;
 
-/// Change of velocity over the time of a step beyond which no vehicle is \[m/s²\]: three times an emergency stop.
-const MOST_ACCELERATION_MPS2: f64 = 30.0;
-/// Cosine of the angle between two steps that lead opposite ways.
-const OPPOSITE: f64 = -0.8;
-/// Step over the one back, where two neighbours were swapped: 2 for an even speed, less and more for one that changes.
-const AHEAD_OVER_BACK: std::ops::Range<f64> = 1.3..3.5;
-/// Pairs that a warning names.
-const NAMED: usize = 5;
-
 /// A warning that names the frames that seem to be swapped.
-pub(crate) fn of(frames: &[FrameInfo], ego: &[EgoFrame]) -> Option<String> {
+pub(crate) fn of(frames: &[FrameInfo], ego: &[EgoFrame], options: &SwappedFrameOptions) -> Option<String> {
     let pairs: Vec<(u64, u64)> = (2..ego.len().min(frames.len()).saturating_sub(1))
-        .filter(|k| swapped(frames, ego, *k))
+        .filter(|k| swapped(frames, ego, *k, options))
         .map(|k| (frames[k - 1].number, frames[k].number))
         .collect();
-    let (count, named) = (pairs.len(), pairs.iter().take(NAMED).map(|(a, b)| format!("{a} and {b}")));
-    let named: Vec<String> = named.collect();
-    let more = if count > NAMED { format!(" and {} more pairs", count - NAMED) } else { String::new() };
+    let (count, most) = (pairs.len(), options.named);
+    let named: Vec<String> = pairs.iter().take(most).map(|(a, b)| format!("{a} and {b}")).collect();
+    let more = if count > most { format!(" and {} more pairs", count - most) } else { String::new() };
     (count > 0).then(|| {
         format!(
             "frames {}{more} seem to be in the wrong order: the camera goes ahead, back and ahead again; check the names or times of the pictures",
@@ -33,7 +25,7 @@ pub(crate) fn of(frames: &[FrameInfo], ego: &[EgoFrame]) -> Option<String> {
 }
 
 /// True when the camera goes back from frame k − 1 to k, and ahead twice as far in the steps before and after.
-fn swapped(frames: &[FrameInfo], ego: &[EgoFrame], k: usize) -> bool {
+fn swapped(frames: &[FrameInfo], ego: &[EgoFrame], k: usize, options: &SwappedFrameOptions) -> bool {
     // A pose that was filled in between its neighbours has no step of its own.
     let tracked = ego[k - 2..=k + 1].iter().all(|f| f.status == FrameStatus::Tracked);
     if !tracked {
@@ -42,15 +34,17 @@ fn swapped(frames: &[FrameInfo], ego: &[EgoFrame], k: usize) -> bool {
     let position = |k: usize| -> Vector3<f64> { place(&ego[k].world_from_camera) };
     let [before, back, after] = [k - 1, k, k + 1].map(|k| position(k) - position(k - 1));
     let way = back.norm();
+    let [least, most] = options.ahead_over_back;
     let contrary = |step: &Vector3<f64>| {
-        step.dot(&back) < OPPOSITE * way * step.norm() && AHEAD_OVER_BACK.contains(&(step.norm() / way))
+        step.dot(&back) < options.opposite_cosine * way * step.norm()
+            && (least..most).contains(&(step.norm() / way))
     };
     let time_s = |k: usize| (frames[k].timestamp_ns - frames[k - 1].timestamp_ns) as f64 * 1e-9;
     let change = |a: (usize, Vector3<f64>), b: (usize, Vector3<f64>)| {
         (b.1 / time_s(b.0) - a.1 / time_s(a.0)).norm() / time_s(a.0).max(time_s(b.0))
     };
     let violent = change((k - 1, before), (k, back)).min(change((k, back), (k + 1, after)));
-    contrary(&before) && contrary(&after) && violent > MOST_ACCELERATION_MPS2
+    contrary(&before) && contrary(&after) && violent > options.most_acceleration_mps2
 }
 
 fn place<From>(pose: &Pose<World, From>) -> Vector3<f64> {
@@ -92,13 +86,14 @@ mod tests {
 
     #[test]
     fn two_swapped_frames_are_named_and_honest_drives_are_not() {
+        let options = SwappedFrameOptions::default();
         let even: Vec<f64> = (0..30).map(|k| 0.8 * f64::from(k)).collect();
         let (frames, ego) = drive(&even);
-        assert_eq!(of(&frames, &ego), None);
+        assert_eq!(of(&frames, &ego, &options), None);
         let mut swapped = even.clone();
         swapped.swap(10, 11);
         let (frames, ego) = drive(&swapped);
-        let said = of(&frames, &ego).unwrap();
+        let said = of(&frames, &ego, &options).unwrap();
         assert!(said.starts_with("frames 110 and 111 seem to be in the wrong order"), "{said}");
         // Two centimetres of trembling at walking pace, and a car that stops and reverses as hard as it can.
         let trembling: Vec<f64> =
@@ -107,11 +102,11 @@ mod tests {
             (0..30).map(|k| f64::from(k) * 0.1).map(|t| 5.0 * t - 0.5 * 10.0 * t * t).collect();
         for way in [trembling, reversing] {
             let (frames, ego) = drive(&way);
-            assert_eq!(of(&frames, &ego), None);
+            assert_eq!(of(&frames, &ego, &options), None);
         }
         // Bridged poses say nothing of the order.
         let (frames, mut ego) = drive(&swapped);
         ego[11].status = FrameStatus::Bridged;
-        assert_eq!(of(&frames, &ego), None);
+        assert_eq!(of(&frames, &ego, &options), None);
     }
 }

@@ -49,7 +49,7 @@ fn distances(sensor: DistanceSensor) -> Distances {
         }
     };
     let clock = ClockOffset { offset_s: -0.2, sigma_s: 0.5 };
-    Distances { sensor, measured: (0..FRAMES / 10 - 2).map(one).collect(), clock }
+    Distances { sensor, measured: (0..FRAMES / 10 - 2).map(one).collect(), clock: Some(clock) }
 }
 
 fn run(record: FrontEndRecord, sensor: DistanceSensor, changed: impl Fn(&mut Settings)) -> RunResult {

@@ -36,7 +36,8 @@ pub struct LoopOptions {
     /// Largest factor on the covariance of the odometry, which grows until `agreeing_share` of the edges agree with the corrected trajectory: a bias of
     /// heading adds up to more than independent errors of steps. Larger closes loops after more drift.
     pub most_odometry_factor: f64,
-    /// Longest correlation of errors of scale \[frames\].
+    /// Longest correlation of errors of scale \[frames\]: 20 s at ten frames a second. In frames, as the correlation from frame to frame is that of the
+    /// frame rate at hand. Chosen, not measured: a larger one lets loops change the scale more.
     pub most_correlated_frames: f64,
     /// Agreement of edges with the odometry and with each other.
     pub advanced: AdvancedLoopOptions,

@@ -2,7 +2,7 @@
 
 use motorcade_geometry::lie::se3::adjoint;
 use motorcade_geometry::{Camera, Pose, World};
-use motorcade_odometry::{EgoTrajectory, MetricOptions, OdometryTrajectory};
+use motorcade_odometry::{EgoTrajectory, ExternalTrajectoryOptions, MetricOptions, OdometryTrajectory};
 use nalgebra::{Matrix6, Vector6};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -35,7 +35,7 @@ fn drifted(truth: &[Pose<World, Camera>]) -> EgoTrajectory {
     }
     let times: Vec<i64> = (0..truth.len() as i64).map(|k| k * 100_000_000).collect();
     EgoTrajectory::metric(
-        &OdometryTrajectory::from_poses(&poses, &times),
+        &OdometryTrajectory::from_poses(&poses, &times, &ExternalTrajectoryOptions::default()),
         &[],
         1.65,
         0.006,

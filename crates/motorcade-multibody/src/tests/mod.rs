@@ -1,7 +1,7 @@
 //! The graph on vehicles with known poses, sizes and noise.
 
 use motorcade_geometry::{Camera, Pose, Vehicle, World};
-use motorcade_odometry::{EgoTrajectory, MetricOptions, OdometryTrajectory};
+use motorcade_odometry::{EgoTrajectory, ExternalTrajectoryOptions, MetricOptions, OdometryTrajectory};
 use motorcade_perception::VehicleClass;
 use motorcade_testing::{CAMERA_HEIGHT_M, on_road};
 use motorcade_vehicles::{Dimensions, PoseObservation, Scaling, Source, VehicleState, VehicleTrajectory};
@@ -31,7 +31,8 @@ fn ahead(k: usize) -> Pose<World, Vehicle> {
 fn ego() -> EgoTrajectory {
     let poses: Vec<_> = (0..FRAMES).map(camera).collect();
     let timestamps_ns: Vec<i64> = (0..poses.len() as i64).map(|k| k * 100_000_000).collect();
-    let odometry = OdometryTrajectory::from_poses(&poses, &timestamps_ns);
+    let odometry =
+        OdometryTrajectory::from_poses(&poses, &timestamps_ns, &ExternalTrajectoryOptions::default());
     EgoTrajectory::metric(&odometry, &[], CAMERA_HEIGHT_M, 0.0, &MetricOptions::default())
 }
 

@@ -49,7 +49,8 @@ fn seen_at(ticks: &[usize], seed: u64) -> (EgoTrajectory, VehicleTrajectory, Vec
     let times_s: Vec<f64> = ticks.iter().map(|t| *t as f64 * TICK_S).collect();
     let cameras: Vec<_> = times_s.iter().map(|t| camera_at(*t)).collect();
     let timestamps_ns: Vec<i64> = times_s.iter().map(|t| (t * 1e9).round() as i64).collect();
-    let odometry = OdometryTrajectory::from_poses(&cameras, &timestamps_ns);
+    let odometry =
+        OdometryTrajectory::from_poses(&cameras, &timestamps_ns, &ExternalTrajectoryOptions::default());
     let options = MetricOptions::default();
     let mut ego = EgoTrajectory::metric(&odometry, &[], CAMERA_HEIGHT_M, 0.0, &options);
     for frame in &mut ego.frames {

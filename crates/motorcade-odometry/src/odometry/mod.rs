@@ -116,6 +116,11 @@ impl Odometry {
         }
     }
 
+    /// The options it was made with.
+    pub fn options(&self) -> &OdometryOptions {
+        &self.options
+    }
+
     /// Poses of all frames so far; bundle adjustment still refines the newest ones.
     pub fn trajectory(&self) -> &OdometryTrajectory {
         &self.trajectory

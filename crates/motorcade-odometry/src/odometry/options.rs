@@ -2,6 +2,7 @@
 
 use crate::map::{MOST_NEIGHBOURS, PictureShiftOptions, PoseOnlyOptions, WindowOptions};
 use crate::tracking::{CornerOptions, KltOptions};
+use crate::trajectory::ExternalTrajectoryOptions;
 
 /// Times in which sensors read a picture \[s\].
 const READOUT_RANGE_S: std::ops::RangeInclusive<f64> = 0.0..=0.2;
@@ -26,6 +27,8 @@ pub struct OdometryOptions {
     pub feedback: FeedbackOptions,
     /// Jumps of the whole picture, which are told.
     pub picture_shift: PictureShiftOptions,
+    /// A trajectory from elsewhere in place of the odometry.
+    pub external: ExternalTrajectoryOptions,
     /// Time in which the rows of a picture are read, from the first to the last \[s\]; 0 for a global shutter. The `readout_ms` of a camera
     /// file sets it.
     pub readout_s: f64,
@@ -77,6 +80,8 @@ impl OdometryOptions {
             ("feedback.unit_lost_s", feedback.unit_lost_s),
             ("feedback.most_depth_ratio", feedback.most_depth_ratio),
             ("feedback.most_climb_heights", feedback.most_climb_heights),
+            ("external.rotation_sigma_rad", self.external.rotation_sigma_rad),
+            ("external.step_sigma_share", self.external.step_sigma_share),
         ] {
             if !(value.is_finite() && value > 0.0) {
                 return Err(format!("odometry.{name} must be positive"));

@@ -195,7 +195,8 @@ impl Default for PlaneTrackingOptions {
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ProfileOptions {
-    /// Distance ahead and back over which the trajectory is used \[camera heights\]: as far as the road is aligned.
+    /// Distance ahead and back over which the trajectory is used \[camera heights\]: as far as the road is aligned by default (`road.far_heights`). A
+    /// number of its own, to be changed with that one: the scale does not see the options of the road. A longer one smooths crests and dips.
     pub reach_heights: f64,
     /// Heave of the body and unevenness of the road over one camera height driven \[camera heights\]: 1.6 cm for a car.
     pub unevenness_heights: f64,

@@ -78,6 +78,7 @@ pub(super) fn driven_curvature(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::trajectory::ExternalTrajectoryOptions;
     use motorcade_geometry::{Camera, Pose, World};
     use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
@@ -94,7 +95,7 @@ mod tests {
         };
         let poses: Vec<Pose<World, Camera>> = (0..frames).map(pose).collect();
         let timestamps_ns: Vec<i64> = (0..frames as i64).map(|k| k * 100_000_000).collect();
-        OdometryTrajectory::from_poses(&poses, &timestamps_ns)
+        OdometryTrajectory::from_poses(&poses, &timestamps_ns, &ExternalTrajectoryOptions::default())
     }
 
     #[test]

@@ -53,7 +53,7 @@ impl Default for KltOptions {
     }
 }
 
-/// Pyramid levels and the use of predictions.
+/// Pyramid levels, the use of predictions, contrast, and the border of boxes.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AdvancedKltOptions {
@@ -86,6 +86,9 @@ pub struct AdvancedKltOptions {
     /// Factor between the contrasts from which one of the images shows another scene or none, and is not corrected. Chosen: eight times
     /// is three stops of exposure; a larger one amplifies the noise of plain images.
     pub most_gain: f32,
+    /// Width of the border around the box of a vehicle in which a corner mixes background and vehicle \[px\]: a quarter of the patch. Chosen, not
+    /// measured: a wider one keeps out more corners of vehicles, and of the scene beside them.
+    pub box_rim_px: f64,
 }
 
 impl Default for AdvancedKltOptions {
@@ -103,6 +106,7 @@ impl Default for AdvancedKltOptions {
             longest_motion: 0.25,
             same_gain: 1.15,
             most_gain: 8.0,
+            box_rim_px: 4.0,
         }
     }
 }

@@ -4,9 +4,7 @@ use image::GrayImage;
 use motorcade_geometry::BoundingBox;
 use nalgebra::Point2;
 
-/// Width of the border around a box in which a corner mixes background and vehicle \[px\]: a quarter of the patch of the tracker. Chosen, not
-/// measured: a wider one keeps out more corners of vehicles, and of the scene beside them. No option: callers that want another one set it in their mask.
-const RIM_PX: f64 = 4.0;
+use super::options::AdvancedKltOptions;
 
 /// Regions that need not be static: vehicle boxes and a mask of pixels to ignore.
 #[derive(Clone, Copy, Debug)]
@@ -18,13 +16,14 @@ pub struct StaticMask<'a> {
     pub boxes_may_stand: bool,
     /// Non-zero pixels are ignored (a bonnet, burnt-in text).
     pub ignore: Option<&'a GrayImage>,
-    /// Width of the border around a box in which a corner mixes background and vehicle \[px\].
+    /// Width of the border around a box in which a corner mixes background and vehicle \[px\], [`AdvancedKltOptions::box_rim_px`].
     pub rim_px: f64,
 }
 
 impl Default for StaticMask<'_> {
     fn default() -> Self {
-        Self { boxes: &[], boxes_may_stand: false, ignore: None, rim_px: RIM_PX }
+        let rim_px = AdvancedKltOptions::default().box_rim_px;
+        Self { boxes: &[], boxes_may_stand: false, ignore: None, rim_px }
     }
 }
 

@@ -39,7 +39,7 @@ impl ModelPoint {
 /// The prior in the form of the solver.
 #[derive(Clone, Debug)]
 pub(crate) struct Model {
-    /// Keypoints, then outline.
+    /// The keypoints.
     pub points: Vec<ModelPoint>,
     pub keypoints: usize,
     pub faces: Vec<Vec<Vector3<f64>>>,
@@ -58,6 +58,7 @@ impl Model {
         let points = prior
             .mean()
             .iter()
+            .take(prior.keypoints().len())
             .enumerate()
             .map(|(i, mean)| {
                 let mut basis = SMatrix::<f64, 3, MAX_SHAPE>::zeros();
@@ -80,10 +81,6 @@ impl Model {
             size_slope,
             sigmas,
         }
-    }
-
-    pub fn has_outline(&self) -> bool {
-        self.points.len() > self.keypoints
     }
 
     /// Coefficients λ of a whitened shape.

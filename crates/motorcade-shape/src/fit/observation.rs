@@ -1,6 +1,5 @@
 //! Observation of one vehicle in one image.
 
-use motorcade_geometry::PinholeCamera;
 use nalgebra::{Point2, Vector2, Vector3};
 
 use super::heading::HeadingEvidence;
@@ -9,16 +8,12 @@ use crate::dimensions::SizePrior;
 use crate::error::FitError;
 
 /// Standard deviation of the height over a level road that was not measured \[m\]: heave of the body and unevenness, 3 cm for a car. A
-/// larger one takes the distance more from the size.
+/// larger one takes the distance more from the size. No option, as the slope below: a caller that knows more, as the vehicle stage does, sets the
+/// fields of its [`RoadPlane`].
 const LEVEL_HEIGHT_SIGMA_M: f64 = 0.03;
 /// Standard deviation of the slope of such a road \[°\]. The pitch of a driving car's camera varies by about 0.25° and the slope of streets by
 /// 0.2° over 20 m; 0.5° also covers a camera that is not mounted exactly level. A larger one has the same effect.
 const LEVEL_SLOPE_SIGMA_DEG: f64 = 0.5;
-/// Distance from the border of the image up to which an edge of a box may be truncated \[px\]: the error of a detector's edge at the border. Chosen,
-/// as `box_fit.border_px` of the vehicle options: a wider border trusts fewer edges.
-const BORDER_PX: f64 = 3.0;
-/// Standard deviation of a keypoint as a share of the box's side: 2 px of a 64 px heat map, as `keypoints.sigma_share` of the vehicle options.
-const SIGMA_OF_SIDE: f64 = 0.03;
 
 /// Output of a keypoint network for one point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,35 +76,6 @@ impl RoadPlane {
     }
 }
 
-/// The detector's box around the vehicle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ImageBox {
-    /// Left, top, right, bottom \[px\].
-    pub edges_px: [f64; 4],
-    /// True for edges of the vehicle: neither truncated nor occluded.
-    pub trusted: [bool; 4],
-}
-
-impl ImageBox {
-    /// A box whose edges are trusted unless they lie at the image's border.
-    pub fn new(edges_px: [f64; 4], camera: &PinholeCamera) -> Self {
-        let (right, bottom) = (f64::from(camera.width) - 1.0, f64::from(camera.height) - 1.0);
-        let [x1, y1, x2, y2] = edges_px;
-        let trusted = [x1 > BORDER_PX, y1 > BORDER_PX, x2 < right - BORDER_PX, y2 < bottom - BORDER_PX];
-        Self { edges_px, trusted }
-    }
-    /// Width and height \[px\].
-    pub fn size_px(&self) -> Vector2<f64> {
-        let [x1, y1, x2, y2] = self.edges_px;
-        Vector2::new(x2 - x1, y2 - y1)
-    }
-    /// Standard deviation of an edge \[px\].
-    pub(crate) fn sigma_px(&self, edge: usize, options: &AdvancedFitOptions) -> f64 {
-        let side = self.size_px()[edge % 2];
-        options.box_edge_sigma_px.hypot(options.box_edge_share * side)
-    }
-}
-
 /// One vehicle in one image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observation {
@@ -117,8 +83,6 @@ pub struct Observation {
     pub keypoints: Vec<ObservedKeypoint>,
     /// Standard deviation of a keypoint of confidence 1 along x and y \[px\].
     pub sigma_px: Vector2<f64>,
-    /// The box, when its edges are measurements.
-    pub image_box: Option<ImageBox>,
     /// The road, when it is known.
     pub road: Option<RoadPlane>,
     /// The size of the class or track, when it is known.
@@ -129,7 +93,7 @@ pub struct Observation {
 
 impl Observation {
     fn with_sigma(keypoints: Vec<ObservedKeypoint>, sigma_px: Vector2<f64>) -> Self {
-        Self { keypoints, sigma_px, image_box: None, road: None, size: None, heading: None }
+        Self { keypoints, sigma_px, road: None, size: None, heading: None }
     }
 
     /// Keypoints of known accuracy, without box, road, size and heading.
@@ -138,9 +102,8 @@ impl Observation {
     }
 
     /// Outputs (x, y, confidence) of a network that looks at the box's content stretched to `crop_px` square:
-    /// `pixel_x = x · w / crop + x1`. The sigma is 3 % of the box's sides. The
-    /// box's edges are not measurements unless `image_box` is set.
-    pub fn from_crop(outputs: &[[f64; 3]], edges_px: [f64; 4], crop_px: f64) -> Self {
+    /// `pixel_x = x · w / crop + x1`. The sigma is the share `sigma_share` of the box's sides.
+    pub fn from_crop(outputs: &[[f64; 3]], edges_px: [f64; 4], crop_px: f64, sigma_share: f64) -> Self {
         let [x1, y1, x2, y2] = edges_px;
         let (w, h) = (x2 - x1, y2 - y1);
         let keypoints = outputs
@@ -150,7 +113,7 @@ impl Observation {
                 ObservedKeypoint::new(pixel, *confidence)
             })
             .collect();
-        Self::with_sigma(keypoints, Vector2::new(w, h) * SIGMA_OF_SIDE)
+        Self::with_sigma(keypoints, Vector2::new(w, h) * sigma_share)
     }
 
     /// Checks that numbers are finite and in range.
@@ -179,9 +142,6 @@ impl Observation {
             positive("camera height", road.height_m)?;
             positive("sigma of the camera height", road.height_sigma_m)?;
             positive("sigma of the road's slope", road.slope_sigma_rad)?;
-        }
-        if let Some(seen) = &self.image_box {
-            seen.size_px().iter().try_for_each(|v| positive("side of the image box", *v))?;
         }
         if let Some(size) = &self.size {
             let numbers = [size.mean.to_vector(), size.sigma.to_vector()];

@@ -46,7 +46,7 @@ pub struct FitOptions {
     pub swap_cost: f64,
     /// Without a road plane: standard deviation of roll and pitch between vehicle and camera \[rad\].
     pub level_sigma_rad: f64,
-    /// Visibility and box-edge terms, initial poses and steps.
+    /// Visibility term, initial poses and steps.
     pub advanced: AdvancedFitOptions,
 }
 
@@ -72,8 +72,6 @@ impl FitOptions {
             ("level_sigma_rad", self.level_sigma_rad),
             ("advanced.visibility_sigma", self.advanced.visibility_sigma),
             ("advanced.visibility_points", self.advanced.visibility_points),
-            ("advanced.box_edge_scale", self.advanced.box_edge_scale),
-            ("advanced.box_edge_sigma_px", self.advanced.box_edge_sigma_px),
             ("advanced.lean_sigma_rad", self.advanced.lean_sigma_rad),
             ("advanced.first_height_m", self.advanced.first_height_m),
             ("advanced.first_distance_m", self.advanced.first_distance_m[0]),
@@ -89,7 +87,7 @@ impl FitOptions {
     }
 }
 
-/// Parameters of the visibility and box-edge terms, of initial poses and of steps. Costs are −2 ln of probabilities.
+/// Parameters of the visibility term, of initial poses and of steps. Costs are −2 ln of probabilities.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AdvancedFitOptions {
@@ -103,13 +101,6 @@ pub struct AdvancedFitOptions {
     pub visibility_points: f64,
     /// Probability that a network's heading is unrelated to the vehicle.
     pub heading_unrelated: f64,
-    /// Scale of the Cauchy kernel on whitened residuals of box edges.
-    pub box_edge_scale: f64,
-    /// Constant part of the standard deviation of a box's edge \[px\]. Chosen: a larger one takes pose and size more from keypoints.
-    pub box_edge_sigma_px: f64,
-    /// Part of it as a share of the box's side: body details that the outline lacks (mirrors) and the detector's bias (shadows). Chosen, with the
-    /// same effect.
-    pub box_edge_share: f64,
     /// Standard deviation of roll and pitch of a vehicle against the road \[rad\], suspension and load, besides the road's slope: 1°. Chosen: a
     /// larger one lets misplaced points tilt the vehicle.
     pub lean_sigma_rad: f64,
@@ -153,9 +144,6 @@ impl Default for AdvancedFitOptions {
             visible_behind_cost: 7.0,
             visibility_points: 14.0,
             heading_unrelated: 0.05,
-            box_edge_scale: 2.0,
-            box_edge_sigma_px: 1.5,
-            box_edge_share: 0.03,
             lean_sigma_rad: 1.0_f64.to_radians(),
             first_height_m: 1.5,
             first_distance_m: [3.0, 100.0],

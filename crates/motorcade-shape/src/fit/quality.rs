@@ -7,9 +7,9 @@ use super::DOF;
 use super::problem::{Problem, Row, Term};
 use super::solver::Normal;
 
-/// 99 % quantile of χ²₂.
+/// 99 % quantile of χ²₂, derived.
 const INLIER_CHI2: f64 = 9.21;
-/// Median of χ²₂.
+/// Median of χ²₂, derived.
 const MEDIAN_CHI2: f64 = 1.386;
 
 /// Agreement of keypoints with a fit.

@@ -153,12 +153,11 @@ impl<'a> KeypointViews<'a> {
         let keypoints = self.in_box(seen.frame, &bbox, VehicleKeypoints::any_found)?;
         let sigma_px = self.options.sigma_share * bbox.width().max(bbox.height());
         let mut observation = Observation::new(keypoints.points.clone(), sigma_px);
-        let level = RoadPlane::level(ground.height_m);
         observation.road = Some(RoadPlane {
-            height_sigma_m: level.height_sigma_m.hypot(self.level_sigma_m(&bbox, class)),
-            slope_sigma_rad: self.options.road_slope_sigma_rad.hypot(ground.pitch_sigma_rad),
             up: ground.up,
-            ..level
+            height_m: ground.height_m,
+            height_sigma_m: self.options.road_height_sigma_m.hypot(self.level_sigma_m(&bbox, class)),
+            slope_sigma_rad: self.options.road_slope_sigma_rad.hypot(ground.pitch_sigma_rad),
         });
         observation.size = Some(size_prior(class));
         observation.heading = keypoints.heading.clone();

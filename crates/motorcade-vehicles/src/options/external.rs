@@ -33,6 +33,9 @@ pub struct KeypointViewOptions {
     /// Most that one view says on the front of a vehicle \[χ²\], −2 ln of 1 %: errors of a network repeat from frame to frame. A larger one lets
     /// single certain views outvote many doubtful ones. Chosen, not measured.
     pub most_heading_margin: f64,
+    /// Standard deviation of the road's height under the camera \[m\]: heave of the body and unevenness, 3 cm for a car. Chosen: a larger one takes the
+    /// distance more from the size.
+    pub road_height_sigma_m: f64,
     /// Standard deviation of the road's slope between camera and vehicle, besides the pitch of the frame \[rad\].
     pub road_slope_sigma_rad: f64,
     /// Fit of the shape prior.
@@ -53,6 +56,7 @@ impl Default for KeypointViewOptions {
             least_heading_sigma_rad: 0.05,
             turn_cost: 14.0,
             most_heading_margin: 9.2,
+            road_height_sigma_m: 0.03,
             road_slope_sigma_rad: 0.0035,
             fit: FitOptions::default(),
         }

@@ -55,8 +55,8 @@ pub struct HypothesisOptions {
     pub double_score_ratio: f64,
     /// Share of the boxes of a track on those of another one from which it is a second track on that vehicle.
     pub double_share: f64,
-    /// Mean score of the boxes of a track from a gap to its end, zero where the vehicle is missed, below which they are clutter: that which a single
-    /// box must reach (`least_score` of the tracker).
+    /// Mean score of the boxes of a track from a gap to its end, zero where the vehicle is missed, below which they are clutter. It
+    /// equals what a single box must reach (`tracker.least_score`) by default, and is a number of its own: a larger one cuts more off the ends of tracks.
     pub least_mean_score: f64,
     /// Mean log odds of the boxes of a track that they show a vehicle, below which it is none.
     pub least_presence: f64,

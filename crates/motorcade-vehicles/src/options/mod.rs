@@ -5,6 +5,7 @@ mod class;
 mod external;
 mod heading;
 mod hypothesis;
+mod met_again;
 mod motion;
 mod size;
 
@@ -13,6 +14,7 @@ pub use class::ClassOptions;
 pub use external::{ExternalViewOptions, KeypointViewOptions};
 pub use heading::HeadingOptions;
 pub use hypothesis::HypothesisOptions;
+pub use met_again::MetAgainOptions;
 pub use motion::{KinematicStateOptions, MotionOptions};
 pub use size::SizeOptions;
 
@@ -48,7 +50,7 @@ impl VehicleOptions {
     /// # Errors
     /// Name and range of that setting.
     pub fn validate(&self) -> Result<(), String> {
-        let AdvancedVehicleOptions { class, kinematic_state, keypoints, .. } = &self.advanced;
+        let AdvancedVehicleOptions { class, kinematic_state, keypoints, met_again, .. } = &self.advanced;
         let probability = |p: &f64| *p > 0.0 && *p <= 1.0;
         if !class.shares.iter().chain(class.confusion.iter().flatten()).all(probability) {
             let text = "vehicles.advanced.class: shares and confusion must lie above 0 and at most at 1";
@@ -57,6 +59,10 @@ impl VehicleOptions {
         if kinematic_state.least_road_boxes < 1 {
             return Err("vehicles.advanced.kinematic_state.least_road_boxes must be at least 1".to_owned());
         }
+        if keypoints.road_height_sigma_m <= 0.0 {
+            return Err("vehicles.advanced.keypoints.road_height_sigma_m must be positive".to_owned());
+        }
+        met_again.validate()?;
         keypoints.fit.validate()
     }
 }
@@ -87,6 +93,8 @@ pub struct AdvancedVehicleOptions {
     pub keypoints: KeypointViewOptions,
     /// Views from vehicle poses of a file.
     pub external: ExternalViewOptions,
+    /// Standing vehicles that are passed again.
+    pub met_again: MetAgainOptions,
 }
 
 impl Default for AdvancedVehicleOptions {
@@ -102,6 +110,7 @@ impl Default for AdvancedVehicleOptions {
             class: ClassOptions::default(),
             keypoints: KeypointViewOptions::default(),
             external: ExternalViewOptions::default(),
+            met_again: MetAgainOptions::default(),
         }
     }
 }

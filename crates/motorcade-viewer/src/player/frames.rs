@@ -1,6 +1,6 @@
 //! The camera in every frame.
 
-use motorcade::RunResult;
+use motorcade::{Config, RunResult};
 use motorcade_geometry::{Camera, Pose, World};
 use nalgebra::{Matrix2, Matrix6, Vector3};
 use serde_json::{Value, json};
@@ -10,12 +10,12 @@ use crate::speed::times_s;
 use crate::strip;
 
 /// Columns with a value a frame.
-pub(super) fn frames(result: &RunResult) -> Value {
+pub(super) fn frames(result: &RunResult, config: &Config) -> Value {
     let ego = &result.ego.frames;
     let column = |value: &dyn Fn(usize) -> f64, digits| -> Vec<f64> {
         (0..ego.len()).map(|k| rounded(value(k), digits)).collect()
     };
-    let speeds = motorcade::speeds(result);
+    let speeds = motorcade::speeds(result, config);
     let speed = |k: usize| speeds.get(k).map(|row| row.speed_mps);
     // Time gap to the vehicle in the path of the camera.
     let ahead = |k: usize| {

@@ -5,7 +5,7 @@ mod outlines;
 mod pictures;
 mod vehicles;
 
-use motorcade::RunResult;
+use motorcade::{Config, RunResult};
 use serde_json::json;
 
 pub use pictures::{Picture, Pictures};
@@ -36,11 +36,11 @@ pub(crate) fn player(result: &RunResult, pictures: &[Picture]) -> String {
 }
 
 /// What the player shows, as JSON that may stand in a page.
-pub(crate) fn data(result: &RunResult, pictures: &[Picture]) -> String {
+pub(crate) fn data(result: &RunResult, pictures: &[Picture], config: &Config) -> String {
     let vehicles: Vec<_> =
         result.vehicles.iter().enumerate().map(|(k, v)| vehicles::vehicle(result, v, k)).collect();
     let data = json!({
-        "frames": frames::frames(result),
+        "frames": frames::frames(result, config),
         "vehicles": vehicles,
         "pictures": pictures::pictures(result, pictures),
     });

@@ -77,8 +77,8 @@ pub fn calibrate(
     };
     let mut found =
         CameraCalibration { lens, size: (width, height), prior, mounting: None, fixed: mask, frames };
-    found.mounting =
-        mounting::of(&sequence.calibrated(Path::new("camera.toml"), found.calibration())?, frames, progress)?;
+    let calibrated = sequence.calibrated(Path::new("camera.toml"), found.calibration())?;
+    found.mounting = mounting::of(&calibrated, frames, &options.advanced.mounting, progress)?;
     Ok((!progress.cancelled()).then_some(found))
 }
 

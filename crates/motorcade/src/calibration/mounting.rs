@@ -1,5 +1,6 @@
 //! How the camera is mounted: against the road and the direction of travel.
 
+use motorcade_calibrate::MountingOptions;
 use motorcade_dataset::Sequence;
 use motorcade_geometry::robust::{median, sigma_from_absolute};
 
@@ -20,15 +21,13 @@ pub struct Mounting {
     pub yaw_rad: (f64, f64),
 }
 
-/// Time of measured frames that is needed \[s\].
-const LEAST_S: f64 = 1.95;
-/// Steps with a larger turn do not tell the direction of travel \[rad a metre\].
-const MOST_TURN: f64 = 0.005;
-/// Time over which the errors of frames are alike \[s\]: a car body swings at 1 to 2 Hz.
-const CORRELATION_TIME_S: f64 = 1.0;
-
 /// Runs the drive with its new camera.
-pub(super) fn of(sequence: &Sequence, frames: usize, progress: &dyn Progress) -> Result<Option<Mounting>> {
+pub(super) fn of(
+    sequence: &Sequence,
+    frames: usize,
+    options: &MountingOptions,
+    progress: &dyn Progress,
+) -> Result<Option<Mounting>> {
     progress.begin("mounting", Some(frames));
     // Angles do not depend on the height.
     let mut slam = Motorcade::builder(sequence.camera()?).height_m(1.0).build()?;
@@ -42,10 +41,10 @@ pub(super) fn of(sequence: &Sequence, frames: usize, progress: &dyn Progress) ->
         }
         progress.advance(row + 1);
     }
-    Ok(from(&slam.finish_with(&NoProgress)))
+    Ok(from(&slam.finish_with(&NoProgress), options))
 }
 
-fn from(drive: &RunResult) -> Option<Mounting> {
+fn from(drive: &RunResult, options: &MountingOptions) -> Option<Mounting> {
     let seen: Vec<_> = drive.ego.frames.iter().filter(|f| f.scale_measured).collect();
     // The normal points up: (0, −1, 0) in a level camera.
     let pitch = seen.iter().map(|f| -f.road_normal.z.atan2(-f.road_normal.y)).collect();
@@ -53,24 +52,24 @@ fn from(drive: &RunResult) -> Option<Mounting> {
     let travel = drive.ego.frames.windows(2).filter_map(|pair| {
         let step = pair[0].world_from_camera.inverse() * pair[1].world_from_camera;
         let (way, turn) = (step.translation(), step.rotation().angle());
-        (way.z > 0.0 && turn < MOST_TURN * way.norm()).then(|| way.x.atan2(way.z))
+        (way.z > 0.0 && turn < options.most_turn_rad_per_m * way.norm()).then(|| way.x.atan2(way.z))
     });
     let interval_s = mean_interval_s(&drive.frames);
-    let pitch_rad = centre(pitch, interval_s)?;
-    let roll_rad = centre(roll, interval_s)?;
-    let (direction, sigma) = centre(travel.collect(), interval_s)?;
+    let pitch_rad = centre(pitch, interval_s, options)?;
+    let roll_rad = centre(roll, interval_s, options)?;
+    let (direction, sigma) = centre(travel.collect(), interval_s, options)?;
     Some(Mounting { pitch_rad, roll_rad, yaw_rad: (-direction, sigma) })
 }
 
 /// Median and standard deviation of it, of angles measured every `interval_s`.
-fn centre(mut angles: Vec<f64>, interval_s: f64) -> Option<(f64, f64)> {
+fn centre(mut angles: Vec<f64>, interval_s: f64, options: &MountingOptions) -> Option<(f64, f64)> {
     let measured_s = angles.len() as f64 * interval_s;
-    if measured_s < LEAST_S {
+    if measured_s < options.least_s {
         return None;
     }
     let middle = median(&mut angles)?;
     let mut off: Vec<f64> = angles.iter().map(|a| (a - middle).abs()).collect();
-    let independent = (measured_s / CORRELATION_TIME_S).clamp(1.0, angles.len() as f64);
+    let independent = (measured_s / options.correlation_time_s).clamp(1.0, angles.len() as f64);
     Some((middle, sigma_from_absolute(&mut off)? / independent.sqrt()))
 }
 

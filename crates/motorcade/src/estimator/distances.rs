@@ -170,7 +170,7 @@ impl Way {
 
     /// The clock offset at which the ratios spread least for what is known of it, and the ratios there.
     fn ratios_at_best_offset(&self, distances: &Distances, options: &DistanceOptions) -> (f64, Vec<Ratio>) {
-        let clock = distances.clock;
+        let clock = distances.clock_offset(options);
         let most = (3.0 * clock.sigma_s / CLOCK_STEP_S).ceil().min(2000.0) as i64;
         let cost = |offset_s: f64| {
             let ratios = self.ratios(distances, offset_s, options);

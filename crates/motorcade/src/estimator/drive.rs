@@ -3,7 +3,7 @@
 use motorcade_graph::{GraphError, Report};
 use motorcade_multibody::{MultibodyGraph, WindowFrames};
 use motorcade_odometry::EgoTrajectory;
-use motorcade_vehicles::{VehicleTrajectory, join_met_again, track_vehicles};
+use motorcade_vehicles::{AdvancedVehicleOptions, VehicleTrajectory, join_met_again, track_vehicles};
 
 use super::camera_height::HeightByVehicles;
 use super::distances::{self, DistanceFit};
@@ -35,7 +35,8 @@ pub fn estimate_drive(mut record: FrontEndRecord, settings: &Settings, progress:
     progress.begin("vehicles", None);
     let mut vehicles = stopwatch.time("vehicles", || vehicles_of_drive(&record, &ego, settings));
     let unit = stopwatch.time("vehicles", || estimate_unit(&record, settings, &mut ego, &mut vehicles));
-    (vehicles, loops.vehicles_met_again) = met_again(vehicles, &loops, &record.frames);
+    (vehicles, loops.vehicles_met_again) =
+        met_again(vehicles, &loops, &record.frames, &settings.config.vehicles.advanced);
     progress.begin("graph", None);
     let solved = stopwatch.time("graph", || solve_graph(&record, &mut ego, &mut vehicles, &loops, settings));
     let mut warnings: Vec<String> = unit.iter().map(Unit::to_string).collect();
@@ -69,12 +70,13 @@ fn met_again(
     vehicles: Vec<VehicleTrajectory>,
     loops: &Loops,
     frames: &[FrameInfo],
+    options: &AdvancedVehicleOptions,
 ) -> (Vec<VehicleTrajectory>, usize) {
     if loops.closed().next().is_none() {
         return (vehicles, 0);
     }
-    let interval_s = mean_interval_s(frames);
-    join_met_again(vehicles, |earlier, later| loops.join(earlier, later, interval_s))
+    let near_frames = (options.met_again.near_loop_s / mean_interval_s(frames)).ceil() as usize;
+    join_met_again(vehicles, options, |earlier, later| loops.join(earlier, later, near_frames))
 }
 
 /// Settings with the height that vehicles tell where it is unknown or to be combined with the stated one, and what there is to say of it.
@@ -201,7 +203,12 @@ fn estimate_unit(
         let unit =
             unit::of(vehicles, &trajectory.world_from_camera, mean_interval_s(&record.frames), options);
         let Some(unit) = unit else { break };
-        let motion = trajectory.in_metres(unit.metres, 0..record.frames.len(), &record.timestamps_ns());
+        let motion = trajectory.in_metres(
+            unit.metres,
+            0..record.frames.len(),
+            &record.timestamps_ns(),
+            &settings.config.odometry.external,
+        );
         *ego = EgoTrajectory::metric(
             &motion,
             &[],

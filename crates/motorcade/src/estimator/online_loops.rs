@@ -17,19 +17,11 @@ use nalgebra::Matrix6;
 use super::loops::{join, search_with_map, within_drift};
 use super::place_edges::{KnownPose, Matched, Verdict};
 use crate::closed_loop::Loops;
+use crate::estimator_options::AdvancedOnlineOptions;
 use crate::kept_map::MapUse;
 use crate::record::FrontEndView;
 use crate::revision::{RevisedKeyframe, Revision};
 use crate::settings::Settings;
-
-/// Way driven between two corrections \[m\]: each solves the graph of all keyframes.
-const LEAST_WAY_M: f64 = 20.0;
-/// Keyframes that a correction moves at least, where there are as many: 1.3 km.
-const LEAST_KEYFRAMES: usize = 400;
-/// Keyframes that a correction moves before the last place that was seen again: they hold the others to what is known.
-const OVERLAP: usize = 40;
-/// Move of a keyframe beyond which a correction names it \[m\], \[rad\].
-const LEAST_MOVE: (f64, f64) = (0.05, 0.002);
 
 /// Moves of the world of the estimator over the last seconds, by the first row they hold for.
 #[derive(Clone, Debug, Default)]
@@ -121,6 +113,7 @@ impl OnlineLoops {
         settings: &Settings,
     ) -> Option<Revision> {
         self.push(newest);
+        let options = &settings.config.online.advanced;
         let reach = settings.config.places.landmarks.neighbours;
         let before = self.own().len();
         while self.own().len() + reach < view.places.len() {
@@ -128,11 +121,12 @@ impl OnlineLoops {
         }
         let taken = self.own().len() > before;
         let newest_m = *self.way_m.last()?;
-        if !taken || self.search.verified() == 0 || newest_m - self.corrected_m < LEAST_WAY_M {
+        if !taken || self.search.verified() == 0 || newest_m - self.corrected_m < options.least_correction_m {
             return None;
         }
-        let first = self.first_moved();
-        let mut matches = self.search.supported_since(self.of_map + first.saturating_sub(OVERLAP));
+        let first = self.first_moved(options);
+        let mut matches =
+            self.search.supported_since(self.of_map + first.saturating_sub(options.overlap_keyframes));
         matches.retain(|m| m.query >= self.of_map + first);
         let settled = self.judged.partition_point(|(m, _)| m.query < self.of_map + first);
         if settled + matches.len() <= self.judged.len() {
@@ -143,10 +137,11 @@ impl OnlineLoops {
     }
 
     /// The first keyframe that the next correction moves.
-    fn first_moved(&self) -> usize {
+    fn first_moved(&self, options: &AdvancedOnlineOptions) -> usize {
         let seen_again = self.judged.iter().rev().find(|(_, (_, holds))| *holds);
         let last = seen_again.map_or(0, |(m, _)| m.query - self.of_map);
-        let first = last.saturating_sub(OVERLAP).min(self.own().len().saturating_sub(LEAST_KEYFRAMES));
+        let by_count = self.own().len().saturating_sub(options.least_corrected_keyframes);
+        let first = last.saturating_sub(options.overlap_keyframes).min(by_count);
         // Those before were never corrected.
         first.min(self.corrected.len().saturating_sub(1))
     }
@@ -263,7 +258,7 @@ impl OnlineLoops {
             switched_off: all - closed,
             by_map,
             corrected_from_told: offset * before.inverse(),
-            keyframes: self.revised(&moved, (first, &rows), view),
+            keyframes: self.revised(&moved, (first, &rows), view, &config.online.advanced),
         })
     }
 
@@ -316,11 +311,13 @@ impl OnlineLoops {
         moved: &EgoTrajectory,
         (first, rows): (usize, &[usize]),
         view: &FrontEndView<'_>,
+        options: &AdvancedOnlineOptions,
     ) -> Vec<RevisedKeyframe> {
         let mut out = Vec::new();
         for ((frame, told), row) in moved.frames.iter().zip(self.told.iter_mut().skip(first)).zip(rows) {
             let off = told.inverse() * frame.world_from_camera;
-            if off.translation().norm() > LEAST_MOVE.0 || off.rotation().angle() > LEAST_MOVE.1 {
+            let (moved_m, turned_rad) = (off.translation().norm(), off.rotation().angle());
+            if moved_m > options.least_move_m || turned_rad > options.least_move_rad {
                 *told = frame.world_from_camera;
                 out.push(RevisedKeyframe {
                     number: view.frames[*row].number,

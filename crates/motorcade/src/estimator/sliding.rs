@@ -33,10 +33,8 @@ use crate::timing::Stopwatch;
 
 /// Slack for times rounded to milliseconds \[s\].
 const ROUNDING_S: f64 = 1e-3;
-/// Frames of a window at least, however slowly they come.
+/// Frames of a window at least, however slowly they come: as many as a steady motion is told by.
 const LEAST_FRAMES: usize = 3;
-/// Time beyond the longest window after which a row is forgotten \[s\]: the road looks back less, at frames of the window's begin.
-const FORGET_AFTER_S: f64 = 5.0;
 
 /// The estimator over the last seconds.
 pub struct SlidingEstimator {
@@ -226,7 +224,7 @@ impl SlidingEstimator {
     /// Moves older estimates out of memory; returns the first row that later estimates need.
     pub fn put_away(&mut self, view: &FrontEndView<'_>, settings: &Settings) -> usize {
         let options = &settings.config.online;
-        let needed_s = options.scale_s.max(options.lag_s) + FORGET_AFTER_S;
+        let needed_s = options.scale_s.max(options.lag_s) + options.advanced.forget_after_s;
         let newest = view.frames.len().saturating_sub(1);
         let recent = self.estimated.len().saturating_sub(LEAST_FRAMES);
         let oldest = self.estimated.get(recent).copied().unwrap_or(newest);
@@ -289,7 +287,8 @@ impl SlidingEstimator {
     ) -> Option<EgoTrajectory> {
         let (trajectory, unit) = (settings.external.trajectory.as_ref()?, self.unit?);
         let timestamps_ns: Vec<i64> = view.frames[rows.clone()].iter().map(|f| f.timestamp_ns).collect();
-        let motion = trajectory.in_metres(unit.metres, rows, &timestamps_ns);
+        let motion =
+            trajectory.in_metres(unit.metres, rows, &timestamps_ns, &settings.config.odometry.external);
         let unseen = view.road_measurements.is_empty();
         let advanced = &settings.config.scale.advanced;
         unseen.then(|| EgoTrajectory::metric(&motion, &[], settings.height_m, unit.sigma, advanced))

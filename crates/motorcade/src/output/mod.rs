@@ -109,7 +109,7 @@ pub fn write_run_and(
     let fill = |folder: &Path| -> Result<()> {
         camera::write(folder, result)?;
         tracks::write(folder, result, context)?;
-        speeds::write(folder, result)?;
+        speeds::write(folder, result, &context.config)?;
         detections::write(folder, result)?;
         graph::write(folder, result)?;
         loops::write(folder, result)?;

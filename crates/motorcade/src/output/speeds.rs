@@ -4,16 +4,17 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use super::file;
+use crate::config::Config;
 use crate::error::Result;
 use crate::result::RunResult;
 use crate::speeds::{Estimated, speeds};
 
-pub(super) fn write(folder: &Path, result: &RunResult) -> Result<()> {
-    file(&folder.join("speeds.csv"), |out| table(out, result))
+pub(super) fn write(folder: &Path, result: &RunResult, config: &Config) -> Result<()> {
+    file(&folder.join("speeds.csv"), |out| table(out, result, config))
 }
 
 /// Cells stay empty where there is no vehicle ahead, or no such time.
-fn table(out: impl Write, result: &RunResult) -> io::Result<()> {
+fn table(out: impl Write, result: &RunResult, config: &Config) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(out);
     table.write_record([
         "frame",
@@ -31,7 +32,7 @@ fn table(out: impl Write, result: &RunResult) -> io::Result<()> {
         "time_to_collision_s",
         "sigma_time_to_collision_s",
     ])?;
-    for (frame, row) in result.frames.iter().zip(speeds(result)) {
+    for (frame, row) in result.frames.iter().zip(speeds(result, config)) {
         let ahead = row.ahead.as_ref();
         let mut cells = vec![frame.number.to_string(), format!("{:.6}", frame.timestamp_ns as f64 * 1e-9)];
         cells.extend(pair(Some(row.speed_mps)));

@@ -12,6 +12,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::{RunContext, file};
 use crate::error::Result;
+use crate::output_options::OutputOptions;
 use crate::relative::relative_sigma_m;
 use crate::result::RunResult;
 
@@ -117,20 +118,25 @@ pub(super) fn table(out: impl Write, result: &RunResult) -> io::Result<()> {
 
 /// KITTI tracking results.
 fn kitti(mut out: impl Write, result: &RunResult, context: &RunContext) -> io::Result<()> {
-    for label in track_labels(result, context.camera_from_cam0) {
+    for label in track_labels(result, context.camera_from_cam0, &context.config.outputs) {
         writeln!(out, "{}", label.to_line())?;
     }
     Ok(())
 }
 
 /// Vehicles as KITTI tracking results: locations are bottom-face centres in rectified cam0 \[m\], `ry` about its y axis.
-pub fn track_labels(result: &RunResult, camera_from_cam0: Pose<Camera, Cam0>) -> Vec<Label> {
+pub fn track_labels(
+    result: &RunResult,
+    camera_from_cam0: Pose<Camera, Cam0>,
+    options: &OutputOptions,
+) -> Vec<Label> {
     let cam0_from_camera = camera_from_cam0.inverse();
     let mut labels = Vec::new();
     let rows = by_frame(result);
     for (vehicle, s) in &rows {
         let Some(bbox) = s.bbox else { continue };
-        if s.source == Source::Predicted && covered(&rows, vehicle.id, s, &bbox) {
+        if s.source == Source::Predicted && covered(&rows, vehicle.id, s, &bbox, options.advanced.covered_iou)
+        {
             continue;
         }
         let camera_from_world = result.ego.frames[s.frame].world_from_camera.inverse();
@@ -191,12 +197,12 @@ fn covered(
     id: usize,
     state: &VehicleState,
     bbox: &BoundingBox,
+    covered_iou: f64,
 ) -> bool {
-    const COVERED_IOU: f64 = 0.4;
     let first = rows.partition_point(|(_, s)| s.frame < state.frame);
     let here = rows[first..].iter().take_while(|(_, s)| s.frame == state.frame);
     let mut seen = here.filter(|(v, s)| v.id != id && s.source != Source::Predicted);
-    seen.any(|(_, s)| s.bbox.is_some_and(|b| b.iou(bbox) > COVERED_IOU))
+    seen.any(|(_, s)| s.bbox.is_some_and(|b| b.iou(bbox) > covered_iou))
 }
 
 fn wrap(angle: f64) -> f64 {

@@ -4,9 +4,6 @@ use super::cells::Cells;
 use super::options::PictureFaultOptions;
 use crate::frame_list::FrameList;
 
-/// Black level that is added before the comparison \[grey levels\]: factors of dark cells are noise.
-const BLACK_GREY: f32 = 4.0;
-
 /// Frames in which exposure jumped.
 #[derive(Debug, Default)]
 pub(super) struct ExposureJumps {
@@ -19,7 +16,8 @@ pub(super) struct ExposureJumps {
 impl ExposureJumps {
     /// Compares two pictures that follow each other.
     pub fn observe(&mut self, number: u64, before: &Cells, now: &Cells, options: &PictureFaultOptions) {
-        let ratio = |(a, b): (&f32, &f32)| ((b + BLACK_GREY) / (a + BLACK_GREY)).ln();
+        let floor = options.exposure_floor_grey as f32;
+        let ratio = |(a, b): (&f32, &f32)| ((b + floor) / (a + floor)).ln();
         self.ratios.clear();
         self.ratios.extend(before.means.iter().zip(&now.means).map(ratio));
         let Some(change) = median(&mut self.ratios) else { return };

@@ -16,6 +16,9 @@ pub struct PictureFaultOptions {
     /// Largest median deviation of the cells' log factors from their median: cells of one exposure change together (0.13 in a real street),
     /// those of a covered picture do not (0.3).
     pub exposure_spread: f64,
+    /// Brightness that is added before the comparison \[grey levels\]: factors of dark cells are noise. Chosen, not measured: a larger one misses jumps
+    /// of dark pictures.
+    pub exposure_floor_grey: f64,
     /// Standard deviation of grey levels from which on a cell has texture \[grey levels\].
     pub textured_grey: f64,
     /// Standard deviation below which it has none \[grey levels\]: less than the noise of a sensor.
@@ -40,6 +43,7 @@ impl Default for PictureFaultOptions {
             longest_s: 0.25,
             exposure_factor: 1.3,
             exposure_spread: 0.2,
+            exposure_floor_grey: 4.0,
             textured_grey: 4.0,
             blank_grey: 1.0,
             blank_share: 0.1,
@@ -63,6 +67,7 @@ impl PictureFaultOptions {
             ("longest_s", self.longest_s, 0.0),
             ("exposure_factor", self.exposure_factor, 1.0),
             ("exposure_spread", self.exposure_spread, 0.0),
+            ("exposure_floor_grey", self.exposure_floor_grey, 0.0),
             ("textured_grey", self.textured_grey, 0.0),
             ("blank_grey", self.blank_grey, 0.0),
             ("blank_share", self.blank_share, 0.0),

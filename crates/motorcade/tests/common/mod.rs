@@ -4,7 +4,7 @@
 
 use motorcade::{Config, FrameInfo, FrontEndRecord, Settings, Stopwatch};
 use motorcade_geometry::{Camera, Pose, World};
-use motorcade_odometry::{OdometryTrajectory, RoadMeasurement, RoadState};
+use motorcade_odometry::{ExternalTrajectoryOptions, OdometryTrajectory, RoadMeasurement, RoadState};
 use motorcade_perception::{BoundingBox, BoxConvention, Detection, VehicleClass};
 use motorcade_vehicles::{Dimensions, image_box, upright_pose};
 use nalgebra::{Matrix3, Point3, UnitQuaternion, Vector3};
@@ -81,7 +81,7 @@ pub fn drive(frames: usize) -> FrontEndRecord {
         keypoints: vec![Vec::new(); frames].into(),
         detects_vehicles: true,
         road_measurements: (2..frames).map(measured).collect(),
-        motion: OdometryTrajectory::from_poses(&poses, &timestamps_ns),
+        motion: OdometryTrajectory::from_poses(&poses, &timestamps_ns, &ExternalTrajectoryOptions::default()),
         forgotten_measurements: 0,
         forgotten: false,
         places: Vec::new(),

@@ -1,4 +1,4 @@
-//! Residuals of keypoints and box edges (the keypoint term of the paper's equations 7 and 8).
+//! Residuals of keypoints (the keypoint term of the paper's equations 7 and 8).
 
 use nalgebra::{Matrix3, RowVector3, SMatrix, Vector2, Vector3};
 
@@ -61,45 +61,6 @@ impl Problem<'_> {
                     j: j.row(axis).transpose() * weight,
                 });
             }
-        }
-        true
-    }
-
-    /// Each edge of the box is the image of the outermost point of keypoints and outline.
-    pub(super) fn box_rows(
-        &self,
-        state: &State,
-        rotation: &Matrix3<f64>,
-        translation: &Vector3<f64>,
-        rows: &mut Vec<Row>,
-    ) -> bool {
-        let Some(observed) = &self.image_box else { return true };
-        let mut extreme = [(f64::MAX, 0), (f64::MAX, 0), (f64::MIN, 0), (f64::MIN, 0)];
-        for (index, point) in self.model.points.iter().enumerate() {
-            let p = rotation * point.at(&state.shape) + translation;
-            if p.z < NEAREST_M {
-                return false;
-            }
-            let pixel =
-                [self.camera.fx * p.x / p.z + self.camera.cx, self.camera.fy * p.y / p.z + self.camera.cy];
-            for axis in 0..2 {
-                if pixel[axis] < extreme[axis].0 {
-                    extreme[axis] = (pixel[axis], index);
-                }
-                if pixel[axis] > extreme[axis + 2].0 {
-                    extreme[axis + 2] = (pixel[axis], index);
-                }
-            }
-        }
-        for edge in (0..4).filter(|e| observed.trusted[*e]) {
-            let (value, index) = extreme[edge];
-            let Some((_, j)) = self.image(index, state, rotation, translation) else { return false };
-            let weight = 1.0 / observed.sigma_px(edge, &self.options.advanced);
-            rows.push(Row {
-                term: Term::BoxEdge,
-                r: (value - observed.edges_px[edge]) * weight,
-                j: j.row(edge % 2).transpose() * weight,
-            });
         }
         true
     }

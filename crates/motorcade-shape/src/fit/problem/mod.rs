@@ -5,7 +5,6 @@
 //! + Σ_b λ_b² / variance_b                      shape prior
 //! + ((up·t + h)/σ_h)² + |lean|²/σ²             upright on the road
 //! + |size(λ) − mean|²_Σ                        size of the class
-//! + Σ_e ρ(((edge_e − observed_e)/σ)²)          edges of the image box, when given
 //! + Σ_i ρ_v(cosine of the face / σ)            visibility
 //! ```
 //!
@@ -18,14 +17,13 @@ mod priors;
 mod tests;
 mod visibility;
 
-use motorcade_geometry::robust::RobustKernel;
 use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
 use nalgebra::{Matrix3, Point2, SVector, Vector2, Vector3};
 
 use super::DOF;
 use super::heading::HeadingEvidence;
 use super::model::{Model, State};
-use super::observation::{ImageBox, Observation, RoadPlane};
+use super::observation::{Observation, RoadPlane};
 use super::options::FitOptions;
 use crate::dimensions::SizePrior;
 
@@ -41,8 +39,6 @@ pub(crate) enum Term {
     Keypoint(usize),
     /// Saturates at the given cost.
     Visibility(f64),
-    /// An edge of the image box.
-    BoxEdge,
     /// Height over the road, lean.
     Road,
     /// Size of the class.
@@ -54,7 +50,7 @@ pub(crate) enum Term {
 impl Term {
     /// True for measurements in the image, false for prior knowledge.
     pub fn is_image(self) -> bool {
-        matches!(self, Self::Keypoint(_) | Self::BoxEdge | Self::Visibility(_))
+        matches!(self, Self::Keypoint(_) | Self::Visibility(_))
     }
 }
 
@@ -87,7 +83,6 @@ pub(crate) struct Problem<'a> {
     /// Model points that were not found.
     missing: Vec<usize>,
     road: Option<RoadPlane>,
-    image_box: Option<ImageBox>,
     size: Option<SizePrior>,
     heading: Option<HeadingEvidence>,
     swapped: bool,
@@ -126,7 +121,6 @@ impl<'a> Problem<'a> {
             measured,
             missing,
             road: observation.road,
-            image_box: observation.image_box.filter(|_| model.has_outline()),
             size: observation.size,
             heading: observation.heading.clone(),
             swapped,
@@ -153,8 +147,7 @@ impl<'a> Problem<'a> {
         rows.clear();
         let pose = &state.camera_from_vehicle;
         let (rotation, translation) = (pose.rotation_matrix(), pose.translation());
-        let ok = self.keypoint_rows(state, &rotation, &translation, rows)
-            && self.box_rows(state, &rotation, &translation, rows);
+        let ok = self.keypoint_rows(state, &rotation, &translation, rows);
         self.visibility_rows(state, &rotation, rows);
         self.road_rows(&rotation, &translation, rows);
         if self.shape_terms {
@@ -169,10 +162,6 @@ impl<'a> Problem<'a> {
             Term::Keypoint(_) => (self.options.kernel().cost(s), self.options.kernel().weight(s)),
             // Geman–McClure: the cost of one point saturates.
             Term::Visibility(most) => (most * s / (1.0 + s), most / (1.0 + s).powi(2)),
-            Term::BoxEdge => {
-                let kernel = RobustKernel::Cauchy(self.options.advanced.box_edge_scale);
-                (kernel.cost(s), kernel.weight(s))
-            }
             Term::Road | Term::Size | Term::Shape => (s, 1.0),
         }
     }
