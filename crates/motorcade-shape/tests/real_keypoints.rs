@@ -64,7 +64,7 @@ fn views() -> Option<Vec<View>> {
         for (row, outputs) in read_outputs(&keypoints.join(file)).iter().enumerate() {
             let frame = first + row as u64;
             let Some(label) = labels.iter().find(|l| l.frame == frame && l.track == track) else { continue };
-            let mut observation = Observation::from_crop(outputs, label.bbox_px, 64.0, SIGMA_SHARE);
+            let mut observation = Observation::from_crop(outputs, label.bbox.to_array(), 64.0, SIGMA_SHARE);
             observation.road = Some(RoadPlane::level(1.65));
             // The prior of class `car` of motorcade-vehicles.
             observation.size = Some(SizePrior {
