@@ -81,7 +81,7 @@ pub struct CalibrateOptions {
     pub exif_focal_plane_sigma: f64,
     /// Standard deviation of ln f by a video's tag `focal_length.35mm_equivalent`: videos are cropped from what the lens shows, stabilised ones by a tenth and more.
     pub container_film_sigma: f64,
-    /// Standard deviation of ln f above which the drive does not tell it.
+    /// Standard deviation of ln f above which the drive does not determine it.
     pub most_focal_sigma: f64,
     /// Bounds of the adjustment, and the mounting.
     pub advanced: AdvancedCalibrateOptions,

@@ -29,7 +29,7 @@ pub struct Summary {
     pub interval_s: f64,
     /// Shortest and longest interval \[s\].
     pub intervals_s: (f64, f64),
-    /// Frame rate that was taken because nothing tells one \[1/s\].
+    /// Frame rate that was taken because none is given \[1/s\].
     pub assumed_fps: Option<f64>,
     /// Width \[px\].
     pub width: u32,

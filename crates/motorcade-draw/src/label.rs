@@ -99,7 +99,7 @@ mod tests {
     use crate::scene::tests::car;
 
     #[test]
-    fn labels_tell_id_class_speed_and_distance() {
+    fn labels_show_id_class_speed_and_distance() {
         let road = RoadPlane::level(1.5);
         assert_eq!(lines(&car(0.0, 23.44), &road, false), ["3 Car 36 km/h", "23.4 ±0.4 m"]);
         let parked = SceneVehicle { moving: false, ..car(0.0, 23.44) };

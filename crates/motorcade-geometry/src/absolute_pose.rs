@@ -116,7 +116,7 @@ const TRIED_FIRST: usize = 20;
 /// Matas, BMVC 2002, the T(d, d) test).
 const AGREEING_FIRST: usize = 3;
 
-/// The summed loss where it is less than `least`. Most samples are wrong, and a few sightings tell.
+/// The summed loss where it is less than `least`. Most samples are wrong, and a few sightings show it.
 fn loss_below<C: Frame, P: Frame>(pose: &Pose<C, P>, sightings: &[Sighting], least: f64) -> Option<f64> {
     let n = sightings.len();
     if n > 2 * TRIED_FIRST {

@@ -91,7 +91,7 @@ fn epipolar_matches(
     features.iter().map(best).collect()
 }
 
-/// Position and relative standard deviation of depth; `None` where the views disagree or tell no depth.
+/// Position and relative standard deviation of depth; `None` where the views disagree or determine no depth.
 fn triangulate(
     camera: &PinholeCamera,
     own: &View,

@@ -35,7 +35,7 @@ pub struct MotorcadeArguments {
     intrinsics_px: (f64, f64, f64, f64),
     /// Width and height \[px\].
     size_px: (u32, u32),
-    /// `None` where vehicles tell it.
+    /// `None` where it is estimated from vehicles.
     height_m: Option<f64>,
     /// Of a rolling shutter, where it is stated.
     readout_ms: Option<f64>,

@@ -77,16 +77,16 @@ fn position_follows_size_as_the_cross_covariance_predicts() {
     let prior = fitter.prior().clone();
     let shape = prior.coefficients_of(BodyType::Saloon).unwrap();
     let seen = look(&prior, shape, &on_road(-2.0, 16.0, 0.9), &CLEAN, &mut rng);
-    let told = |size: Option<SizePrior>| {
+    let fitted = |size: Option<SizePrior>| {
         let observation = Observation { size, ..observe(seen.clone(), 1.0, false) };
         fitter.fit(&CAMERA, &observation).unwrap()
     };
-    let free = told(None);
+    let free = fitted(None);
     let slope = free.pose_size_covariance * free.size_covariance.try_inverse().unwrap();
     // With a known size larger by 5 %, the new position is the predicted one.
     let larger = free.dimensions.to_vector() * 1.05;
     let sure = Dimensions { length_m: 0.005, width_m: 0.005, height_m: 0.005 };
-    let again = told(Some(SizePrior { mean: Dimensions::from_vector(&larger), sigma: sure }));
+    let again = fitted(Some(SizePrior { mean: Dimensions::from_vector(&larger), sigma: sure }));
     let foretold = (slope * (larger - free.dimensions.to_vector())).fixed_rows::<3>(3).into_owned();
     let moved = free.camera_from_vehicle.inverse() * again.camera_from_vehicle;
     let miss = (moved.translation() - foretold).norm();

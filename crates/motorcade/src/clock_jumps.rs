@@ -1,4 +1,4 @@
-//! Frames that come far later than the others: the clock jumped, or frames are missing that no number tells of.
+//! Frames that come far later than the others: the clock jumped, or frames are missing that no number shows.
 
 use motorcade_geometry::robust::upper_median_by;
 use motorcade_odometry::EgoFrame;

@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_counts_tells_metres() {
+    fn only_what_counts_gives_metres() {
         let stated = || Settings::new(CAMERA, CAMERA_HEIGHT_M);
         for sources in Sources::all(true) {
             let settings = sources.apply(stated());

@@ -39,7 +39,7 @@ impl EgoTrajectory {
         Self::build(odometry, (measurements, &[]), height_m, options, Method::Smoothed)
     }
 
-    /// As [`EgoTrajectory::new`], with scales that another sensor tells where the road does not.
+    /// As [`EgoTrajectory::new`], with scales that another sensor measures where the road does not.
     pub fn with_distances(
         odometry: &OdometryTrajectory,
         measurements: &[RoadMeasurement],

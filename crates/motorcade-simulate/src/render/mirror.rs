@@ -8,7 +8,7 @@ use super::colour::{Colour, mixed, scaled};
 use super::resolve::Rays;
 use crate::site::Site;
 
-/// Farthest road that tells the plane \[m\].
+/// Farthest road that the plane is fitted to \[m\].
 const FAR_M: f32 = 20.0;
 /// Brightness of wet asphalt, of dry one.
 const WET: f32 = 0.6;

@@ -109,7 +109,7 @@ impl<'a> KeypointViews<'a> {
         ExternalTrack { views, size }
     }
 
-    /// Mean log odds that the boxes of a track show a vehicle at all; `None` where nothing tells.
+    /// Mean log odds that the boxes of a track show a vehicle at all; `None` where it is not known.
     pub fn presence(&self, track: &Track) -> Option<f64> {
         let found = |b: &TrackBox| self.in_box(b.frame, &b.observed.bbox, |k| k.presence.is_some())?.presence;
         let (count, sum) =
@@ -361,7 +361,7 @@ mod tests {
             }
             VehicleKeypoints::around_points(Layout::Car14, points).unwrap()
         };
-        // A box about the second one that tells its presence alone, as of a lorry.
+        // A box about the second one that gives its presence alone, as of a lorry.
         let presence = VehicleKeypoints {
             points: vec![ObservedKeypoint::missing(); 14],
             bbox: BoundingBox::new([395.0, 195.0, 485.0, 265.0]),

@@ -90,7 +90,7 @@ struct Window {
 }
 
 impl Window {
-    /// Speed over the last interval: the window has one scale, which may be another one than that of the frame before when it was told.
+    /// Speed over the last interval: the window has one scale, which may be another one than that of the frame before when it was reported.
     fn speed_mps(&self) -> f64 {
         let ([.., before, newest], [.., from, to]) = (&self.ego.frames[..], &self.infos[..]) else {
             return 0.0;
