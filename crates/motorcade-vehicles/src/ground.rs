@@ -20,7 +20,7 @@ pub struct GroundFrame {
 
 impl GroundFrame {
     /// The road under the camera.
-    fn road(&self) -> RoadPlane {
+    pub fn road(&self) -> RoadPlane {
         RoadPlane { up: self.up, height_m: self.height_m }
     }
 

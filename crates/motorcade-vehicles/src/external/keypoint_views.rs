@@ -3,7 +3,7 @@
 use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
 use motorcade_perception::{BoundingBox, VehicleClass, VehicleKeypoints};
 use motorcade_shape::{
-    CLEAR_COST, Dimensions, HeadingEvidence, Layout, Observation, RoadPlane, ShapeFit, ShapeFitter,
+    CLEAR_COST, Dimensions, HeadingEvidence, Layout, MeasuredRoad, Observation, ShapeFit, ShapeFitter,
     ShapePrior, SizePrior, TrackFit, TrackShape,
 };
 use nalgebra::{Matrix3, Point3, Vector3};
@@ -138,7 +138,7 @@ impl<'a> KeypointViews<'a> {
         shapes: &[Option<TrackShape>; 2],
     ) -> Option<ShapeFit> {
         let other = fit.opposite?.camera_from_vehicle;
-        let up = frame.observation.road.map_or_else(|| -Vector3::y(), |road| road.up);
+        let up = frame.observation.road.map_or_else(|| -Vector3::y(), |road| road.plane.up);
         let mut observation = frame.observation.clone();
         observation.heading = Some(HeadingEvidence::half_turn_about(&other, &up));
         let fit = self.fit(frame, &observation, shapes)?;
@@ -153,9 +153,8 @@ impl<'a> KeypointViews<'a> {
         let keypoints = self.in_box(seen.frame, &bbox, VehicleKeypoints::any_found)?;
         let sigma_px = self.options.sigma_share * bbox.width().max(bbox.height());
         let mut observation = Observation::new(keypoints.points.clone(), sigma_px);
-        observation.road = Some(RoadPlane {
-            up: ground.up,
-            height_m: ground.height_m,
+        observation.road = Some(MeasuredRoad {
+            plane: ground.road(),
             height_sigma_m: self.options.road_height_sigma_m.hypot(self.level_sigma_m(&bbox, class)),
             slope_sigma_rad: self.options.road_slope_sigma_rad.hypot(ground.pitch_sigma_rad),
         });
