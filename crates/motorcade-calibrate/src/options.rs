@@ -118,9 +118,9 @@ impl Default for AdvancedCalibrateOptions {
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MountingOptions {
-    /// Time of measured frames that is needed \[s\]. Chosen, not measured: a longer one tells the mounting of fewer drives, and better.
+    /// Time of measured frames that is needed \[s\]. Chosen, not measured: a longer one gives the mounting of fewer drives, and better.
     pub least_s: f64,
-    /// Turn of a step beyond which it does not tell the direction of travel \[rad/m\]: the camera of a turning car moves aside. Chosen: a larger one
+    /// Turn of a step beyond which it does not give the direction of travel \[rad/m\]: the camera of a turning car moves aside. Chosen: a larger one
     /// takes more steps, and such motion for yaw of the mounting.
     pub most_turn_rad_per_m: f64,
     /// Time over which the errors of frames are alike \[s\]: a car body swings at 1 to 2 Hz. A longer one widens the standard deviations.

@@ -33,7 +33,7 @@ use crate::timing::Stopwatch;
 
 /// Slack for times rounded to milliseconds \[s\].
 const ROUNDING_S: f64 = 1e-3;
-/// Frames of a window at least, however slowly they come: as many as a steady motion is told by.
+/// Frames of a window at least, however slowly they come: as many as a steady motion is recognised by.
 const LEAST_FRAMES: usize = 3;
 
 /// The estimator over the last seconds.
