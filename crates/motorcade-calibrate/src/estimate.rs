@@ -49,11 +49,11 @@ impl LensEstimate {
         let inflation = (disagreement / (votes.len().max(2) - 1) as f64).max(1.0);
         let inverse = total.try_inverse().unwrap_or_else(Matrix4::identity);
         let mut covariance = inverse * (noise * inflation);
-        // An error of the turns is an error of the focal length: f times angle is what pixels tell.
+        // An error of the turns is an error of the focal length: f times angle is what pixels measure.
         let turned_rad: f64 = windows.iter().map(Window::turn_rad).sum();
         let by_turns = options.turn_sigma_rad / turned_rad.max(1e-6);
         if by_turns > prior.log_focal_sigma() {
-            // The turns tell less than what was known before: each counts by its share of the estimate.
+            // The turns determine less than what was known before: each counts by its share of the estimate.
             let known = (inverse[(0, 0)] * prior.information(lens)[(0, 0)]).clamp(0.0, 1.0);
             let by_drive = covariance[(0, 0)] + by_turns.powi(2);
             covariance.fill_row(0, 0.0);

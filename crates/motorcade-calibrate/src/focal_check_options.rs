@@ -4,11 +4,11 @@
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct FocalCheckOptions {
-    /// Keyframes of a window: a turn at a crossing. More tell the focal length better and take longer.
+    /// Keyframes of a window: a turn at a crossing. More determine the focal length better and take longer.
     pub window_keyframes: usize,
     /// Windows kept, those in which the camera turns most. More take longer: four 0.3 to 0.4 s of the processor.
     pub most_windows: usize,
-    /// Least turn of a window \[rad\]: focal length and depth are one in a straight drive. Less takes windows that tell nothing.
+    /// Least turn of a window \[rad\]: focal length and depth are one in a straight drive. Less takes windows that determine nothing.
     pub least_turn_rad: f64,
     /// Corners of a window, those that are followed longest.
     pub most_corners: usize,
@@ -16,7 +16,7 @@ pub struct FocalCheckOptions {
     pub max_iterations: usize,
     /// Difference of the logarithms of fx and fy of square pixels: others are not checked, as one focal length is estimated.
     pub square: f64,
-    /// Standard deviation of the prior of ln f around the stated one: wide, so that the drive tells.
+    /// Standard deviation of the prior of ln f around the stated one: wide, so that the drive decides.
     pub log_focal_sigma: f64,
     /// Standard deviations by which the stated focal length and that of the drive differ when one of them is wrong. Less doubts true ones:
     /// none of 18 drives at 3.

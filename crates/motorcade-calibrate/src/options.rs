@@ -81,7 +81,7 @@ pub struct CalibrateOptions {
     pub exif_focal_plane_sigma: f64,
     /// Standard deviation of ln f by a video's tag `focal_length.35mm_equivalent`: videos are cropped from what the lens shows, stabilised ones by a tenth and more.
     pub container_film_sigma: f64,
-    /// Standard deviation of ln f above which the drive does not tell it.
+    /// Standard deviation of ln f above which the drive does not determine it.
     pub most_focal_sigma: f64,
     /// Bounds of the adjustment, and the mounting.
     pub advanced: AdvancedCalibrateOptions,
@@ -118,9 +118,9 @@ impl Default for AdvancedCalibrateOptions {
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MountingOptions {
-    /// Time of measured frames that is needed \[s\]. Chosen, not measured: a longer one tells the mounting of fewer drives, and better.
+    /// Time of measured frames that is needed \[s\]. Chosen, not measured: a longer one gives the mounting of fewer drives, and better.
     pub least_s: f64,
-    /// Turn of a step beyond which it does not tell the direction of travel \[rad/m\]: the camera of a turning car moves aside. Chosen: a larger one
+    /// Turn of a step beyond which it does not give the direction of travel \[rad/m\]: the camera of a turning car moves aside. Chosen: a larger one
     /// takes more steps, and such motion for yaw of the mounting.
     pub most_turn_rad_per_m: f64,
     /// Time over which the errors of frames are alike \[s\]: a car body swings at 1 to 2 Hz. A longer one widens the standard deviations.

@@ -67,7 +67,7 @@ fn adjusted(turn: f64, truth: &Lens, factor: f64) -> LensEstimate {
 }
 
 #[test]
-fn a_turn_tells_the_focal_length() {
+fn a_turn_determines_the_focal_length() {
     let truth = Lens { cx: 612.0, cy: 180.0, ..Lens::centred(720.0, SIZE.0, SIZE.1) };
     for factor in [0.75, 1.3] {
         let found = adjusted(0.08, &truth, factor);
@@ -86,7 +86,7 @@ fn distortion_is_seen() {
 }
 
 #[test]
-fn straight_motion_tells_no_focal_length() {
+fn straight_motion_determines_no_focal_length() {
     let truth = Lens::centred(720.0, SIZE.0, SIZE.1);
     let found = adjusted(0.0, &truth, 1.3);
     assert!(found.focal_sigma() > CalibrateOptions::default().most_focal_sigma, "{found:?}");

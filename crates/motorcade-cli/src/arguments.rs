@@ -178,7 +178,7 @@ pub struct InputArguments {
 }
 
 impl InputArguments {
-    /// True where the drive itself tells the calibration.
+    /// True where the calibration is estimated from the drive.
     pub fn calibrates(&self) -> bool {
         self.calibration.as_ref().is_some_and(|path| path.as_os_str() == "auto")
     }

@@ -44,7 +44,7 @@ pub fn calibrate(arguments: &CalibrateArguments) -> anyhow::Result<u8> {
     Ok(exit::FINE)
 }
 
-/// The camera of a drive that was opened without a calibration. A stated view replaces what metadata tell.
+/// The camera of a drive that was opened without a calibration. A stated view replaces what metadata state.
 pub fn of(
     sequence: &Sequence,
     networks: Option<&Path>,

@@ -41,7 +41,7 @@ pub fn open(out: &Path, resume: bool, run: Identity) -> anyhow::Result<Option<Ch
 }
 
 /// After the frames: says how many came from the checkpoint, and why it could not be written.
-pub fn tell(checkpoint: &Checkpoint, reporter: &Reporter) {
+pub fn report(checkpoint: &Checkpoint, reporter: &Reporter) {
     if let Some(problem) = checkpoint.problem() {
         reporter.warn(&problem);
     }

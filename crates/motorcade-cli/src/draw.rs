@@ -28,7 +28,7 @@ pub fn draw(arguments: &DrawArguments) -> anyhow::Result<u8> {
     let run = RecordedRun::read(&arguments.run)?;
     let sequence = frames::open(&record, &run, arguments)?;
     let Some(height_m) = record.camera_height_m else {
-        let problem = "its run.json tells no height of the camera";
+        let problem = "its run.json states no height of the camera";
         return Err(motorcade::Error::Input(format!("{}: {problem}", arguments.run.display())).into());
     };
     let target = Target::open(&arguments.out, arguments.force)?;

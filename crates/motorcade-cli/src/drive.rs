@@ -86,7 +86,7 @@ impl Drive {
         Ok(Self { source: Source::Frames(Box::new(sequence)), height_m, camera_file: None })
     }
 
-    /// With the camera as the drive tells it, where `--calibration auto` asks for it.
+    /// With the camera estimated from the drive, where `--calibration auto` asks for it.
     pub fn calibrated(
         mut self,
         arguments: &RunArguments,

@@ -31,7 +31,8 @@ pub fn export(arguments: &ExportArguments) -> anyhow::Result<u8> {
     let record = RunRecord::read(&arguments.run)?;
     let run = RecordedRun::read(&arguments.run)?;
     let own = |problem: &str| Error::Input(format!("{}: {problem}", arguments.run.display()));
-    let height_m = record.camera_height_m.ok_or_else(|| own("its run.json tells no height of the camera"))?;
+    let height_m =
+        record.camera_height_m.ok_or_else(|| own("its run.json states no height of the camera"))?;
     let directory = OutputDirectory::open(&arguments.out, RECORD, arguments.force)?;
     let found = find(arguments, &run)?;
     let placed = Placed::new(&run, found.anchor).ok_or_else(|| own("the run has no frames"))?;

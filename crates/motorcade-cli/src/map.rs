@@ -41,7 +41,7 @@ fn export(arguments: &MapExportArguments) -> anyhow::Result<()> {
         (Some(start), _, true) => places_geojson(&map, start),
         (Some(_), true, _) => return Err(usage("--start belongs to a GeoJSON file: --out NAME.geojson")),
         (None, _, true) => {
-            return Err(usage("a GeoJSON file needs --start: the map tells no place on the earth"));
+            return Err(usage("a GeoJSON file needs --start: the map states no place on the earth"));
         }
         _ => return Err(usage("--out must end in .ply or .geojson")),
     };

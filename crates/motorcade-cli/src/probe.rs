@@ -21,9 +21,9 @@ const LOOK_EVERY: Duration = Duration::from_millis(2);
 /// The hidden command: loads the networks and runs those for this size on a black picture, each after a line with its file.
 pub fn probe(arguments: &ProbeArguments) -> anyhow::Result<u8> {
     let size = (arguments.width, arguments.height);
-    // Without a reader there is nobody to tell.
-    let mut tell = |path: &Path| exit::say(&path.to_string_lossy());
-    try_models(&arguments.folder, size, &ModelOptions::default(), &mut tell)?;
+    // Without a reader nobody reads it.
+    let mut report = |path: &Path| exit::say(&path.to_string_lossy());
+    try_models(&arguments.folder, size, &ModelOptions::default(), &mut report)?;
     Ok(exit::FINE)
 }
 

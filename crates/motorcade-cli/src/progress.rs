@@ -16,7 +16,7 @@ pub struct Reporter {
     kind: ProgressKind,
     bar: ProgressBar,
     stage: Mutex<(&'static str, Option<usize>)>,
-    last_told: AtomicUsize,
+    last_reported: AtomicUsize,
     interrupted: Arc<AtomicBool>,
     unprinted: Mutex<Option<motorcade::Error>>,
 }
@@ -54,7 +54,7 @@ impl Reporter {
             kind,
             bar,
             stage: Mutex::new(("", None)),
-            last_told: AtomicUsize::new(0),
+            last_reported: AtomicUsize::new(0),
             interrupted: interruption(),
             unprinted: Mutex::new(None),
         }
@@ -88,7 +88,7 @@ impl Progress for Reporter {
         if let Ok(mut present) = self.stage.lock() {
             *present = (stage, total);
         }
-        self.last_told.store(0, Ordering::Relaxed);
+        self.last_reported.store(0, Ordering::Relaxed);
         match self.kind {
             ProgressKind::Auto => {
                 self.bar.reset();
@@ -116,7 +116,7 @@ impl Progress for Reporter {
             ProgressKind::Plain => {
                 // A line every tenth of the way, or every 500 frames of an endless one.
                 let every = total.map_or(500, |n| n.div_ceil(10)).max(1);
-                if done / every > self.last_told.swap(done, Ordering::Relaxed) / every {
+                if done / every > self.last_reported.swap(done, Ordering::Relaxed) / every {
                     eprint(&format!("{stage}: {done}/{}", total.map_or("?".to_owned(), |n| n.to_string())));
                 }
             }

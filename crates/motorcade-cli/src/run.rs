@@ -57,7 +57,7 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     let result =
         if config.online.enabled { slam.finish_online(&reporter) } else { slam.finish_with(&reporter) };
     reporter.finish();
-    checkpoint.iter().for_each(|checkpoint| checkpoint::tell(checkpoint, &reporter));
+    checkpoint.iter().for_each(|checkpoint| checkpoint::report(checkpoint, &reporter));
     let context = drive.context(config, fingerprint);
     let report = Report { result: &result, context: &context, evaluation: None, pictures: pictures.taken() };
     let mut extras = vec![Extra { name: "report.html".into(), content: report.html().into_bytes() }];
@@ -77,9 +77,9 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     let drawn = drawn?;
     // A run that was stopped can go on.
     checkpoint.iter().filter(|_| !result.interrupted).for_each(Checkpoint::remove);
-    tell(&summary(&result, arguments), &config);
+    print_line(&summary(&result, arguments), &config);
     for path in drawn? {
-        tell(&path.display().to_string(), &config);
+        print_line(&path.display().to_string(), &config);
     }
     // After the results are safe: a frame that stdout did not take is an error of an online run.
     reporter.printed()?;
@@ -150,7 +150,7 @@ fn finished_before(arguments: &RunArguments, fingerprint: &str) -> bool {
 }
 
 /// A line on stdout; on stderr where stdout holds a JSON object a line.
-fn tell(line: &str, config: &Config) {
+fn print_line(line: &str, config: &Config) {
     if config.online.enabled { exit::eprint(line) } else { exit::say(line) }
 }
 

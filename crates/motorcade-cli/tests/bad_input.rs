@@ -50,11 +50,11 @@ fn a_file_that_is_no_video() {
     fs::write(folder.path().join("drive.mp4"), b"this is no video").unwrap();
     let arguments = "run drive.mp4 --calibration camera.toml --height 1.5 --out out";
     // 3 where ffmpeg is installed, 5 where it is not: both name what is at fault.
-    let told = answer(folder.path(), arguments);
-    if told.stderr.contains("install ffmpeg") {
-        told.expect(5, &["ffprobe"]);
+    let output = answer(folder.path(), arguments);
+    if output.stderr.contains("install ffmpeg") {
+        output.expect(5, &["ffprobe"]);
     } else {
-        told.expect(3, &["drive.mp4"]);
+        output.expect(3, &["drive.mp4"]);
     }
     nothing_written(folder.path());
 }
@@ -65,8 +65,8 @@ fn no_ffmpeg() {
     fs::write(folder.path().join("drive.mp4"), b"this is no video").unwrap();
     let mut command =
         program(folder.path(), "run drive.mp4 --calibration camera.toml --height 1.5 --out out");
-    let told: common::Answer = command.env("PATH", folder.path()).output().unwrap().into();
-    told.expect(5, &["ff", "install ffmpeg"]);
+    let output: common::Answer = command.env("PATH", folder.path()).output().unwrap().into();
+    output.expect(5, &["ff", "install ffmpeg"]);
     nothing_written(folder.path());
 }
 

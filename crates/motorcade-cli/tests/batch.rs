@@ -40,9 +40,9 @@ fn a_broken_drive_stops_no_other_and_nothing_is_repeated() {
     let folder = drive(24);
     let at = |name: &str| folder.path().join(name);
     fs::write(at("drives.csv"), MANIFEST).unwrap();
-    let told = answer(folder.path(), &format!("{OUT} --jobs 2"));
-    told.expect(4, &["3 drives, 0 done before", "broken: failed: ", "nothing.mp4"]);
-    assert!(told.stdout.contains("2 of 3 drives done, 1 failed"), "{}", told.stdout);
+    let output = answer(folder.path(), &format!("{OUT} --jobs 2"));
+    output.expect(4, &["3 drives, 0 done before", "broken: failed: ", "nothing.mp4"]);
+    assert!(output.stdout.contains("2 of 3 drives done, 1 failed"), "{}", output.stdout);
     let table = at("fleet/manifest.done.csv");
     let expected = pairs(&[("first", "done"), ("broken", "failed"), ("last", "done")]);
     assert_eq!(statuses(&table), expected);
@@ -91,9 +91,9 @@ fn an_interrupted_batch_goes_on_and_gives_the_same_bytes() {
     let table = statuses(&at("fleet/manifest.done.csv"));
     assert_eq!((table[0].1.as_str(), table[2].1.as_str()), ("done", "pending"), "{text}");
 
-    let told = answer(folder.path(), &format!("{OUT} --jobs 2"));
-    told.expect(0, &["3 drives", "c: begins"]);
-    assert!(!told.stderr.contains("a: begins"), "{}", told.stderr);
+    let output = answer(folder.path(), &format!("{OUT} --jobs 2"));
+    output.expect(0, &["3 drives", "c: begins"]);
+    assert!(!output.stderr.contains("a: begins"), "{}", output.stderr);
     for (id, frames) in [("a", "0..12"), ("b", "4..24"), ("c", "10..22")] {
         let alone = format!(
             "run frames --calibration camera.toml --height 1.5 --frames {frames} --out {id} --progress none"
@@ -120,8 +120,8 @@ fn two_shards_at_once_give_what_one_batch_gives() {
     let tables = [0, 1].map(|k| statuses(&at(&format!("fleet/manifest.done.{k}-of-2.csv"))));
     assert_eq!(tables, expected);
     // The whole list runs nothing and writes one table.
-    let told = answer(folder.path(), OUT);
-    told.expect(0, &["3 drives, 3 done before"]);
+    let output = answer(folder.path(), OUT);
+    output.expect(0, &["3 drives, 3 done before"]);
     assert_eq!(statuses(&at("fleet/manifest.done.csv")).len(), 3);
     // One batch whose jobs are not bound to cores, with threads that differ: the same bytes.
     answer(folder.path(), &format!("{} --jobs 2 --threads 3 --no-pin", OUT.replace("fleet", "one")))

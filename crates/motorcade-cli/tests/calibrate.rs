@@ -17,7 +17,7 @@ fn focal_px(text: &str) -> f64 {
 }
 
 #[test]
-fn a_drive_with_turns_tells_the_focal_length() {
+fn a_drive_with_turns_determines_the_focal_length() {
     let folder = TempDir::new().unwrap();
     let render =
         "simulate --scenario figure-eight --frames 60 --width 414 --view-deg 62 --out drive --progress none";
@@ -46,16 +46,16 @@ fn a_drive_with_turns_tells_the_focal_length() {
 }
 
 #[test]
-fn a_straight_drive_tells_no_focal_length() {
+fn a_straight_drive_determines_no_focal_length() {
     let folder = drive(20);
     let calibrate = "calibrate frames --fps 10 --models none --out found.toml --progress none";
-    answer(folder.path(), calibrate).expect(3, &["does not tell the focal length", "--view-deg"]);
+    answer(folder.path(), calibrate).expect(3, &["does not determine the focal length", "--view-deg"]);
     assert!(!folder.path().join("found.toml").exists());
     answer(folder.path(), &format!("{calibrate} --calibration camera.toml")).expect(1, &["--view-deg"]);
     answer(folder.path(), &format!("{calibrate} --view-deg 5")).expect(1, &["[10, 150] degrees"]);
 }
 
-/// The frames of a folder as JPEG files whose EXIF tells a focal length in 35 mm equivalents.
+/// The frames of a folder as JPEG files whose EXIF states a focal length in 35 mm equivalents.
 fn with_exif(frames: &Path, to: &Path, film_mm: u16) {
     // Little-endian TIFF: a directory with the place of the EXIF directory, which has one entry.
     let mut exif = b"Exif\0\0II*\0\x08\0\0\0\x01\0\x69\x87\x04\0\x01\0\0\0\x1a\0\0\0\0\0\0\0".to_vec();
@@ -92,7 +92,7 @@ fn exif_is_a_prior_of_the_focal_length() {
     assert!((focal_px(&text) / 390.0).ln().abs() < 0.05, "{text}");
     // Trusted less it does not suffice, and a stated view replaces it.
     answer(folder.path(), &format!("{calibrate}=0.3 --out wide.toml"))
-        .expect(3, &["does not tell the focal length"]);
+        .expect(3, &["does not determine the focal length"]);
     let stated = answer(folder.path(), &format!("{calibrate}=0.04 --view-deg 63,3 --out stated.toml"));
     assert!(stated.expect(0, &[]).stdout.contains("63 degrees across, as stated"), "{}", stated.stdout);
 }

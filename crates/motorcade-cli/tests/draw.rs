@@ -87,9 +87,9 @@ fn without_ffmpeg_pictures_take_the_place_of_a_video() {
     let folder = drive(12);
     let arguments =
         "run frames --calibration camera.toml --height 1.5 --out out --overlay out/o.mp4 --progress none";
-    let told = with_path(folder.path(), "/nowhere", arguments);
-    told.expect(0, &["ffmpeg is not installed", "PNG"]);
-    assert!(told.stdout.ends_with("out/o\n"), "{}", told.stdout);
+    let output = with_path(folder.path(), "/nowhere", arguments);
+    output.expect(0, &["ffmpeg is not installed", "PNG"]);
+    assert!(output.stdout.ends_with("out/o\n"), "{}", output.stdout);
     assert_eq!(files(&folder.path().join("out/o")).len(), 13);
     // Listed: a later run replaces them.
     let listed = json(&folder.path().join("out/run.json"))["files"].to_string();
@@ -107,8 +107,8 @@ fn an_ffmpeg_that_fails_leaves_nothing() {
     fs::create_dir(&bin).unwrap();
     fs::write(bin.join("ffmpeg"), "#!/bin/sh\necho no space in the attic >&2\nexit 3\n").unwrap();
     fs::set_permissions(bin.join("ffmpeg"), fs::Permissions::from_mode(0o755)).unwrap();
-    let told = with_path(folder.path(), &bin.display().to_string(), "draw out --out o.mp4 --progress none");
-    told.expect(5, &["ffmpeg", "o.mp4", "attic"]);
+    let output = with_path(folder.path(), &bin.display().to_string(), "draw out --out o.mp4 --progress none");
+    output.expect(5, &["ffmpeg", "o.mp4", "attic"]);
     // A run keeps its results, and says why there is no drawing.
     let again = "run frames --calibration camera.toml --height 1.5 --out two --overlay o.mp4 --progress none";
     with_path(folder.path(), &bin.display().to_string(), again).expect(5, &["attic"]);
@@ -127,8 +127,8 @@ fn a_video_has_the_frames_and_the_rate_of_the_drive() {
     answer(folder.path(), simulate).expect(0, &[]);
     let usual = "run drive/training --sequence 0000 --fps 20 --detections drive/training/detections/0000.txt \
                  --out out --progress none --overlay o.mp4";
-    let told = answer(folder.path(), usual);
-    assert!(told.expect(0, &[]).stdout.ends_with("o.mp4\n"), "{}", told.stdout);
+    let output = answer(folder.path(), usual);
+    assert!(output.expect(0, &[]).stdout.ends_with("o.mp4\n"), "{}", output.stdout);
     let shown = answer(folder.path(), "inspect o.mp4 --json").expect(0, &[]).stdout.clone();
     let summary: serde_json::Value = serde_json::from_str(&shown).unwrap();
     assert_eq!(summary["frames"], 12);

@@ -35,7 +35,7 @@ fn a_run_is_compared_with_the_truth() {
     split(&folder.path().join("training"));
     let run = "run training --sequence 0007 --height 1.5 --out out --frames 3.. --progress none";
     answer(folder.path(), run).expect(0, &[]);
-    // Sequence, camera and first frame are told by the run itself.
+    // Sequence, camera and first frame are stated by the run itself.
     let table = answer(folder.path(), "evaluate out --kitti training --json errors.json");
     table.expect(0, &[]);
     for part in [

@@ -42,13 +42,13 @@ fn results_that_do_not_fit() {
         code=$?
         echo; echo left:; ls -A small; cat small/thesis.tex
         exit $code";
-    let Some(told) = on_a_small_disk(folder.path(), script) else { return };
-    told.expect(5, &["small/out/", "No space left on device"]);
-    assert!(!told.stderr.contains("partial"), "{}", told.stderr);
-    let left = told.stdout.rsplit("left:\n").next().unwrap();
+    let Some(output) = on_a_small_disk(folder.path(), script) else { return };
+    output.expect(5, &["small/out/", "No space left on device"]);
+    assert!(!output.stderr.contains("partial"), "{}", output.stderr);
+    let left = output.stdout.rsplit("left:\n").next().unwrap();
     // Output of the networks is kept for `--resume`, with room made.
-    assert!(told.stderr.contains("--resume"), "{}", told.stderr);
-    assert_eq!(left, ".out.motorcade-checkpoint\nthesis.tex\nmine\n", "{}", told.stdout);
+    assert!(output.stderr.contains("--resume"), "{}", output.stderr);
+    assert_eq!(left, ".out.motorcade-checkpoint\nthesis.tex\nmine\n", "{}", output.stdout);
 }
 
 /// Nor does a run that was there have to make room for one that fails.
@@ -60,13 +60,13 @@ fn an_earlier_run_stays() {
         code=$?
         echo; echo left:; ls -A small small/out; cat small/out/run.json
         exit $code";
-    let Some(told) = on_a_small_disk(folder.path(), script) else { return };
-    told.expect(5, &["small", "No space left on device"]);
-    let left = told.stdout.rsplit("left:\n").next().unwrap();
+    let Some(output) = on_a_small_disk(folder.path(), script) else { return };
+    output.expect(5, &["small", "No space left on device"]);
+    let left = output.stdout.rsplit("left:\n").next().unwrap();
     assert_eq!(
         left, "small:\nout\n\nsmall/out:\n.motorcade-checkpoint\nrun.json\n{\"files\": []}\n",
         "{}",
-        told.stdout
+        output.stdout
     );
 }
 
@@ -74,6 +74,6 @@ fn an_earlier_run_stays() {
 fn a_simulated_drive_that_does_not_fit() {
     let folder = tempfile::tempdir().unwrap();
     let script = "exec $PROGRAM simulate --scenario demo --frames 2 --width 400 --out small/drive";
-    let Some(told) = on_a_small_disk(folder.path(), script) else { return };
-    told.expect(5, &["small/drive"]);
+    let Some(output) = on_a_small_disk(folder.path(), script) else { return };
+    output.expect(5, &["small/drive"]);
 }

@@ -136,8 +136,8 @@ fn an_interrupt_writes_the_best_so_far_and_says_so() {
     let info = answer(folder.path(), "graph info out.g2o --json");
     let info: serde_json::Value = serde_json::from_str(&info.expect(0, &[]).stdout).unwrap();
     assert_eq!(info["read"]["vertices_se2"], 30_000);
-    let (written, told) = (info["cost_log"].as_f64().unwrap(), report["final_cost"].as_f64().unwrap());
-    assert!((written / told - 1.0).abs() < 1e-6, "{written} {told}");
+    let (written, reported) = (info["cost_log"].as_f64().unwrap(), report["final_cost"].as_f64().unwrap());
+    assert!((written / reported - 1.0).abs() < 1e-6, "{written} {reported}");
     no_leftovers(folder.path());
 }
 

@@ -15,9 +15,9 @@ use common::{Answer, answer, drive, json, no_leftovers, nothing_written, program
 #[track_caller]
 fn soon(folder: &Path, arguments: &str) -> Answer {
     let start = Instant::now();
-    let told = answer(folder, arguments);
+    let output = answer(folder, arguments);
     assert!(start.elapsed() < Duration::from_secs(15), "{arguments}: {:?}", start.elapsed());
-    told
+    output
 }
 
 const RUN: &str = "run frames --calibration camera.toml --height 1.5 --out out";
@@ -51,8 +51,8 @@ fn fifos_sockets_and_devices_are_no_inputs() {
         }
     }
     fs::rename(at("fifo"), at("frames/000002.png")).unwrap();
-    let told = soon(folder.path(), &RUN.replace("--out out", "--out two"));
-    told.expect(told.code, &["000002.png", "FIFO"]);
+    let output = soon(folder.path(), &RUN.replace("--out out", "--out two"));
+    output.expect(output.code, &["000002.png", "FIFO"]);
     nothing_written(folder.path());
 }
 
@@ -119,19 +119,19 @@ fn trajectories_that_cannot_be_driven() {
     with("0.0 0 0 0 0 0 0 1\n0.1 0 0 1e300 0 0 0 1\n0.2 0 0 2 0 0 0 1\n").expect(3, &["ego.txt:2", "finite"]);
     nothing_written(folder.path());
     // 500 m/s: possible for a file, not for a car.
-    let told = with("0.0 0 0 0 0 0 0 1\n0.1 0 0 50 0 0 0 1\n0.2 0 0 100 0 0 0 1\n");
-    told.expect(told.code, &["100 m/s", "500 m/s", "frame"]);
+    let output = with("0.0 0 0 0 0 0 0 1\n0.1 0 0 50 0 0 0 1\n0.2 0 0 100 0 0 0 1\n");
+    output.expect(output.code, &["100 m/s", "500 m/s", "frame"]);
 }
 
 #[test]
 fn cameras_that_are_rarely_meant_are_warned_of_at_once() {
     let folder = drive(6);
     let start = "run frames --calibration camera.toml --out out --threads 1 --height 30";
-    let told = answer(folder.path(), start);
-    told.expect(told.code, &["warning: the camera height of 30 m"]);
+    let output = answer(folder.path(), start);
+    output.expect(output.code, &["warning: the camera height of 30 m"]);
     let (warning, odometry) =
-        (told.stderr.find("height of 30 m").unwrap(), told.stderr.find("odometry").unwrap());
-    assert!(warning < odometry, "{}", told.stderr);
+        (output.stderr.find("height of 30 m").unwrap(), output.stderr.find("odometry").unwrap());
+    assert!(warning < odometry, "{}", output.stderr);
     let record = json(&folder.path().join("out/run.json"));
     assert!(record["warnings"][0].as_str().unwrap().contains("height of 30 m"));
     for file in fs::read_dir(folder.path().join("out")).unwrap().flatten() {
@@ -167,8 +167,8 @@ fn drives_that_no_road_can_be_built_for() {
         |height: &str| format!("0 7 Car 0 0 -1.6 560 170 640 220 {height} 1.7 4.2 0.5 1.65 12.0 -1.57\n");
     fs::write(at("labels.txt"), label("1e11")).unwrap();
     soon(folder.path(), "simulate --trajectory far.txt --out out").expect(3, &["far.txt", "pose 1"]);
-    let told = soon(folder.path(), "simulate --trajectory poses.txt --labels labels.txt --out out");
-    told.expect(3, &["labels.txt", "frame 0, track 7"]);
+    let output = soon(folder.path(), "simulate --trajectory poses.txt --labels labels.txt --out out");
+    output.expect(3, &["labels.txt", "frame 0, track 7"]);
     nothing_written(folder.path());
 }
 
@@ -204,12 +204,12 @@ fn interrupted_with(
     );
     stderr.read_to_string(&mut text).unwrap();
     let output = child.wait_with_output().unwrap();
-    let told = Answer {
+    let output = Answer {
         code: output.status.code().unwrap_or(-1),
         stdout: String::from_utf8_lossy(&output.stdout).into_owned(),
         stderr: text,
     };
-    (told, start.elapsed())
+    (output, start.elapsed())
 }
 
 #[test]
@@ -220,8 +220,8 @@ fn simulate_and_demo_obey_the_first_interrupt() {
         "simulate --training vehicle --count 100000 --out out --progress json",
         "demo --frames 3000 --out out --progress json",
     ] {
-        let (told, time) = interrupted(folder.path(), command, "rendering");
-        told.expect(130, &["nothing was written"]);
+        let (output, time) = interrupted(folder.path(), command, "rendering");
+        output.expect(130, &["nothing was written"]);
         assert!(time < Duration::from_secs(60), "{command}: {time:?}");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "{command}");
     }
@@ -231,15 +231,15 @@ fn simulate_and_demo_obey_the_first_interrupt() {
 fn an_interrupted_run_says_which_frames_it_has() {
     let folder = drive(60);
     let command = "run frames --calibration camera.toml --height 1.5 --out out --progress json --threads 2";
-    let (told, _) = interrupted(folder.path(), command, "\"done\":5");
-    told.expect(130, &["interrupted"]);
+    let (output, _) = interrupted(folder.path(), command, "\"done\":5");
+    output.expect(130, &["interrupted"]);
     let record = json(&folder.path().join("out/run.json"));
     let done = record["counters"]["frames"].as_u64().unwrap();
     assert!(record["interrupted"] == true && done >= 5, "{record}");
     if done < 60 {
         let page = fs::read_to_string(folder.path().join("out/report.html")).unwrap();
         let said = format!("frames 0 to {} of 60", done - 1);
-        assert!(told.stderr.contains(&said) && page.contains(&said), "{said}: {}", told.stderr);
+        assert!(output.stderr.contains(&said) && page.contains(&said), "{said}: {}", output.stderr);
     }
     no_leftovers(folder.path());
 }
@@ -265,8 +265,8 @@ fn a_run_that_waits_for_frames_obeys_the_first_interrupt() {
             "run drive.mp4 --calibration camera.toml --height 1.5 --out out --progress json --threads {threads} --set run.fixed_regions=false"
         );
         let path = format!("{}:{}", folder.path().display(), std::env::var("PATH").unwrap());
-        let (told, time) = interrupted_with(folder.path(), &command, "\"done\":3", &[("PATH", &path)]);
-        told.expect(130, &["frames 0 to 2 of 50"]);
+        let (output, time) = interrupted_with(folder.path(), &command, "\"done\":3", &[("PATH", &path)]);
+        output.expect(130, &["frames 0 to 2 of 50"]);
         assert!(time < Duration::from_secs(20), "{threads} threads: {time:?}");
     }
 }
@@ -303,8 +303,8 @@ fn an_unknown_height_needs_frames_and_their_end() {
     soon(folder.path(), &format!("{auto} --online")).expect(1, &["--height auto", "--online"]);
     soon(folder.path(), &RUN.replace("--height 1.5", "--height tall")).expect(1, &["tall", "auto"]);
     soon(folder.path(), &RUN.replace("--height 1.5", "--height -1")).expect(1, &["--height", "-1"]);
-    // Nothing to tell it by: a guess that says so.
-    let told = soon(folder.path(), &format!("{auto} --models none"));
-    told.expect(told.code, &["height of the camera guessed"]);
+    // Nothing to estimate it from: a guess that says so.
+    let output = soon(folder.path(), &format!("{auto} --models none"));
+    output.expect(output.code, &["height of the camera guessed"]);
     assert_eq!(json(&folder.path().join("out/run.json"))["camera_height_m"], 1.5);
 }

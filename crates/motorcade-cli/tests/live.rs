@@ -65,9 +65,9 @@ fn a_video_on_standard_input_is_estimated_as_the_file_is() {
     let file = answer(folder, &format!("run drive.mkv {ONLINE}").replace("--out out", "--out file"));
     file.expect(0, &[]);
     let movie = || File::open(folder.join("drive.mkv")).unwrap();
-    let told: Answer = from_stdin(folder, &format!("run - {ONLINE}"), movie()).output().unwrap().into();
-    told.expect(0, &[]);
-    assert_eq!(told.stdout, file.stdout, "presentation times are those of the file");
+    let output: Answer = from_stdin(folder, &format!("run - {ONLINE}"), movie()).output().unwrap().into();
+    output.expect(0, &[]);
+    assert_eq!(output.stdout, file.stdout, "presentation times are those of the file");
     for name in ["ego.tum", "frames.csv", "speeds.csv"] {
         let read = |run: &str| fs::read(folder.join(run).join(name)).unwrap();
         assert!(read("out") == read("file"), "{name}");
@@ -143,14 +143,14 @@ fn a_stream_of_the_network_is_read() {
     let Some(mut server) = ffmpeg(folder, &["-re"], &output) else { return };
     let address = format!("run tcp://127.0.0.1:{port} {ONLINE}");
     // The server may not listen yet.
-    let told = (0..50).map(|_| {
+    let attempts = (0..50).map(|_| {
         std::thread::sleep(Duration::from_millis(200));
         answer(folder, &address)
     });
-    let told = told.into_iter().find(|told| !told.stderr.contains("refused")).unwrap();
+    let output = attempts.into_iter().find(|output| !output.stderr.contains("refused")).unwrap();
     server.wait().unwrap();
-    told.expect(0, &[]);
-    assert_eq!(told.stdout.lines().count(), 10);
+    output.expect(0, &[]);
+    assert_eq!(output.stdout.lines().count(), 10);
     let times = fs::read_to_string(folder.join("out/ego.tum")).unwrap();
     let last: f64 = times.lines().last().unwrap().split(' ').next().unwrap().parse().unwrap();
     assert!((last - 0.9).abs() < 1e-3, "{last}");
@@ -164,10 +164,10 @@ fn sources_that_are_none_are_named() {
     online("/dev/null").expect(3, &["/dev/null", "character device", "V4L2"]);
     online("/dev/video99").expect(3, &["/dev/video99"]);
     let file = File::open(at.join("camera.toml")).unwrap();
-    let told: Answer = from_stdin(at, &format!("run - {ONLINE}"), file).output().unwrap().into();
-    told.expect(if have_ffmpeg() { 3 } else { 5 }, &[]);
+    let output: Answer = from_stdin(at, &format!("run - {ONLINE}"), file).output().unwrap().into();
+    output.expect(if have_ffmpeg() { 3 } else { 5 }, &[]);
     if have_ffmpeg() {
-        told.expect(3, &["-: gives no video"]);
+        output.expect(3, &["-: gives no video"]);
         // Nobody listens on the discard port.
         online("rtsp://127.0.0.1:9/stream").expect(3, &["rtsp://127.0.0.1:9/stream", "Connection refused"]);
     }
@@ -186,9 +186,9 @@ fn options_that_need_all_frames_are_refused() {
     }
     for option in ["--resume", "--overlay o.mp4", "--mcap o.mcap", "--trajectory ego.txt"] {
         let movie = File::open(folder.join("drive.mkv")).unwrap();
-        let told: Answer =
+        let output: Answer =
             from_stdin(folder, &format!("run - {ONLINE} {option}"), movie).output().unwrap().into();
-        told.expect(1, &[option.split(' ').next().unwrap(), "live source"]);
+        output.expect(1, &[option.split(' ').next().unwrap(), "live source"]);
     }
     nothing_written(folder);
 }
@@ -205,7 +205,7 @@ fn converted(folder: &Path, arguments: &str) -> bool {
 }
 
 #[test]
-fn inspect_tells_the_rotation_of_a_video_and_its_frames_are_turned() {
+fn inspect_prints_the_rotation_of_a_video_and_its_frames_are_turned() {
     let folder = drive(4);
     let at = folder.path();
     let Some(mut child) = ffmpeg(at, &[], &["-c:v", "libx264", "plain.mp4"]) else { return };

@@ -16,7 +16,7 @@ fn record(run: &Path) -> serde_json::Value {
 }
 
 #[test]
-fn a_drive_is_told_in_the_world_of_the_map_that_it_meets() {
+fn a_drive_is_in_the_world_of_the_map_that_it_meets() {
     let folder = drive(64);
     let at = folder.path();
     answer(at, &format!("{RUN} --frames ..58 --out first --save-map first.map")).expect(0, &[]);
@@ -34,8 +34,8 @@ fn a_drive_is_told_in_the_world_of_the_map_that_it_meets() {
         poses.lines().nth(row).unwrap().split(' ').next_back().unwrap().parse().unwrap()
     };
     for row in [0, 20, 45] {
-        let (told, first) = (z_m("again", row), z_m("first", row + 6));
-        assert!((told - first).abs() < 0.2, "row {row}: {told} and {first}");
+        let (later, first) = (z_m("again", row), z_m("first", row + 6));
+        assert!((later - first).abs() < 0.2, "row {row}: {later} and {first}");
     }
 
     answer(at, "map merge first.map again.map --out both.map").expect(0, &[]);
@@ -49,14 +49,14 @@ fn a_drive_is_told_in_the_world_of_the_map_that_it_meets() {
 }
 
 #[test]
-fn an_online_run_is_told_in_the_world_of_the_map_from_the_frame_it_is_met() {
+fn an_online_run_is_in_the_world_of_the_map_from_the_frame_it_is_met() {
     let folder = drive(64);
     let at = folder.path();
     answer(at, &format!("{RUN} --frames ..58 --online --out first --save-map first.map")).expect(0, &[]);
-    let told = answer(at, &format!("{RUN} --frames 6.. --online --out again --map first.map"));
-    told.expect(0, &[]);
+    let output = answer(at, &format!("{RUN} --frames 6.. --online --out again --map first.map"));
+    output.expect(0, &[]);
     let lines: Vec<serde_json::Value> =
-        told.stdout.lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
+        output.stdout.lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
     let revision = lines.iter().find(|line| line.get("revision").is_some()).unwrap();
     assert!(revision["map"]["matches"].as_u64().unwrap() >= 5, "{revision}");
     let again = record(&at.join("again"));

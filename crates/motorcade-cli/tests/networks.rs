@@ -31,14 +31,14 @@ fn folder(network: &[u8], input: &str, output: &str) -> TempDir {
 /// Runs with that network.
 fn with(inputs: &[&[u64]], input: &str, output: &str) -> (TempDir, Answer) {
     let folder = folder(&onnx::network(inputs), input, output);
-    let told = run(folder.path(), "--models models");
-    (folder, told)
+    let result = run(folder.path(), "--models models");
+    (folder, result)
 }
 
 #[track_caller]
 fn refused(inputs: &[&[u64]], input: &str, output: &str, said: &[&str]) {
-    let (folder, told) = with(inputs, input, output);
-    told.expect(3, &[&["tiny.onnx"], said].concat());
+    let (folder, result) = with(inputs, input, output);
+    result.expect(3, &[&["tiny.onnx"], said].concat());
     nothing_written(folder.path());
 }
 
@@ -78,9 +78,9 @@ fn a_network_cut_short() {
 /// The tiny network itself is sound: described rightly it runs.
 #[test]
 fn the_same_network_described_rightly() {
-    let (_folder, told) = with(&[&[1, 3, 32, 32]], "", r#"{ kind = "segmentation", road = [1] }"#);
-    assert_ne!(told.code, 3, "{}", told.stderr);
-    assert!(!told.stderr.contains("tiny.onnx"), "{}", told.stderr);
+    let (_folder, result) = with(&[&[1, 3, 32, 32]], "", r#"{ kind = "segmentation", road = [1] }"#);
+    assert_ne!(result.code, 3, "{}", result.stderr);
+    assert!(!result.stderr.contains("tiny.onnx"), "{}", result.stderr);
 }
 
 /// The engine itself is missing: not the fault of the input, and the message says what to do.
@@ -90,8 +90,8 @@ fn no_onnx_runtime() {
     let folder = folder(&onnx::network(&[&[1, 3, 32, 32]]), "", DETECTOR);
     let arguments = "run frames --calibration camera.toml --height 1.5 --out out --models models";
     let mut command = common::program(folder.path(), arguments);
-    let told: Answer = command.env("ORT_DYLIB_PATH", "/nowhere/libonnxruntime.so").output().unwrap().into();
-    told.expect(5, &["/nowhere/libonnxruntime.so", "pip install onnxruntime", "ORT_DYLIB_PATH"]);
+    let result: Answer = command.env("ORT_DYLIB_PATH", "/nowhere/libonnxruntime.so").output().unwrap().into();
+    result.expect(5, &["/nowhere/libonnxruntime.so", "pip install onnxruntime", "ORT_DYLIB_PATH"]);
     nothing_written(folder.path());
 }
 
@@ -104,9 +104,9 @@ fn networks_that_ask_for_more_memory_than_there_is() {
     ] {
         let folder = folder(&onnx::hungry(&shape), "", ROAD);
         let start = std::time::Instant::now();
-        let told = run(folder.path(), "--models models");
+        let result = run(folder.path(), "--models models");
         assert!(start.elapsed().as_secs() < 15, "{:?}", start.elapsed());
-        told.expect(3, &["tiny.onnx", said]);
+        result.expect(3, &["tiny.onnx", said]);
         nothing_written(folder.path());
     }
     // The same graph with a size that fits is refused for its output alone.

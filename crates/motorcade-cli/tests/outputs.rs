@@ -52,11 +52,11 @@ fn files_are_written_through_links_and_into_streams() {
     let mut reader =
         fs::OpenOptions::new().read(true).custom_flags(libc::O_NONBLOCK).open(at("fifo")).unwrap();
     answer(folder.path(), "graph optimise in.g2o --out out.g2o --json fifo").expect(0, &[]);
-    let mut told = String::new();
-    reader.read_to_string(&mut told).unwrap();
+    let mut text = String::new();
+    reader.read_to_string(&mut text).unwrap();
     drop(reader);
-    let told: serde_json::Value = serde_json::from_str(&told).unwrap();
-    assert_eq!(told["termination"], "converged");
+    let report: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(report["termination"], "converged");
     assert!(fs::symlink_metadata(at("fifo")).unwrap().file_type().is_fifo());
     let script = "$PROGRAM shape export --out /dev/stdout | head -c 1; $PROGRAM shape export --out /dev/null";
     assert!(shell(folder.path(), script).expect(0, &[]).stdout.starts_with('{'));
@@ -143,10 +143,14 @@ fn results_go_into_a_mount_point() {
     let script = format!(
         "mkdir volume/lost+found; $PROGRAM {USUAL} volume && $PROGRAM {USUAL} volume --force && ls -A volume"
     );
-    let told: Answer = mounted(&script).unwrap().into();
-    told.expect(0, &[]);
-    assert!(told.stdout.ends_with("run.json\nspeeds.csv\ntracks.csv\ntracks.kitti.txt\n"), "{}", told.stdout);
-    assert!(!told.stdout.contains("partial"), "{}", told.stdout);
+    let output: Answer = mounted(&script).unwrap().into();
+    output.expect(0, &[]);
+    assert!(
+        output.stdout.ends_with("run.json\nspeeds.csv\ntracks.csv\ntracks.kitti.txt\n"),
+        "{}",
+        output.stdout
+    );
+    assert!(!output.stdout.contains("partial"), "{}", output.stdout);
 }
 
 #[test]
@@ -159,8 +163,9 @@ fn of_two_runs_into_one_new_place_the_second_is_refused_and_not_lost() {
         command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
     };
     let (one, two) = (start("1.5"), start("3.0"));
-    let told: [Answer; 2] = [one, two].map(|child| child.wait_with_output().unwrap().into());
-    let (won, lost) = if told[0].code == 0 { (&told[0], &told[1]) } else { (&told[1], &told[0]) };
+    let outputs: [Answer; 2] = [one, two].map(|child| child.wait_with_output().unwrap().into());
+    let (won, lost) =
+        if outputs[0].code == 0 { (&outputs[0], &outputs[1]) } else { (&outputs[1], &outputs[0]) };
     won.expect(0, &[]);
     lost.expect(5, &["out", "the results lie in"]);
     let place = lost.stderr.trim().rsplit("lie in ").next().unwrap();
@@ -187,10 +192,10 @@ fn temporary_directories_of_a_killed_run_go() {
 fn closed_and_full_outputs_are_errors_or_nothing_but_never_a_panic() {
     let folder = drive(12);
     fs::create_dir(folder.path().join("d")).unwrap();
-    let told = shell(folder.path(), "$PROGRAM inspect frames --json > /dev/full");
-    told.expect(5, &["stdout", "No space left"]);
-    let told = shell(folder.path(), &format!("$PROGRAM {USUAL} online --online > /dev/full"));
-    told.expect(5, &["stdout", "No space left"]);
+    let output = shell(folder.path(), "$PROGRAM inspect frames --json > /dev/full");
+    output.expect(5, &["stdout", "No space left"]);
+    let output = shell(folder.path(), &format!("$PROGRAM {USUAL} online --online > /dev/full"));
+    output.expect(5, &["stdout", "No space left"]);
     assert_eq!(json(&folder.path().join("online/run.json"))["counters"]["frames"], 12, "results come first");
     for (script, code) in [
         (
@@ -206,8 +211,8 @@ fn closed_and_full_outputs_are_errors_or_nothing_but_never_a_panic() {
     }
     for command in ["completions zsh", "config", "simulate --list", "--help", "inspect frames --json"] {
         let script = format!("($PROGRAM {command}; echo code $? >&2) | head -c 1 > /dev/null");
-        let told = shell(folder.path(), &script);
-        assert!(told.stderr.contains("code 0") && !told.stderr.contains("panicked"), "{}", told.stderr);
+        let output = shell(folder.path(), &script);
+        assert!(output.stderr.contains("code 0") && !output.stderr.contains("panicked"), "{}", output.stderr);
     }
 }
 
@@ -219,10 +224,11 @@ fn names_need_not_be_text() {
     let name = std::ffi::OsStr::from_bytes(b"dr\xffve");
     fs::rename(folder.path().join("frames"), folder.path().join(name)).unwrap();
     let mut command = program(folder.path(), "run --calibration camera.toml --height 1.5 --out");
-    let told: Answer = command.arg("o\u{fffd}t").arg(name).output().unwrap().into();
-    told.expect(0, &[]);
+    let output: Answer = command.arg("o\u{fffd}t").arg(name).output().unwrap().into();
+    output.expect(0, &[]);
     let mut command = program(folder.path(), "run --calibration camera.toml --height 1.5 --out");
-    let told: Answer = command.arg(std::ffi::OsStr::from_bytes(b"o\xfft")).arg(name).output().unwrap().into();
-    told.expect(0, &[]);
+    let output: Answer =
+        command.arg(std::ffi::OsStr::from_bytes(b"o\xfft")).arg(name).output().unwrap().into();
+    output.expect(0, &[]);
     assert!(folder.path().join(std::ffi::OsStr::from_bytes(b"o\xfft/run.json")).is_file());
 }

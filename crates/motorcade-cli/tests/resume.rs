@@ -93,11 +93,11 @@ fn a_run_that_is_killed_anywhere_goes_on_to_the_same_bytes() {
     for (frames, threads) in [(0, 1), (1, 2), (5, 1), (11, 2)] {
         killed(folder, &format!("{run} --threads {threads}"), BESIDE, frames);
         assert!(!folder.join("out").exists() && folder.join(BESIDE).exists());
-        let told = answer(folder, &format!("{run} --resume"));
-        let from = told.stderr.lines().find_map(|line| line.strip_prefix("motorcade: perception of "));
+        let output = answer(folder, &format!("{run} --resume"));
+        let from = output.stderr.lines().find_map(|line| line.strip_prefix("motorcade: perception of "));
         let taken: usize = from.map_or(0, |line| line.split(' ').next().unwrap().parse().unwrap());
-        told.expect(0, &[]);
-        assert!(taken >= frames, "{taken} of {frames} frames: {}", told.stderr);
+        output.expect(0, &[]);
+        assert!(taken >= frames, "{taken} of {frames} frames: {}", output.stderr);
         same(folder, "whole", "out");
         assert!(!folder.join(BESIDE).exists());
         fs::remove_dir_all(folder.join("out")).unwrap();
@@ -153,10 +153,10 @@ fn online_and_stopped_runs_go_on_too() {
     // The results of a stopped run are replaced without --force, those of a whole one are not.
     let again = answer(folder, &format!("{run} out --resume"));
     again.expect(0, &["frames came from the checkpoint"]);
-    assert_eq!(again.stdout, whole.stdout, "every frame is told again");
+    assert_eq!(again.stdout, whole.stdout, "every frame is printed again");
     same(folder, "whole", "out");
-    let told = answer(folder, &format!("{run} out --resume"));
-    assert!(told.expect(0, &[]).stdout.contains("already holds this run"));
+    let output = answer(folder, &format!("{run} out --resume"));
+    assert!(output.expect(0, &[]).stdout.contains("already holds this run"));
     no_leftovers(folder);
 }
 
@@ -190,8 +190,8 @@ fn checkpoints_of_other_runs_are_refused() {
     // Without --resume the run starts over.
     answer(folder, &run).expect(0, &[]);
     assert!(!folder.join(BESIDE).exists());
-    let told = answer(folder, &format!("{RUN} --out two --resume"));
-    told.expect(0, &["no checkpoint of an earlier run"]);
+    let output = answer(folder, &format!("{RUN} --out two --resume"));
+    output.expect(0, &["no checkpoint of an earlier run"]);
 }
 
 #[test]
@@ -199,7 +199,7 @@ fn times_of_the_checkpoint_are_checked() {
     let folder = drive(3);
     let folder = folder.path();
     for (seconds, code) in [("0", 0), ("1e9", 0), ("1e300", 1), ("-1", 1), ("nan", 1)] {
-        let told = answer(folder, &format!("{RUN} --out at{seconds} --set run.checkpoint_s={seconds}"));
-        told.expect(code, if code == 0 { &[] } else { &["run.checkpoint_s"] });
+        let output = answer(folder, &format!("{RUN} --out at{seconds} --set run.checkpoint_s={seconds}"));
+        output.expect(code, if code == 0 { &[] } else { &["run.checkpoint_s"] });
     }
 }

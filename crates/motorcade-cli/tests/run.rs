@@ -56,13 +56,13 @@ fn a_height_scales_the_drive() {
 }
 
 #[test]
-fn an_online_run_tells_every_frame_as_it_comes() {
+fn an_online_run_prints_every_frame_as_it_comes() {
     let folder = drive(24);
     std::fs::remove_file(frame_file(&folder.path().join("frames"), 15)).unwrap();
-    let told = run(folder.path(), "--online --progress none");
-    told.expect(0, &[]);
+    let output = run(folder.path(), "--online --progress none");
+    output.expect(0, &[]);
     let lines: Vec<serde_json::Value> =
-        told.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+        output.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert_eq!(lines.len(), 24);
     for (number, line) in lines.iter().enumerate() {
         assert_eq!(line["frame"], number);
@@ -70,7 +70,7 @@ fn an_online_run_tells_every_frame_as_it_comes() {
     assert_eq!(lines[15]["status"], "bridged");
     let speed = lines[23]["camera"]["speed_mps"].as_f64().unwrap();
     assert!((speed - 10.0 * STEP_M).abs() < 1.0, "{speed} m/s");
-    // The directory holds what was told.
+    // The directory holds what was printed.
     let poses = std::fs::read_to_string(folder.path().join("out/ego.tum")).unwrap();
     let last: Vec<f64> = poses.lines().last().unwrap().split(' ').map(|v| v.parse().unwrap()).collect();
     let place = lines[23]["camera"]["position_m"].as_array().unwrap();
@@ -83,9 +83,9 @@ fn an_online_run_tells_every_frame_as_it_comes() {
 fn a_missing_number_is_bridged() {
     let folder = drive(24);
     std::fs::remove_file(frame_file(&folder.path().join("frames"), 12)).unwrap();
-    let told = run(folder.path(), "");
-    told.expect(0, &["frame 12", "is missing"]);
-    assert_eq!(told.stderr.matches("frame 12").count(), 1, "{}", told.stderr);
+    let output = run(folder.path(), "");
+    output.expect(0, &["frame 12", "is missing"]);
+    assert_eq!(output.stderr.matches("frame 12").count(), 1, "{}", output.stderr);
     let table = rows(&folder.path().join("out/frames.csv"));
     assert_eq!(table.len(), 24);
     assert_eq!((table[12][0].as_str(), table[12][2].as_str()), ("12", "bridged"));
@@ -167,7 +167,7 @@ fn a_finished_run_is_not_repeated() {
 }
 
 #[test]
-fn inspect_tells_gaps_and_size() {
+fn inspect_prints_gaps_and_size() {
     let folder = drive(6);
     std::fs::remove_file(frame_file(&folder.path().join("frames"), 3)).unwrap();
     let table = answer(folder.path(), "inspect frames --calibration camera.toml");
@@ -189,8 +189,8 @@ fn inspect_counts_pictures_that_repeat_the_one_before() {
     let frames = folder.path().join("frames");
     answer(folder.path(), "inspect frames --fps 20").expect(0, &[]);
     let looked = |arguments: &str| -> serde_json::Value {
-        let told = answer(folder.path(), &format!("inspect frames --fps 20 --json {arguments}"));
-        serde_json::from_str(&told.expect(0, &[]).stdout).unwrap()
+        let output = answer(folder.path(), &format!("inspect frames --fps 20 --json {arguments}"));
+        serde_json::from_str(&output.expect(0, &[]).stdout).unwrap()
     };
     assert_eq!(looked("")["pictures"], serde_json::json!({ "looked_at": 16, "repeated": 0, "frozen": 0 }));
     for k in (1..16).step_by(2) {
@@ -207,10 +207,10 @@ fn inspect_counts_pictures_that_repeat_the_one_before() {
 #[test]
 fn progress_can_be_read_by_programs() {
     let folder = drive(20);
-    let told = run(folder.path(), "--progress json");
-    told.expect(0, &[]);
+    let output = run(folder.path(), "--progress json");
+    output.expect(0, &[]);
     let lines: Vec<serde_json::Value> =
-        told.stderr.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+        output.stderr.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert!(lines.iter().any(|l| l["stage"] == "odometry" && l["done"] == 20));
     assert!(lines.iter().any(|l| l["warning"].is_string()));
 }

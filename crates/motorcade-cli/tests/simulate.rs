@@ -29,9 +29,9 @@ fn a_real_drive_is_reenacted() {
     small_drive(folder.path(), 3);
     let command = "simulate --trajectory poses.txt --labels labels.txt --calibration calib.txt --camera 3 --width 414 \
                    --keypoints --out drive --progress none";
-    let told = answer(folder.path(), command);
-    told.expect(0, &[]);
-    assert!(told.stdout.contains("3 frames, 3 labelled boxes"), "{}", told.stdout);
+    let output = answer(folder.path(), command);
+    output.expect(0, &[]);
+    assert!(output.stdout.contains("3 frames, 3 labelled boxes"), "{}", output.stdout);
     let training = folder.path().join("drive/training");
     let read = |name: &str| std::fs::read_to_string(training.join(name)).unwrap();
     assert_eq!(std::fs::read_dir(training.join("image_02/0000")).unwrap().count(), 3);
@@ -79,8 +79,8 @@ fn training_crops_are_arrays_that_say_what_they_hold() {
     assert!(made.stdout.starts_with("3 crops\n"), "{}", made.stdout);
     let header = std::fs::read(folder.path().join("crops/crops.npy")).unwrap();
     assert!(String::from_utf8_lossy(&header[..128]).contains("'shape': (3, 96, 96, 3,)"));
-    let told = std::fs::read_to_string(folder.path().join("crops/crops.json")).unwrap();
-    assert!(told.contains("\"count\": 3") && told.contains("heading_rad"), "{told}");
+    let text = std::fs::read_to_string(folder.path().join("crops/crops.json")).unwrap();
+    assert!(text.contains("\"count\": 3") && text.contains("heading_rad"), "{text}");
     // A second one does not write over it.
     answer(folder.path(), "simulate --training vehicle --count 3 --out crops").expect(1, &["not empty"]);
 }

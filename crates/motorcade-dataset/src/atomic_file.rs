@@ -233,10 +233,10 @@ mod tests {
         assert!(write(&fifo, "lost").unwrap_err().to_string().contains("no process reads"));
         let from = fifo.clone();
         let reader = std::thread::spawn(move || fs::read_to_string(from).unwrap());
-        while write(&fifo, "told").is_err() {
+        while write(&fifo, "written").is_err() {
             std::thread::sleep(std::time::Duration::from_millis(5));
         }
-        assert_eq!(reader.join().unwrap(), "told");
+        assert_eq!(reader.join().unwrap(), "written");
         assert!(fs::symlink_metadata(&fifo).unwrap().file_type().is_fifo());
         let socket = folder.path().join("socket");
         let _listener = std::os::unix::net::UnixListener::bind(&socket).unwrap();

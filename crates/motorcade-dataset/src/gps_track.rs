@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::geodesy::Geodetic;
 use crate::regular_file;
 
-/// Standard deviation of a receiver in a car where the file does not tell it \[m\].
+/// Standard deviation of a receiver in a car where the file does not give it \[m\].
 const SIGMA_M: f64 = 4.0;
 
 /// Distances have at least this many standard deviations: their logarithm is then as certain as a tenth.
@@ -313,8 +313,8 @@ mod tests {
             ("a.csv", "time,latitude,longitude\n1,2,3\n", "1 points"),
             ("a.txt", "", ".gpx, .nmea or .csv"),
         ] {
-            let told = read(name, text).unwrap_err().to_string();
-            assert!(told.contains(said), "{told} / {said}");
+            let message = read(name, text).unwrap_err().to_string();
+            assert!(message.contains(said), "{message} / {said}");
         }
     }
 }

@@ -17,7 +17,7 @@ use crate::undistort::Undistortion;
 pub(crate) struct Input {
     pub survey: Survey,
     pub slots: Vec<Slot>,
-    /// Frame rate that is taken because nothing tells one \[1/s\].
+    /// Frame rate that is taken because none is given \[1/s\].
     pub assumed_fps: Option<f64>,
     pub size: (u32, u32),
     pub calibration: Option<(PathBuf, Calibration)>,

@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
+use motorcade_geometry::robust::upper_median_by;
 use motorcade_geometry::{Distortion, PinholeCamera};
 
 use crate::calibration::Calibration;
 use crate::fnv::Fnv;
 use crate::input::Input;
-use crate::source::{Format, Slot, Store};
+use crate::source::{Format, Store};
 
 /// Summary of a recognised input. Lengths in pixels, times in seconds.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -28,7 +29,7 @@ pub struct Summary {
     pub interval_s: f64,
     /// Shortest and longest interval \[s\].
     pub intervals_s: (f64, f64),
-    /// Frame rate that was taken because nothing tells one \[1/s\].
+    /// Frame rate that was taken because none is given \[1/s\].
     pub assumed_fps: Option<f64>,
     /// Width \[px\].
     pub width: u32,
@@ -84,6 +85,31 @@ impl LensSummary {
     }
 }
 
+/// Duration and intervals of a drive; zeros for fewer than two frames.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameTimes {
+    /// From the first to the last frame \[s\].
+    pub duration_s: f64,
+    /// Median interval between two frames \[s\].
+    pub interval_s: f64,
+    /// Shortest and longest interval \[s\].
+    pub intervals_s: (f64, f64),
+}
+
+impl FrameTimes {
+    /// From the times of the frames in their order \[ns\].
+    pub fn of(times_ns: &[i64]) -> Self {
+        let seconds = |ns: Option<i64>| ns.map_or(0.0, |ns| ns as f64 * 1e-9);
+        let mut intervals_ns: Vec<i64> = times_ns.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let (shortest, longest) = (intervals_ns.iter().min().copied(), intervals_ns.iter().max().copied());
+        Self {
+            duration_s: seconds(times_ns.last().zip(times_ns.first()).map(|(last, first)| last - first)),
+            interval_s: seconds(upper_median_by(&mut intervals_ns, i64::cmp)),
+            intervals_s: (seconds(shortest), seconds(longest)),
+        }
+    }
+}
+
 fn intrinsics(camera: &PinholeCamera) -> [f64; 4] {
     [camera.fx, camera.fy, camera.cx, camera.cy]
 }
@@ -93,10 +119,8 @@ impl Summary {
         let survey = &input.survey;
         let calibration = input.calibration.as_ref().map(|(_, calibration)| calibration);
         let (first, last) = (input.slots.first(), input.slots.last());
-        let span_ns = last.zip(first).map_or(0, |(last, first)| last.timestamp_ns - first.timestamp_ns);
-        let interval = |pair: &[Slot]| (pair[1].timestamp_ns - pair[0].timestamp_ns) as f64 * 1e-9;
-        let mut intervals: Vec<f64> = input.slots.windows(2).map(interval).collect();
-        intervals.sort_by(f64::total_cmp);
+        let times_ns: Vec<i64> = input.slots.iter().map(|slot| slot.timestamp_ns).collect();
+        let times = FrameTimes::of(&times_ns);
         let shift = calibration.map(|c| c.camera_from_cam0.translation()).unwrap_or_default();
         let names = |paths: &[std::path::PathBuf]| paths.iter().map(|path| name(path)).collect();
         Self {
@@ -105,12 +129,9 @@ impl Summary {
             camera: survey.contents.camera,
             frames: input.slots.len(),
             numbers: (first.map_or(0, |s| s.number), last.map_or(0, |s| s.number)),
-            duration_s: span_ns as f64 * 1e-9,
-            interval_s: intervals.get(intervals.len() / 2).copied().unwrap_or(0.0),
-            intervals_s: (
-                intervals.first().copied().unwrap_or(0.0),
-                intervals.last().copied().unwrap_or(0.0),
-            ),
+            duration_s: times.duration_s,
+            interval_s: times.interval_s,
+            intervals_s: times.intervals_s,
             assumed_fps: input.assumed_fps,
             width: input.size.0,
             height: input.size.1,

@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use motorcade_geometry::BoundingBox;
+
 use crate::error::Result;
 use crate::text::{Row, TextFile};
 
@@ -23,8 +25,8 @@ pub struct Label {
     pub occluded: f64,
     /// Observation angle \[rad\].
     pub alpha_rad: f64,
-    /// Box x1, y1, x2, y2 \[px\].
-    pub bbox_px: [f64; 4],
+    /// Box.
+    pub bbox: BoundingBox,
     /// Height, width, length \[m\].
     pub size_hwl_m: [f64; 3],
     /// Bottom-face centre \[m\].
@@ -83,7 +85,7 @@ fn label(row: &Row<'_>) -> Result<Label> {
         truncated: row.number(3, "truncation")?,
         occluded: row.number(4, "occlusion")?,
         alpha_rad: row.number(5, "alpha")?,
-        bbox_px: row.numbers(6, "a box edge")?,
+        bbox: BoundingBox::new(row.numbers(6, "a box edge")?),
         size_hwl_m: row.numbers(10, "a size")?,
         location_m: row.numbers(13, "a coordinate")?,
         ry_rad: row.number(16, "ry")?,
@@ -105,7 +107,7 @@ impl Label {
             self.truncated,
             self.occluded,
             self.alpha_rad,
-            numbers(&self.bbox_px, 3),
+            numbers(&self.bbox.to_array(), 3),
             numbers(&self.size_hwl_m, 4),
             numbers(&self.location_m, 4),
             self.ry_rad
@@ -128,7 +130,7 @@ mod tests {
         let line = "3 7 Car 0 1 -1.5 10.5 20.25 110 95 1.5 1.6 3.9 -2.1 1.65 17.3 -1.57";
         std::fs::write(&path, format!("{line}\n{line} 0.93\n")).unwrap();
         let labels = read_labels(&path).unwrap();
-        assert_eq!((labels[0].track, labels[0].bbox_px[3], labels[0].location_m[2]), (7, 95.0, 17.3));
+        assert_eq!((labels[0].track, labels[0].bbox.y2, labels[0].location_m[2]), (7, 95.0, 17.3));
         assert_eq!((labels[0].score, labels[1].score), (None, Some(0.93)));
         std::fs::write(&path, labels[1].to_line()).unwrap();
         assert_eq!(read_labels(&path).unwrap(), labels[1..]);

@@ -87,7 +87,7 @@ pub use fnv::Fnv;
 pub use frame::{BadFrame, Frame, Pixels, gray_from_rgb};
 pub use geodesy::Geodetic;
 pub use gps_track::{GpsTrack, TrackPoint};
-pub use inspect::{LensSummary, Summary};
+pub use inspect::{FrameTimes, LensSummary, Summary};
 pub use labels::{FrameCounts, Label, MOST_IN_FRAME, read_labels};
 pub use masks::{numbered_images, read_mask};
 pub use metadata::{FocalKind, FocalMetadata};

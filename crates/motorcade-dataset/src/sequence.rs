@@ -108,7 +108,7 @@ impl Sequence {
     pub fn format(&self) -> Format {
         self.input.survey.format
     }
-    /// The frame rate that is taken because nothing tells one \[1/s\].
+    /// The frame rate that is taken because none is given \[1/s\].
     pub fn assumed_fps(&self) -> Option<f64> {
         self.input.assumed_fps
     }
@@ -157,7 +157,7 @@ impl Sequence {
     pub fn calibration(&self) -> Option<&Calibration> {
         self.input.calibration.as_ref().map(|(_, calibration)| calibration)
     }
-    /// Focal length that the files tell beside their pixels: EXIF of the first and last picture, tags of a video. `None` where they tell
+    /// Focal length that the files state beside their pixels: EXIF of the first and last picture, tags of a video. `None` where they state
     /// none, where the lens was zoomed in between, or where pictures were cropped after they were taken.
     pub fn focal_metadata(&self) -> Option<FocalMetadata> {
         metadata::focal(&self.input.survey.contents.store, &self.input.slots, self.size())

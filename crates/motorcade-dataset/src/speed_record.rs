@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 use crate::gps_track::{number, utc};
 use crate::regular_file;
 
-/// Standard deviation of a sample where the file does not tell it \[m/s\]: buses round to 1 km/h.
+/// Standard deviation of a sample where the file does not give it \[m/s\]: buses round to 1 km/h.
 const SIGMA_MPS: f64 = 0.3;
 /// Speeds beyond are no road vehicle's \[m/s\].
 const FASTEST_MPS: f64 = 200.0;
@@ -153,8 +153,8 @@ mod tests {
             ("time,speed_mps\n0,1\n1,1e9\n", "speed.csv:3: speed or standard deviation out of range"),
             ("time,speed_mps\n0,1\n", "1 speeds"),
         ] {
-            let told = read(text).unwrap_err().to_string();
-            assert!(told.contains(said), "{told}");
+            let message = read(text).unwrap_err().to_string();
+            assert!(message.contains(said), "{message}");
         }
     }
 }

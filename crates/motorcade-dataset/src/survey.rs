@@ -68,15 +68,15 @@ impl Survey {
         all.into_iter().map(slot).collect()
     }
 
-    /// The frame rate that is taken because nothing tells one \[1/s\]: of pictures alone.
+    /// The frame rate that is taken because none is given \[1/s\]: of pictures alone.
     pub fn assumed_fps(&self, given_fps: Option<f64>, calibrated_fps: Option<f64>) -> Option<f64> {
         let times =
             self.contents.listing.entries.first().is_some_and(|entry| entry.number >= TIME_NAMES_FROM);
-        let told = times || given_fps.or(calibrated_fps).is_some();
+        let known = times || given_fps.or(calibrated_fps).is_some();
         (!self.contents.listing.entries.is_empty()
             && self.contents.times_ns.is_none()
             && !self.format.is_kitti()
-            && !told)
+            && !known)
             .then_some(DEFAULT_FPS)
     }
 

@@ -94,7 +94,7 @@ fn a_file_whose_name_looks_like_an_address_is_a_file() {
 }
 
 #[test]
-fn a_tag_of_the_video_tells_the_focal_length() {
+fn a_tag_of_the_video_gives_the_focal_length() {
     let folder = tempfile::tempdir().unwrap();
     let Some(plain) = video(folder.path(), "plain.mp4", "null") else { return };
     let focal = |path: &Path| Sequence::open(path, &SequenceOptions::default()).unwrap().focal_metadata();

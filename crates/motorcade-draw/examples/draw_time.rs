@@ -5,8 +5,8 @@
 use std::time::Instant;
 
 use image::{Rgb, RgbImage};
-use motorcade_draw::{Overlay, Road, Scene, SceneVehicle};
-use motorcade_geometry::{PinholeCamera, Pose};
+use motorcade_draw::{Overlay, Scene, SceneVehicle};
+use motorcade_geometry::{PinholeCamera, Pose, RoadPlane};
 use nalgebra::{Matrix3, Point3, Vector3};
 
 /// Frames drawn.
@@ -24,7 +24,7 @@ fn main() {
             status: None,
             speed_mps: 12.0,
             speed_sigma_mps: Some(0.2),
-            road: Road { normal_in_camera: -Vector3::y(), height_m: 1.65 },
+            road: RoadPlane::level(1.65),
             vehicles: (0..12).map(vehicle).collect(),
         };
         let start = Instant::now();

@@ -1,11 +1,11 @@
 //! A metric grid on the road.
 
+use motorcade_geometry::RoadPlane;
 use nalgebra::Point3;
 
 use crate::canvas::{Canvas, Pen};
 use crate::colour::WHITE;
 use crate::layout::Layout;
-use crate::scene::Road;
 use crate::segment::{Rectangle, Segment, outside};
 use crate::view::View;
 
@@ -20,9 +20,15 @@ const FAINT: f64 = 0.34;
 const CLEARER: f64 = 0.55;
 
 /// Draws the grid but where vehicles are.
-pub(crate) fn draw(canvas: &mut Canvas, view: &View, road: &Road, layout: &Layout, vehicles: &[Rectangle]) {
-    let (ahead, right) = road.axes();
-    let at = |z: f64, x: f64| -> Point3<f64> { road.foot() + z * ahead + x * right };
+pub(crate) fn draw(
+    canvas: &mut Canvas,
+    view: &View,
+    road: &RoadPlane,
+    layout: &Layout,
+    vehicles: &[Rectangle],
+) {
+    let (foot, ahead, right) = (Point3::from(road.foot()), road.ahead(), road.right());
+    let at = |z: f64, x: f64| -> Point3<f64> { foot + z * ahead + x * right };
     let half_m = f64::from(ASIDE) * STEP_ASIDE_M;
     let mut along: Vec<Segment> = Vec::new();
     for k in -ASIDE..=ASIDE {

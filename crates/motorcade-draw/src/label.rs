@@ -1,10 +1,12 @@
 //! Labels of vehicles.
 
+use motorcade_geometry::RoadPlane;
+
 use crate::canvas::{Canvas, Pen};
 use crate::colour::{BLACK, WHITE};
 use crate::layout::Layout;
 use crate::placement::Placement;
-use crate::scene::{Road, SceneVehicle};
+use crate::scene::{SceneVehicle, ahead_and_right};
 use crate::segment::Rectangle;
 use crate::text::width_px;
 use crate::vehicle::{Placed, colour};
@@ -18,9 +20,9 @@ const BAR: f64 = 0.5;
 const PITCH: f64 = 1.6;
 
 /// Identity, class and speed; distance ahead along the road with its standard deviation.
-fn lines(vehicle: &SceneVehicle, road: &Road, small: bool) -> Vec<String> {
-    let (ahead, _) = road.axes();
-    let [distance_m, _] = road.ahead_and_right(&vehicle.position());
+fn lines(vehicle: &SceneVehicle, road: &RoadPlane, small: bool) -> Vec<String> {
+    let ahead = road.ahead();
+    let [distance_m, _] = ahead_and_right(road, &vehicle.position());
     let sigma_m = vehicle.sigma_along_m(&ahead);
     let doubt = if vehicle.unsure { "?" } else { "" };
     let speed = if vehicle.moving { kmh(vehicle.speed_mps) } else { "parked".to_owned() } + doubt;
@@ -52,7 +54,7 @@ impl<'a> Label<'a> {
     /// The label of a vehicle where there is room.
     pub(crate) fn new(
         placed: &'a Placed<'a>,
-        road: &Road,
+        road: &RoadPlane,
         layout: &Layout,
         placement: &mut Placement,
     ) -> Option<Self> {
@@ -95,11 +97,10 @@ impl<'a> Label<'a> {
 mod tests {
     use super::*;
     use crate::scene::tests::car;
-    use nalgebra::Vector3;
 
     #[test]
-    fn labels_tell_id_class_speed_and_distance() {
-        let road = Road { normal_in_camera: -Vector3::y(), height_m: 1.5 };
+    fn labels_show_id_class_speed_and_distance() {
+        let road = RoadPlane::level(1.5);
         assert_eq!(lines(&car(0.0, 23.44), &road, false), ["3 Car 36 km/h", "23.4 ±0.4 m"]);
         let parked = SceneVehicle { moving: false, ..car(0.0, 23.44) };
         assert_eq!(lines(&parked, &road, false)[0], "3 Car parked");

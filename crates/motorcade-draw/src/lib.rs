@@ -14,9 +14,8 @@
 //!
 //! ```
 //! use image::RgbImage;
-//! use motorcade_draw::{Overlay, Road, Scene};
-//! use motorcade_geometry::PinholeCamera;
-//! use nalgebra::Vector3;
+//! use motorcade_draw::{Overlay, Scene};
+//! use motorcade_geometry::{PinholeCamera, RoadPlane};
 //!
 //! let camera = PinholeCamera { fx: 390.0, fy: 390.0, cx: 240.0, cy: 105.0, width: 480, height: 240 };
 //! let overlay = Overlay::new(camera);
@@ -26,7 +25,7 @@
 //!     status: None,
 //!     speed_mps: 9.8,
 //!     speed_sigma_mps: Some(0.2),
-//!     road: Road { normal_in_camera: -Vector3::y(), height_m: 1.5 },
+//!     road: RoadPlane::level(1.5),
 //!     vehicles: Vec::new(),
 //! };
 //! let drawn = overlay.draw(&RgbImage::new(480, 240), &scene);
@@ -54,5 +53,5 @@ mod view;
 
 pub use outline::visible_edges;
 pub use overlay::Overlay;
-pub use scene::{Road, Scene, SceneVehicle};
+pub use scene::{Scene, SceneVehicle};
 pub use vehicle::outline_width_px;

@@ -5,7 +5,7 @@ use nalgebra::Point3;
 use crate::canvas::{Canvas, Pen};
 use crate::colour::{Colour, WHITE};
 use crate::layout::Layout;
-use crate::scene::{Scene, SceneVehicle};
+use crate::scene::{Scene, SceneVehicle, ahead_and_right};
 use crate::segment::{Pixel, Rectangle};
 use crate::text::width_px;
 use crate::trail::on_road;
@@ -83,7 +83,7 @@ impl Map<'_> {
 
     fn vehicle(&self, canvas: &mut Canvas, vehicle: &SceneVehicle, layout: &Layout) {
         let road = &self.scene.road;
-        let place = |p: &Point3<f64>| self.at(road.ahead_and_right(p));
+        let place = |p: &Point3<f64>| self.at(ahead_and_right(road, p));
         let [length, width, _] = vehicle.size_m;
         let corner =
             |x: f64, y: f64| place(&vehicle.camera_from_vehicle.transform_point(&Point3::new(x, y, 0.0)));

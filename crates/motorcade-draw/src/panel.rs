@@ -63,7 +63,7 @@ fn legend(canvas: &mut Canvas, [mut x, y]: Pixel, layout: &Layout) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Road;
+    use motorcade_geometry::RoadPlane;
 
     #[test]
     fn the_speed_has_its_deviation_where_it_is_known() {
@@ -73,7 +73,7 @@ mod tests {
             status: None,
             speed_mps: 10.0,
             speed_sigma_mps: Some(0.1),
-            road: Road { normal_in_camera: -nalgebra::Vector3::y(), height_m: 1.5 },
+            road: RoadPlane::level(1.5),
             vehicles: Vec::new(),
         };
         assert_eq!(speed(&scene), "36.0 ±0.4 km/h");

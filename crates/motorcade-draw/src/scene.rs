@@ -1,6 +1,6 @@
 //! The estimate of one frame, as far as it is drawn.
 
-use motorcade_geometry::{Camera, Pose, Vehicle};
+use motorcade_geometry::{Camera, Pose, RoadPlane, Vehicle};
 use nalgebra::{Point3, Vector3};
 
 /// The estimate of one frame. Lengths in metres, all in the camera of this frame.
@@ -17,18 +17,9 @@ pub struct Scene {
     /// Its standard deviation \[m/s\], where it is known.
     pub speed_sigma_mps: Option<f64>,
     /// The road.
-    pub road: Road,
+    pub road: RoadPlane,
     /// Vehicles, in any order.
     pub vehicles: Vec<SceneVehicle>,
-}
-
-/// The plane of the road: `normal · X = −height` for its points X in the camera.
-#[derive(Clone, Copy, Debug)]
-pub struct Road {
-    /// Unit normal towards the camera, camera frame; (0, −1, 0) for a level road.
-    pub normal_in_camera: Vector3<f64>,
-    /// Height of the camera above it \[m\].
-    pub height_m: f64,
 }
 
 /// A vehicle of a frame.
@@ -58,25 +49,9 @@ pub struct SceneVehicle {
     pub trail_in_camera: Vec<Point3<f64>>,
 }
 
-impl Road {
-    /// Unit vectors along the road: the camera's direction of view, and to the right of it, camera frame.
-    pub(crate) fn axes(&self) -> (Vector3<f64>, Vector3<f64>) {
-        let n = self.normal_in_camera;
-        let along = Vector3::z() - n * n.z;
-        let ahead = along.try_normalize(1e-6).unwrap_or_else(Vector3::z);
-        (ahead, ahead.cross(&n))
-    }
-
-    /// Point of the road below the camera, camera frame \[m\].
-    pub(crate) fn foot(&self) -> Point3<f64> {
-        Point3::from(-self.height_m * self.normal_in_camera)
-    }
-
-    /// Coordinates ahead and to the right of a point, along the road \[m\].
-    pub(crate) fn ahead_and_right(&self, point_in_camera: &Point3<f64>) -> [f64; 2] {
-        let (ahead, right) = self.axes();
-        [point_in_camera.coords.dot(&ahead), point_in_camera.coords.dot(&right)]
-    }
+/// Coordinates ahead and to the right of a point, along the road \[m\].
+pub(crate) fn ahead_and_right(road: &RoadPlane, point_in_camera: &Point3<f64>) -> [f64; 2] {
+    [point_in_camera.coords.dot(&road.ahead()), point_in_camera.coords.dot(&road.right())]
 }
 
 impl SceneVehicle {
@@ -133,12 +108,9 @@ pub(crate) mod tests {
     #[test]
     fn coordinates_follow_the_road() {
         // Nose down by atan(1/2): the road rises in the camera.
-        let n = Vector3::new(0.0, -2.0, -1.0).normalize();
-        let road = Road { normal_in_camera: n, height_m: 2.0 };
-        let (ahead, right) = road.axes();
-        assert!(ahead.dot(&n).abs() < 1e-12 && (right - Vector3::x()).norm() < 1e-12);
-        let point = road.foot() + 7.0 * ahead - 2.0 * right;
-        let [a, r] = road.ahead_and_right(&point);
+        let road = RoadPlane { up: Vector3::new(0.0, -2.0, -1.0).normalize(), height_m: 2.0 };
+        let point = Point3::from(road.foot() + 7.0 * road.ahead() - 2.0 * road.right());
+        let [a, r] = ahead_and_right(&road, &point);
         assert!((a - 7.0).abs() < 1e-9 && (r + 2.0).abs() < 1e-9);
     }
 

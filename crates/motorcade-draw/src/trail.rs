@@ -1,11 +1,12 @@
 //! The way a vehicle has come, on the road.
 
+use motorcade_geometry::RoadPlane;
 use nalgebra::Point3;
 
 use crate::canvas::{Canvas, Pen};
 use crate::colour::Colour;
 use crate::layout::Layout;
-use crate::scene::{Road, SceneVehicle};
+use crate::scene::SceneVehicle;
 use crate::segment::Pixel;
 use crate::view::View;
 
@@ -14,8 +15,8 @@ const FADES: usize = 4;
 
 /// Ground-contact positions on the road as far as the frame knows it: from its plane at the camera up or down to the present position of the
 /// vehicle. The estimated heights of single frames would make the trail leave the road.
-pub(crate) fn on_road(vehicle: &SceneVehicle, road: &Road) -> Vec<Point3<f64>> {
-    let n = road.normal_in_camera;
+pub(crate) fn on_road(vehicle: &SceneVehicle, road: &RoadPlane) -> Vec<Point3<f64>> {
+    let n = road.up;
     let (at, level) = (vehicle.position(), -road.height_m);
     let above_plane_m = n.dot(&at.coords) - level;
     let distance_m = |p: &Point3<f64>| (p.coords - n * n.dot(&p.coords)).norm();
@@ -33,7 +34,7 @@ pub(crate) fn draw(
     view: &View,
     vehicle: &SceneVehicle,
     colour: Colour,
-    road: &Road,
+    road: &RoadPlane,
     layout: &Layout,
 ) {
     let points = on_road(vehicle, road);
@@ -66,7 +67,6 @@ fn joined(segments: &[[Pixel; 2]]) -> Vec<Vec<Pixel>> {
 mod tests {
     use super::*;
     use crate::scene::tests::car;
-    use nalgebra::Vector3;
 
     #[test]
     fn a_trail_leads_over_the_road_to_its_vehicle() {
@@ -74,7 +74,7 @@ mod tests {
             vec![Point3::new(0.0, 0.9, 5.0), Point3::new(0.0, 1.9, 10.0), Point3::new(0.0, 1.0, 30.0)];
         let vehicle = SceneVehicle { trail_in_camera: trail, ..car(0.0, 20.0) };
         // The vehicle stands 0.4 m above the plane of the road at the camera, 20 m ahead.
-        let road = Road { normal_in_camera: -Vector3::y(), height_m: 1.9 };
+        let road = RoadPlane::level(1.9);
         let points = on_road(&vehicle, &road);
         let depths: Vec<f64> = points.iter().map(|p| p.y).collect();
         for (depth, expected) in depths.iter().zip([1.8, 1.7, 1.5]) {

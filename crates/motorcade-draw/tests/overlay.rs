@@ -1,8 +1,8 @@
 //! Frames with scenes drawn in.
 
 use image::{Rgb, RgbImage};
-use motorcade_draw::{Overlay, Road, Scene, SceneVehicle};
-use motorcade_geometry::{PinholeCamera, Pose};
+use motorcade_draw::{Overlay, Scene, SceneVehicle};
+use motorcade_geometry::{PinholeCamera, Pose, RoadPlane};
 use nalgebra::{Matrix3, Point3, Vector3};
 
 const CAMERA: PinholeCamera =
@@ -26,7 +26,7 @@ fn vehicle(id: u64, right: f64, ahead: f64) -> SceneVehicle {
 }
 
 fn scene(vehicles: Vec<SceneVehicle>) -> Scene {
-    let road = Road { normal_in_camera: -Vector3::y(), height_m: 1.5 };
+    let road = RoadPlane::level(1.5);
     Scene {
         number: 12,
         time_s: 1.2,
@@ -109,7 +109,7 @@ fn anything_can_stand_in_a_scene() {
     assert_eq!(drawn.dimensions(), overlay.draw(&gray(0), &scene(Vec::new())).dimensions());
     // A camera that looks at the sky or along its own road's normal, and a picture of another size.
     for normal in [Vector3::z(), -Vector3::z(), Vector3::y()] {
-        all.road.normal_in_camera = normal;
+        all.road.up = normal;
         overlay.draw(&RgbImage::new(5, 700), &all);
     }
     let tiny = PinholeCamera { fx: 9.0, fy: 9.0, cx: 5.0, cy: 4.0, width: 10, height: 8 };

@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use motorcade_dataset::Label;
 
 use crate::cuboid::{Cuboid, Overlap};
-use crate::matching::iou;
 
 /// Class that is evaluated.
 const CLASS: &str = "Car";
@@ -91,7 +90,7 @@ pub(crate) fn evaluate(
 
 impl Difficulty {
     fn includes(&self, label: &Label) -> bool {
-        height_px(label) > self.height_px
+        label.bbox.height() > self.height_px
             && label.occluded <= self.occluded
             && label.truncated <= self.truncated
     }
@@ -128,7 +127,8 @@ impl Frame {
                 if difficulty.includes(&self.cars[i]) {
                     judged.push((score(estimate), true));
                 }
-            } else if height_px(estimate) >= difficulty.height_px && !self.is_ignored(estimate, difficulty) {
+            } else if estimate.bbox.height() >= difficulty.height_px && !self.is_ignored(estimate, difficulty)
+            {
                 judged.push((score(estimate), false));
             }
         }
@@ -138,7 +138,7 @@ impl Frame {
     /// True for an estimate on a label that does not count.
     fn is_ignored(&self, estimate: &Label, difficulty: &Difficulty) -> bool {
         let harder = self.cars.iter().filter(|car| !difficulty.includes(car));
-        self.others.iter().chain(harder).any(|l| iou(&l.bbox_px, &estimate.bbox_px) > IGNORED_IOU)
+        self.others.iter().chain(harder).any(|l| l.bbox.iou(&estimate.bbox) > IGNORED_IOU)
     }
 }
 
@@ -171,8 +171,4 @@ fn precision(
 
 fn score(label: &Label) -> f64 {
     label.score.unwrap_or(1.0)
-}
-
-fn height_px(label: &Label) -> f64 {
-    label.bbox_px[3] - label.bbox_px[1]
 }

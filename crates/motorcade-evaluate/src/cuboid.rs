@@ -95,6 +95,7 @@ fn intersection(subject: &[[f64; 2]], clip: &[[f64; 2]]) -> Polygon {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use motorcade_geometry::BoundingBox;
     use std::f64::consts::FRAC_PI_4;
 
     fn car(location_m: [f64; 3], ry_rad: f64) -> Label {
@@ -105,7 +106,7 @@ mod tests {
             truncated: 0.0,
             occluded: 0.0,
             alpha_rad: 0.0,
-            bbox_px: [0.0; 4],
+            bbox: BoundingBox::new([0.0; 4]),
             size_hwl_m: [1.5, 2.0, 4.0],
             location_m,
             ry_rad,

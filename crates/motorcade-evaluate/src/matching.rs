@@ -23,22 +23,12 @@ pub(crate) fn by_frame(labels: impl IntoIterator<Item = Label>) -> ByFrame {
     frames
 }
 
-/// Intersection over union of x1, y1, x2, y2 boxes.
-pub(crate) fn iou(a: &[f64; 4], b: &[f64; 4]) -> f64 {
-    let (width, height) = (a[2].min(b[2]) - a[0].max(b[0]), a[3].min(b[3]) - a[1].max(b[1]));
-    if width <= 0.0 || height <= 0.0 {
-        return 0.0;
-    }
-    let area = |c: &[f64; 4]| (c[2] - c[0]) * (c[3] - c[1]);
-    width * height / (area(a) + area(b) - width * height)
-}
-
 /// One-to-one assignment, largest overlap first: index into `estimates` for each of `labels`.
 pub(crate) fn assign(labels: &[Label], estimates: &[Label]) -> Vec<Option<usize>> {
     let mut pairs = Vec::new();
     for (i, label) in labels.iter().enumerate() {
         for (j, estimate) in estimates.iter().enumerate() {
-            let overlap = iou(&label.bbox_px, &estimate.bbox_px);
+            let overlap = label.bbox.iou(&estimate.bbox);
             if overlap >= MIN_IOU {
                 pairs.push((overlap, i, j));
             }

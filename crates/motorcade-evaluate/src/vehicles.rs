@@ -173,7 +173,7 @@ pub(crate) fn frame_shift(estimates: &ByFrame, first: u64) -> u64 {
 fn is_evaluated(label: &Label, shown: &Label) -> bool {
     label.occluded <= 0.0
         && label.truncated <= 0.0
-        && shown.bbox_px[3] - shown.bbox_px[1] >= MIN_HEIGHT_PX
+        && shown.bbox.height() >= MIN_HEIGHT_PX
         && label.location_m[2] <= MAX_RANGE_M
 }
 

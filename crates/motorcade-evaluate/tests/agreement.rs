@@ -12,7 +12,7 @@ use std::process::Command;
 
 use motorcade_dataset::{Label, write_kitti, write_tum};
 use motorcade_evaluate::{Report, evaluate_run};
-use motorcade_geometry::{Camera, Pose, World};
+use motorcade_geometry::{BoundingBox, Camera, Pose, World};
 use nalgebra::{UnitQuaternion, Vector3};
 use serde_json::Value;
 
@@ -43,7 +43,9 @@ fn vehicle(frame: u64, track: i64, shift_px: f64, noise: f64) -> Label {
         // Occluded now and then.
         occluded: f64::from(u8::from(noise == 0.0 && frame % 11 == 3)),
         alpha_rad: 0.0,
-        bbox_px: [u - half + shift_px, v - tall, u + half + shift_px, v].map(|edge| edge + 3.0 * noise),
+        bbox: BoundingBox::new(
+            [u - half + shift_px, v - tall, u + half + shift_px, v].map(|edge| edge + 3.0 * noise),
+        ),
         size_hwl_m: [1.5, 1.6, 3.9],
         location_m: [x, 1.65, depth],
         // Crosses the seam of the angle.
@@ -238,7 +240,7 @@ fn we_agree_on_real_ground_truth() {
         let tracks = labels.into_iter().filter(|label| label.frame >= first && label.frame % 9 != 1);
         let moved = tracks.map(|mut label| {
             label.location_m[2] *= 1.05;
-            label.bbox_px[0] += 2.0;
+            label.bbox.x1 += 2.0;
             label.ry_rad += 0.05;
             label
         });

@@ -10,7 +10,7 @@ use std::process::Command;
 
 use motorcade_dataset::{Label, write_kitti};
 use motorcade_evaluate::{AveragePrecision, Boxes3dReport, evaluate_run};
-use motorcade_geometry::{Camera, Pose, World};
+use motorcade_geometry::{BoundingBox, Camera, Pose, World};
 use nalgebra::{UnitQuaternion, Vector3};
 
 const FRAMES: u64 = 40;
@@ -42,7 +42,7 @@ fn vehicle(frame: u64, track: i64, noise: f64) -> Label {
         truncated: if track == 1 && noise == 0.0 { 0.2 } else { 0.0 },
         occluded: if noise == 0.0 { (frame as i64 + track).rem_euclid(4) as f64 } else { -1.0 },
         alpha_rad: 0.0,
-        bbox_px: [u - half, v - tall, u + half, v].map(|edge| edge + 1.5 * off),
+        bbox: BoundingBox::new([u - half, v - tall, u + half, v].map(|edge| edge + 1.5 * off)),
         size_hwl_m: [1.5 + 0.1 * off, 1.65 + 0.15 * noise * wave(frame, track, 0.9), 4.0 - 0.3 * off],
         location_m: [x + 0.2 * noise * wave(frame, track, 1.3), 1.65 + 0.1 * off, z],
         ry_rad: 1.5 + 0.3 * track as f64 + 0.1 * off,

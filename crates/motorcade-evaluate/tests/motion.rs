@@ -6,7 +6,7 @@ use std::path::Path;
 
 use motorcade_dataset::{Label, write_kitti};
 use motorcade_evaluate::evaluate_run;
-use motorcade_geometry::{Camera, Pose, World};
+use motorcade_geometry::{BoundingBox, Camera, Pose, World};
 use nalgebra::{UnitQuaternion, Vector3};
 
 const FRAMES: u64 = 20;
@@ -23,7 +23,7 @@ fn car(frame: u64, drift_m: f64) -> Label {
         truncated: 0.0,
         occluded: 0.0,
         alpha_rad: 0.0,
-        bbox_px: [600.0, 100.0, 680.0, 160.0],
+        bbox: BoundingBox::new([600.0, 100.0, 680.0, 160.0]),
         size_hwl_m: [1.5, 1.6, 3.9],
         location_m: [0.0, 1.65, depth],
         ry_rad: -std::f64::consts::FRAC_PI_2 + turn,

@@ -58,7 +58,7 @@ pub fn run(manifest: &Manifest, options: &Options, monitor: &dyn Monitor) -> Res
     let kept = |results: bool| {
         tasks.iter().filter(|t| t.kept.as_ref().is_some_and(|o| o.status.has_results() == results)).count()
     };
-    monitor.tell(&Event::Begin { total: tasks.len(), done: kept(true), failed: kept(false) });
+    monitor.report(&Event::Begin { total: tasks.len(), done: kept(true), failed: kept(false) });
     let outcomes = pool::run(&tasks, options, state, monitor)?;
     let drives: Vec<_> = tasks.iter().map(|task| task.drive).zip(outcomes).collect();
     let tables = summary::write(&drives, options)?;

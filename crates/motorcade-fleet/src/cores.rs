@@ -40,7 +40,7 @@ fn share(count: usize, jobs: usize, job: usize) -> std::ops::Range<usize> {
     count * job / jobs..count * (job + 1) / jobs
 }
 
-/// Numbers of the cores on which the calling thread may run; empty where the system does not tell.
+/// Numbers of the cores on which the calling thread may run; empty where the system does not say.
 #[cfg(target_os = "linux")]
 fn allowed() -> Vec<usize> {
     use rustix::thread::{CpuSet, sched_getaffinity};

@@ -56,7 +56,7 @@ pub enum Event<'a> {
 /// A listener. Calls come from several threads.
 pub trait Monitor: Sync {
     /// Receives an event.
-    fn tell(&self, event: &Event<'_>);
+    fn report(&self, event: &Event<'_>);
     /// Asked several times a second.
     fn stop(&self) -> Stop;
 }

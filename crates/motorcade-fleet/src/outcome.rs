@@ -18,9 +18,9 @@ pub struct Outcome {
     pub message: String,
     /// Time of the last attempt \[s\].
     pub wall_s: f64,
-    /// Processor time of the process and those it waited for \[s\], where the system tells.
+    /// Processor time of the process and those it waited for \[s\], where the system says.
     pub cpu_s: Option<f64>,
-    /// Most resident memory of the process and those it started \[MB\], where the system tells.
+    /// Most resident memory of the process and those it started \[MB\], where the system says.
     pub peak_rss_mb: Option<f64>,
     /// The results.
     pub results: Option<Results>,

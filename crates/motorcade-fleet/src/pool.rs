@@ -43,7 +43,7 @@ pub(crate) fn run(
             }
             match retry::run(task, threads, &shared) {
                 Ok(outcome) => {
-                    monitor.tell(&Event::Finished { id: &task.drive.id, outcome: &outcome });
+                    monitor.report(&Event::Finished { id: &task.drive.id, outcome: &outcome });
                     put(place, outcome);
                 }
                 Err(error) => {

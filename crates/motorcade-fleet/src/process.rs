@@ -17,7 +17,7 @@ pub(crate) struct Ending {
     pub over: Option<Bound>,
     /// Its time \[s\].
     pub wall_s: f64,
-    /// Its processor time \[s\] and most memory \[MB\], where the system tells.
+    /// Its processor time \[s\] and most memory \[MB\], where the system says.
     pub usage: Option<(f64, f64)>,
 }
 
@@ -42,7 +42,7 @@ pub(crate) fn run(command: &mut Command, limits: &Limits, stop: &dyn Fn() -> Sto
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(command, 0);
     let mut child = command.spawn()?;
-    let mut watch = Watch { over: None, told: Stop::Not, usage: None };
+    let mut watch = Watch { over: None, sent: Stop::Not, usage: None };
     loop {
         let sample = usage::sample(child.id());
         watch.add(sample.as_ref());
@@ -60,7 +60,7 @@ pub(crate) fn run(command: &mut Command, limits: &Limits, stop: &dyn Fn() -> Sto
 /// Usage of a running process, and the signals sent to it.
 struct Watch {
     over: Option<Bound>,
-    told: Stop,
+    sent: Stop,
     usage: Option<(f64, f64)>,
 }
 
@@ -87,8 +87,8 @@ impl Watch {
             self.over = self.over.or(Some(Bound::Time));
         }
         let wanted = if self.over.is_some() { Stop::Now } else { stop };
-        if wanted > self.told {
-            self.told = wanted;
+        if wanted > self.sent {
+            self.sent = wanted;
             if wanted == Stop::Now { kill(child) } else { interrupt(child) }
         }
     }

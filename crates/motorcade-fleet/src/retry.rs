@@ -39,7 +39,7 @@ pub(crate) fn run(task: &Task<'_>, threads: usize, shared: &Shared<'_>) -> Resul
         }
         let attempts = task.attempts + number + 1;
         shared.write(task, None)?;
-        shared.monitor.tell(&Event::Started { id: &task.drive.id, attempt: attempts });
+        shared.monitor.report(&Event::Started { id: &task.drive.id, attempt: attempts });
         let ended = job::run(task, threads, shared.options, &mut log, shared.stop);
         let stopped = (shared.stop)() != Stop::Not;
         last = outcome(task, shared.options, ended, &mut log, (attempts, stopped));
@@ -48,7 +48,7 @@ pub(crate) fn run(task: &Task<'_>, threads: usize, shared: &Shared<'_>) -> Resul
             break;
         }
         if number < shared.options.retries {
-            shared.monitor.tell(&Event::Retry { id: &task.drive.id, outcome: &last });
+            shared.monitor.report(&Event::Retry { id: &task.drive.id, outcome: &last });
         }
     }
     Ok(last)
@@ -66,14 +66,14 @@ const POLL: Duration = Duration::from_millis(50);
 
 /// Waits for the lock of the log; false when the batch stops before.
 fn locked(log: &Log, id: &str, shared: &Shared<'_>) -> bool {
-    let mut told = false;
+    let mut reported = false;
     while !log.try_lock() {
         if (shared.stop)() != Stop::Not {
             return false;
         }
-        if !told {
-            shared.monitor.tell(&Event::Waiting { id });
-            told = true;
+        if !reported {
+            shared.monitor.report(&Event::Waiting { id });
+            reported = true;
         }
         std::thread::sleep(POLL);
     }

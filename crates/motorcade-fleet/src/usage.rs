@@ -13,7 +13,7 @@ pub(crate) struct Sample {
     pub peak_mb: f64,
 }
 
-/// Usage of a process; `None` where the system does not tell.
+/// Usage of a process; `None` where the system does not say.
 #[cfg(target_os = "linux")]
 pub(crate) fn sample(pid: u32) -> Option<Sample> {
     use std::fs;
@@ -57,7 +57,7 @@ fn children(pid: u32) -> Vec<u32> {
         .collect()
 }
 
-/// Usage of a process; `None` where the system does not tell.
+/// Usage of a process; `None` where the system does not say.
 #[cfg(not(target_os = "linux"))]
 pub(crate) fn sample(_: u32) -> Option<Sample> {
     None

@@ -10,7 +10,7 @@ use std::time::Duration;
 use motorcade_fleet::{Event, Limits, Manifest, Monitor, Options, Report, Shard, Status, Stop};
 use tempfile::TempDir;
 
-/// Notes what is told; stops when some file is there.
+/// Notes what is reported; stops when some file is there.
 #[derive(Default)]
 struct Listener {
     started: Mutex<Vec<String>>,
@@ -19,7 +19,7 @@ struct Listener {
 }
 
 impl Monitor for Listener {
-    fn tell(&self, event: &Event<'_>) {
+    fn report(&self, event: &Event<'_>) {
         match event {
             Event::Started { id, .. } => self.started.lock().unwrap().push((*id).to_owned()),
             Event::Waiting { id } => self.waited_for.lock().unwrap().push((*id).to_owned()),
@@ -230,7 +230,7 @@ fn a_process_that_outlives_its_batch_is_waited_for() {
     let fleet = Fleet::new(&[("a", outlived)]);
     let once = Options { retries: 0, ..fleet.options() };
     assert_eq!(fleet.run_with(&once, &Listener::default()).count(Status::Failed), 1);
-    // A batch that is told to stop meanwhile does not begin the drive.
+    // A batch that is asked to stop meanwhile does not begin the drive.
     let stopped = Listener { stop_at: Some(fleet.at("a.calls")), ..Listener::default() };
     assert_eq!(fleet.run_with(&once, &stopped).exit_code(), 130);
     let listener = Listener::default();
@@ -288,14 +288,14 @@ fn cores(list: &str) -> Vec<usize> {
 #[test]
 fn each_job_has_cores_of_its_own_within_those_of_the_batch() {
     // The two drives wait for each other, so that each has a job of its own.
-    let tell = "sed -n 's/^Cpus_allowed_list://p' /proc/self/status >\"$input.cores\"; echo $threads >\"$input.threads\"\n\
+    let print = "sed -n 's/^Cpus_allowed_list://p' /proc/self/status >\"$input.cores\"; echo $threads >\"$input.threads\"\n\
                 tries=0; until [ -s \"${input%/*}/a.threads\" ] && [ -s \"${input%/*}/b.threads\" ]; do\n\
                 tries=$((tries + 1)); [ $tries -lt 1000 ] || exit 1; sleep 0.01; done; results f1";
     let own = fs::read_to_string("/proc/thread-self/status").unwrap();
     let own = cores(own.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:")).unwrap());
     let usable = std::thread::available_parallelism().unwrap().get();
     for pin in [true, false] {
-        let fleet = Fleet::new(&[("a", tell), ("b", tell)]);
+        let fleet = Fleet::new(&[("a", print), ("b", print)]);
         let report = fleet.run_with(&Options { pin, ..fleet.options() }, &Listener::default());
         assert_eq!(report.count(Status::Done), 2, "{report:?}");
         let read = |name: &str| fs::read_to_string(fleet.at(name)).unwrap();

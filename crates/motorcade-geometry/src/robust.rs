@@ -1,5 +1,6 @@
 //! Robust losses for iteratively reweighted least squares, and robust statistics.
 
+use std::cmp::Ordering;
 use std::fmt;
 use std::str::FromStr;
 
@@ -151,12 +152,20 @@ pub fn quantile(values: &mut [f64], share: f64) -> Option<f64> {
 
 /// The median of the values (lower of the middle two); `None` when there is none. Reorders its input.
 pub fn median(values: &mut [f64]) -> Option<f64> {
-    if values.is_empty() {
-        return None;
-    }
-    let middle = (values.len() - 1) / 2;
-    let (_, value, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
-    Some(*value)
+    median_by(values, f64::total_cmp)
+}
+
+/// As [`median`], of values of any type in the order of `compare`.
+pub fn median_by<T: Copy>(values: &mut [T], compare: impl FnMut(&T, &T) -> Ordering) -> Option<T> {
+    let middle = values.len().saturating_sub(1) / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, compare).1)
+}
+
+/// The upper of the middle two values in the order of `compare`, of an odd number the middle one; `None` when there is none.
+/// Reorders its input.
+pub fn upper_median_by<T: Copy>(values: &mut [T], compare: impl FnMut(&T, &T) -> Ordering) -> Option<T> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, compare).1)
 }
 
 /// The median with NumPy's convention: the mean of the two middle values of an even number; `None` when there is none. Reorders
@@ -203,14 +212,16 @@ mod tests {
 
     #[test]
     fn medians_of_odd_and_even_numbers() {
-        let both = |values: &[f64]| {
+        let all = |values: &[f64]| {
             let mut values = values.to_vec();
-            (median(&mut values), median_midpoint(&mut values))
+            let upper = upper_median_by(&mut values, f64::total_cmp);
+            [median(&mut values), median_midpoint(&mut values), upper]
         };
-        assert_eq!(both(&[3.0, 1.0, 2.0]), (Some(2.0), Some(2.0)));
-        assert_eq!(both(&[4.0, 1.0, 8.0, 2.0]), (Some(2.0), Some(3.0)));
-        assert_eq!(both(&[5.0]), (Some(5.0), Some(5.0)));
-        assert_eq!(both(&[]), (None, None));
+        assert_eq!(all(&[3.0, 1.0, 2.0]), [Some(2.0); 3]);
+        assert_eq!(all(&[4.0, 1.0, 8.0, 2.0]), [Some(2.0), Some(3.0), Some(4.0)]);
+        assert_eq!(all(&[5.0]), [Some(5.0); 3]);
+        assert_eq!(all(&[]), [None; 3]);
+        assert_eq!(median_by(&mut [7_u64, 3, 5, 1], u64::cmp), Some(3));
     }
 
     #[test]
@@ -221,11 +232,5 @@ mod tests {
         for wrong in ["cauchy:-1", "cauchy:x", "square:1", "huber:nan"] {
             assert!(wrong.parse::<RobustKernel>().is_err(), "{wrong}");
         }
-    }
-
-    #[test]
-    fn median_of_nothing_is_none() {
-        assert_eq!(median(&mut []), None);
-        assert_eq!(median(&mut [3.0, 1.0, 2.0]), Some(2.0));
     }
 }

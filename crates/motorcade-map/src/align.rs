@@ -60,7 +60,7 @@ struct Fit {
 /// a clock offset that is known.
 ///
 /// # Errors
-/// A track that does not overlap, or a drive too short or slow for its heading to be told.
+/// A track that does not overlap, or a drive too short or slow to determine its heading.
 pub fn align(run: &RecordedRun, track: &GpsTrack, known: Option<ClockOffset>) -> Result<Alignment, Error> {
     let wrong = |problem: String| Error::Alignment(problem);
     let origin = track.points.first().ok_or_else(|| wrong("the track is empty".into()))?.at;
@@ -74,7 +74,7 @@ pub fn align(run: &RecordedRun, track: &GpsTrack, known: Option<ClockOffset>) ->
     let heading_sigma = result.anchor.sigma.map_or(f64::INFINITY, |(_, heading)| heading);
     if heading_sigma.is_nan() || heading_sigma > MOST_HEADING_SIGMA_DEG {
         return Err(wrong(format!(
-            "the fixes do not tell the heading of this drive (standard deviation {heading_sigma:.0} degrees): it is short, or bends \
+            "the fixes do not determine the heading of this drive (standard deviation {heading_sigma:.0} degrees): it is short, or bends \
              at constant speed, which a clock offset explains as well; give the clock offset and its standard deviation, or the start \
              and heading"
         )));

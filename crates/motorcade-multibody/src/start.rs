@@ -46,7 +46,7 @@ pub(crate) fn medoid_poses(
 }
 
 /// The front end's poses with headings that agree with each other and with the direction of travel, and whether the way was long
-/// enough to tell that.
+/// enough to show that.
 fn consistent_headings(vehicle: &VehicleTrajectory, least_way_m: f64) -> (Vec<Pose<World, Vehicle>>, bool) {
     let mut chain: Vec<Pose<World, Vehicle>> = Vec::with_capacity(vehicle.states.len());
     for state in &vehicle.states {

@@ -50,10 +50,10 @@ pub use odometry::{
     ShiftedFrame,
 };
 pub use road::{
-    AdvancedClosedFormOptions, AdvancedRoadOptions, AlignmentOptions, ClosedFormOptions, ClosedFormScale,
-    HeightOptions, MirrorOptions, MirroredFrames, PlaneTrackingOptions, ProfileOptions, RoadCurvature,
-    RoadEstimate, RoadInput, RoadMeasurement, RoadOptions, RoadPlane, RoadState, RoadTracker, ScaleAverage,
-    road_normal,
+    AdvancedClosedFormOptions, AdvancedRoadOptions, AlignedRoad, AlignmentOptions, ClosedFormOptions,
+    ClosedFormScale, HeightOptions, MirrorOptions, MirroredFrames, PlaneTrackingOptions, ProfileOptions,
+    RoadCurvature, RoadEstimate, RoadInput, RoadMeasurement, RoadOptions, RoadState, RoadTracker,
+    ScaleAverage, road_normal, road_tilt,
 };
 pub use rows::Rows;
 pub use scale::{

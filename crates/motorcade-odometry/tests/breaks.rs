@@ -97,7 +97,7 @@ fn a_break_costs_no_jump_of_scale() {
     assert!(sigma(90) > 2.0 * sigma(59), "a break is uncertain: {} m, {} m", sigma(59), sigma(90));
 }
 
-/// Drives along a street; the road contradicts the unit in `contradicted`, told as it would be measured in a unit that shrank by half.
+/// Drives along a street; the road contradicts the unit in `contradicted`, given as it would be measured in a unit that shrank by half.
 fn renewals(contradicted: std::ops::Range<usize>) -> (Vec<usize>, OdometryTrajectory) {
     let mut odometry = Odometry::new(CAMERA, OdometryOptions::default());
     for frame in 0..90 {

@@ -131,7 +131,7 @@ fn the_pose_is_kept_at_standstill() {
     follows(&poses, &steps);
 }
 
-/// Frames that tell nothing of the motion: the camera may drive as fast as traffic does, and for all of them at the same speed.
+/// Frames that show nothing of the motion: the camera may drive as fast as traffic does, and for all of them at the same speed.
 #[test]
 fn a_motion_that_was_never_measured_is_as_uncertain_as_traffic() {
     let mut odometry = Odometry::new(CAMERA, OdometryOptions::default());

@@ -41,7 +41,7 @@ pub trait KeypointDetector: Send {
     /// A detector that fails as such, which ends the run.
     fn keypoints(&mut self, frame: &Frame, detections: &[Detection]) -> Result<Vec<VehicleKeypoints>>;
 
-    /// Told of a frame whose keypoints are known from an earlier run, in place of [`keypoints`](Self::keypoints): a detector that remembers earlier
+    /// Called for a frame whose keypoints are known from an earlier run, in place of [`keypoints`](Self::keypoints): a detector that remembers earlier
     /// frames keeps what it would remember, so that a resumed run finds the same.
     fn skipped(&mut self, _frame: &Frame, _detections: &[Detection]) {}
 

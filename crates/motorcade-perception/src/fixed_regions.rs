@@ -357,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn a_camera_that_stands_tells_nothing() {
+    fn a_camera_that_stands_shows_nothing() {
         assert_eq!(found(true, 0.0), (1, None));
     }
 

@@ -23,7 +23,7 @@ impl VehicleKeypoints {
     /// Confidence from which a point counts as found.
     pub const FOUND: f64 = 0.3;
 
-    /// True when any point was found, however uncertain: of a lorry, the network tells the presence alone.
+    /// True when any point was found, however uncertain: of a lorry, the network gives the presence alone.
     pub fn any_found(&self) -> bool {
         self.points.iter().any(|p| p.confidence > 0.0)
     }

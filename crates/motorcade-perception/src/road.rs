@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn road_below_a_box_is_told_where_it_shows() {
+    fn road_below_a_box_is_known_where_it_shows() {
         // The lower half is road on the right, verge on the left.
         let mask =
             GrayImage::from_fn(100, 100, |x, y| image::Luma([if x >= 50 && y >= 50 { 255 } else { 0 }]));

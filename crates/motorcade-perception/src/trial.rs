@@ -40,25 +40,25 @@ pub fn try_models(
     };
     let manifest = Manifest::of_folder(folder)?;
     let each = RefCell::new(each);
-    let tell = |entry: &ModelEntry| (each.borrow_mut())(&folder.join(&entry.file));
+    let report = |entry: &ModelEntry| (each.borrow_mut())(&folder.join(&entry.file));
     let load = |entry: &ModelEntry, threads: &Arc<ThreadPool>| {
-        tell(entry);
+        report(entry);
         Network::load(folder, entry, options, threads)
     };
     let mut set = ModelSet::build(&manifest, image_size, options, load)?;
-    let tell_chosen = |description: String| {
-        manifest.models.iter().filter(|entry| description.ends_with(&entry.name)).for_each(tell);
+    let report_chosen = |description: String| {
+        manifest.models.iter().filter(|entry| description.ends_with(&entry.name)).for_each(report);
     };
     if let Some(detector) = &mut set.vehicles {
-        tell_chosen(detector.description());
+        report_chosen(detector.description());
         detector.detect(&frame)?;
     }
     if let Some(segmenter) = &mut set.road {
-        tell_chosen(segmenter.description());
+        report_chosen(segmenter.description());
         segmenter.segment(&frame)?;
     }
     if let Some(detector) = &mut set.keypoints {
-        tell_chosen(detector.description());
+        report_chosen(detector.description());
         detector.keypoints(&frame, std::slice::from_ref(&whole))?;
     }
     Ok(())

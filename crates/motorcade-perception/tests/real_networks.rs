@@ -7,8 +7,7 @@ use std::time::Instant;
 
 use motorcade_dataset::{Frame, Label, Sequence, SequenceOptions, read_labels};
 use motorcade_perception::{
-    BoundingBox, Engine, Error, ModelOptions, ModelSet, ModelSource, Observations, Perception,
-    PerceptionOptions,
+    Engine, Error, ModelOptions, ModelSet, ModelSource, Observations, Perception, PerceptionOptions,
 };
 use motorcade_testing::shared;
 
@@ -44,7 +43,7 @@ fn is_clear(label: &Label, frame: &Frame) -> bool {
         && ["Car", "Van"].contains(&label.class.as_str())
         && label.occluded == 0.0
         && label.truncated == 0.0
-        && label.bbox_px[3] - label.bbox_px[1] >= 40.0
+        && label.bbox.height() >= 40.0
 }
 
 #[test]
@@ -65,13 +64,15 @@ fn clear_cars_are_found_and_the_road_is_road() {
         assert!(road.is_road(621.0, 320.0), "frame {}: asphalt before the car", frame.number);
         assert!(!road.is_road(621.0, 20.0), "frame {}: sky", frame.number);
         for label in labels.iter().filter(|label| is_clear(label, &frame)) {
-            let bbox = BoundingBox::new(label.bbox_px);
-            let best =
-                detections.iter().filter(|d| d.score >= 0.25).map(|d| d.bbox.iou(&bbox)).fold(0.0, f64::max);
+            let best = detections
+                .iter()
+                .filter(|d| d.score >= 0.25)
+                .map(|d| d.bbox.iou(&label.bbox))
+                .fold(0.0, f64::max);
             wanted += 1;
             found += usize::from(best >= 0.5);
             iou_sum += if best >= 0.5 { best } else { 0.0 };
-            let (x, y) = bbox.centre();
+            let (x, y) = label.bbox.centre();
             cars += 1;
             road_on_cars += usize::from(road.is_road(x, y));
         }

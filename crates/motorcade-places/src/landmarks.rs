@@ -91,7 +91,7 @@ fn epipolar_matches(
     features.iter().map(best).collect()
 }
 
-/// Position and relative standard deviation of depth; `None` where the views disagree or tell no depth.
+/// Position and relative standard deviation of depth; `None` where the views disagree or determine no depth.
 fn triangulate(
     camera: &PinholeCamera,
     own: &View,
@@ -161,11 +161,9 @@ fn depth_sigma(
 mod tests {
     use super::*;
     use crate::features::Descriptor;
+    use motorcade_testing::CAMERA;
     use nalgebra::Vector6;
     use rand::{Rng, SeedableRng};
-
-    const CAMERA: PinholeCamera =
-        PinholeCamera { fx: 720.0, fy: 720.0, cx: 620.0, cy: 180.0, width: 1242, height: 375 };
 
     /// A keyframe's pose and its features.
     type Seen = (Pose<Camera, Camera>, Vec<Feature>);

@@ -66,7 +66,7 @@ pub struct SearchOptions {
     pub most_distance: u32,
     /// Landmarks with the same key beyond which it says nothing of a place, as words that stand in every text.
     pub most_alike: usize,
-    /// Way driven since a visit before the next one counts as another \[m\]. Shorter ones tell nothing that odometry does not.
+    /// Way driven since a visit before the next one counts as another \[m\]. Shorter ones add nothing to odometry.
     pub least_way_m: f64,
     /// Candidates that are verified by geometry.
     pub candidates: usize,
@@ -152,7 +152,7 @@ pub struct SequenceOptions {
     pub least_support: usize,
     /// Way driven within which matches support each other \[m\].
     pub reach_m: f64,
-    /// Way over which matches between two maps must agree, one after another \[m\]: odometry does not tell the maps apart. 28 m of houses that
+    /// Way over which matches between two maps must agree, one after another \[m\]: odometry does not connect the maps. 28 m of houses that
     /// stand twice on both sides look the same in five of eight keyframes. Larger joins fewer maps.
     pub least_join_m: f64,
     /// Disagreement of positions that is none \[m\].

@@ -24,7 +24,7 @@ pub(crate) fn supported(
     kept.into_iter().zip(long).filter(|(_, long)| *long).map(|(m, _)| m).collect()
 }
 
-/// False for matches between two maps that agree over a short way only: no odometry tells the maps apart, and some houses stand twice.
+/// False for matches between two maps that agree over a short way only: no odometry connects the maps, and some houses stand twice.
 fn long_enough(keyframes: &[PlacedKeyframe], matches: &[PlaceMatch], options: &SequenceOptions) -> Vec<bool> {
     let between = |m: &PlaceMatch| keyframes[m.query].segment != keyframes[m.candidate].segment;
     let way_m = |k: usize| keyframes[matches[k].query].way_m;

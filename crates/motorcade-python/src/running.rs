@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use motorcade::{Config, Motorcade, RunContext};
-use motorcade_dataset::{Fnv, Format, Frame, Pixels, Summary};
+use motorcade_dataset::{Fnv, Format, Frame, FrameTimes, Pixels, Summary};
 use motorcade_geometry::{PinholeCamera, Pose};
 use motorcade_perception::{ModelOptions, Perception, PerceptionOptions};
 use pyo3::prelude::*;
@@ -35,7 +35,7 @@ pub struct MotorcadeArguments {
     intrinsics_px: (f64, f64, f64, f64),
     /// Width and height \[px\].
     size_px: (u32, u32),
-    /// `None` where vehicles tell it.
+    /// `None` where it is estimated from vehicles.
     height_m: Option<f64>,
     /// Of a rolling shutter, where it is stated.
     readout_ms: Option<f64>,
@@ -124,10 +124,8 @@ impl Running {
     /// Facts about the frames that stand in the outputs.
     pub fn context(&self, command: Vec<String>) -> RunContext {
         let (frames, camera) = (&self.frames, &self.camera);
-        let seconds = |pair: &[(u64, i64)]| (pair[1].1 - pair[0].1) as f64 * 1e-9;
-        let mut intervals: Vec<f64> = frames.windows(2).map(seconds).collect();
-        intervals.sort_by(f64::total_cmp);
-        let at = |k: usize| intervals.get(k).copied().unwrap_or(0.0);
+        let times_ns: Vec<i64> = frames.iter().map(|(_, time_ns)| *time_ns).collect();
+        let times = FrameTimes::of(&times_ns);
         let (first, last) = (frames.first().copied(), frames.last().copied());
         let input = Summary {
             format: Format::Images,
@@ -135,9 +133,9 @@ impl Running {
             camera: None,
             frames: frames.len(),
             numbers: (first.map_or(0, |f| f.0), last.map_or(0, |f| f.0)),
-            duration_s: first.zip(last).map_or(0.0, |(a, b)| seconds(&[a, b])),
-            interval_s: at(intervals.len() / 2),
-            intervals_s: (at(0), at(intervals.len().saturating_sub(1))),
+            duration_s: times.duration_s,
+            interval_s: times.interval_s,
+            intervals_s: times.intervals_s,
             assumed_fps: None,
             width: camera.width,
             height: camera.height,

@@ -29,14 +29,14 @@ enum Event<T> {
 /// Passes progress on, and the wish to stop.
 pub struct Watch {
     stop: Arc<AtomicBool>,
-    tell: Arc<Mutex<Tell>>,
+    forward: Arc<Mutex<Forward>>,
 }
 
-type Tell = Box<dyn Fn(Event<()>) + Send>;
+type Forward = Box<dyn Fn(Event<()>) + Send>;
 
-fn tell(to: &Mutex<Tell>, event: Event<()>) {
-    if let Ok(tell) = to.lock() {
-        tell(event);
+fn send(to: &Mutex<Forward>, event: Event<()>) {
+    if let Ok(forward) = to.lock() {
+        forward(event);
     }
 }
 
@@ -47,20 +47,20 @@ impl Watch {
     }
     /// Passes on the iterations of a solver.
     pub fn iterations(&self) -> motorcade_graph::solver::Progress {
-        let to = Arc::clone(&self.tell);
-        Arc::new(move |row| tell(&to, Event::Advance(row.iteration)))
+        let to = Arc::clone(&self.forward);
+        Arc::new(move |row| send(&to, Event::Advance(row.iteration)))
     }
 }
 
 impl Progress for Watch {
     fn begin(&self, stage: &'static str, total: Option<usize>) {
-        tell(&self.tell, Event::Begin(stage, total));
+        send(&self.forward, Event::Begin(stage, total));
     }
     fn advance(&self, done: usize) {
-        tell(&self.tell, Event::Advance(done));
+        send(&self.forward, Event::Advance(done));
     }
     fn warn(&self, message: &str) {
-        tell(&self.tell, Event::Warn(message.to_owned()));
+        send(&self.forward, Event::Warn(message.to_owned()));
     }
     fn cancelled(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
@@ -80,7 +80,7 @@ pub fn supervised<T: Send + 'static>(
     let (sender, receiver) = channel::<Event<T>>();
     let stop = Arc::new(AtomicBool::new(false));
     let watch =
-        Watch { stop: Arc::clone(&stop), tell: Arc::new(Mutex::new(Box::new(forward(sender.clone())))) };
+        Watch { stop: Arc::clone(&stop), forward: Arc::new(Mutex::new(Box::new(forward(sender.clone())))) };
     let begun = Builder::new().name("motorcade".into()).stack_size(STACK_BYTES).spawn(move || {
         let result = work(&watch);
         // Nobody waits any more after an interruption.
@@ -91,11 +91,11 @@ pub fn supervised<T: Send + 'static>(
     let mut stage = ("", None);
     loop {
         let event = py.detach(|| next(&receiver, LOOK_EVERY));
-        let told = py.check_signals().and_then(|()| match &event {
+        let handled = py.check_signals().and_then(|()| match &event {
             Ok(event) => report(py, progress, event, &mut stage),
             Err(_) => Ok(()),
         });
-        if let Err(error) = told {
+        if let Err(error) = handled {
             stop.store(true, Ordering::Relaxed);
             py.detach(|| wait(&receiver));
             return Err(error);

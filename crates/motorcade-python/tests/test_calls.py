@@ -62,10 +62,10 @@ def test_errors_of_other_calls(tmp_path, simulation):
     assert not (tmp_path / "x").exists()
 
 
-def test_progress_is_told_and_may_raise(arguments):
-    told = []
-    motorcade.run(**arguments, progress=lambda *what: told.append(what))
-    assert ("odometry", 24, 24) in told and ("graph", 0, None) in told
+def test_progress_is_reported_and_may_raise(arguments):
+    events = []
+    motorcade.run(**arguments, progress=lambda *what: events.append(what))
+    assert ("odometry", 24, 24) in events and ("graph", 0, None) in events
 
     class Enough(Exception):
         pass

@@ -60,7 +60,7 @@ def manifest(tmp_path_factory):
     for k in range(DRIVES):
         made = motorcade.simulate("demo", folder / f"d{k:02}", frames=FRAMES, width=320, seed=k + 1)
         files = [path.relative_to(folder) for path in (made.training, made.detections, made.road_masks)]
-        # What is fixed to the camera is not told in so short a drive.
+        # What is fixed to the camera is not found in so short a drive.
         cells = [f"drive-{k:02}", f"2026-05-0{1 + k % 2}", files[0], made.sequence, "none", *files[1:], "run.fixed_regions=false"]
         rows.append(",".join(map(str, cells)))
     path = folder / "drives.csv"

@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use motorcade_shape::fit::{FitOptions, Observation, ObservedKeypoint, RoadPlane, ShapeFitter};
+use motorcade_shape::fit::{FitOptions, MeasuredRoad, Observation, ObservedKeypoint, ShapeFitter};
 use motorcade_shape::{BodyType, Layout, ShapePrior, project};
 use motorcade_testing::{CAMERA, CAMERA_HEIGHT_M, on_road};
 use nalgebra::Vector2;
@@ -19,7 +19,7 @@ fn scene(prior: &ShapePrior, z: f64) -> Observation {
         ObservedKeypoint::new(p.pixel.unwrap_or_default() + jitter + stray, confidence)
     });
     let mut observation = Observation::new(points.collect(), 2.0);
-    observation.road = Some(RoadPlane::level(CAMERA_HEIGHT_M));
+    observation.road = Some(MeasuredRoad::level(CAMERA_HEIGHT_M));
     observation
 }
 

@@ -12,7 +12,7 @@
 //!
 //! ```
 //! use motorcade_geometry::{PinholeCamera, Pose};
-//! use motorcade_shape::fit::{FitOptions, Observation, RoadPlane, ObservedKeypoint, ShapeFitter};
+//! use motorcade_shape::fit::{FitOptions, Observation, MeasuredRoad, ObservedKeypoint, ShapeFitter};
 //! use motorcade_shape::{BodyType, Layout, ShapePrior, project};
 //! use nalgebra::{Matrix3, Vector3};
 //!
@@ -29,7 +29,7 @@
 //! });
 //!
 //! let mut observation = Observation::new(seen.collect(), 2.0);
-//! observation.road = Some(RoadPlane::level(1.65));
+//! observation.road = Some(MeasuredRoad::level(1.65));
 //! let fit = ShapeFitter::new(prior, FitOptions::default()).fit(&camera, &observation)?;
 //! assert!((fit.camera_from_vehicle.translation() - truth.translation()).norm() < 0.3);
 //! assert!((fit.dimensions.length_m - 4.1).abs() < 0.3 && !fit.heading_is_ambiguous());
@@ -60,7 +60,7 @@ pub use dimensions::{Dimensions, SizePrior};
 pub use error::{FitError, PriorError};
 pub use family::{CarModel, FAMILY};
 pub use fit::{
-    AdvancedFitOptions, CLEAR_COST, FitOptions, HeadingEvidence, Observation, ObservedKeypoint, RoadPlane,
+    AdvancedFitOptions, CLEAR_COST, FitOptions, HeadingEvidence, MeasuredRoad, Observation, ObservedKeypoint,
     ShapeFit, ShapeFitter, TrackFit, TrackShape,
 };
 pub use keypoint::{Keypoint, Layout};

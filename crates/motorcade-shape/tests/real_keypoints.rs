@@ -9,7 +9,7 @@ use std::path::Path;
 use motorcade_dataset::{KittiCalibration, Label, read_labels};
 use motorcade_geometry::robust::median;
 use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
-use motorcade_shape::fit::{FitOptions, Observation, RoadPlane, ShapeFitter};
+use motorcade_shape::fit::{FitOptions, MeasuredRoad, Observation, ShapeFitter};
 use motorcade_shape::{ConvertOptions, Dimensions, FitError, Layout, ShapePrior, SizePrior, convert};
 use nalgebra::{Matrix3, Vector3};
 
@@ -64,8 +64,8 @@ fn views() -> Option<Vec<View>> {
         for (row, outputs) in read_outputs(&keypoints.join(file)).iter().enumerate() {
             let frame = first + row as u64;
             let Some(label) = labels.iter().find(|l| l.frame == frame && l.track == track) else { continue };
-            let mut observation = Observation::from_crop(outputs, label.bbox_px, 64.0, SIGMA_SHARE);
-            observation.road = Some(RoadPlane::level(1.65));
+            let mut observation = Observation::from_crop(outputs, label.bbox.to_array(), 64.0, SIGMA_SHARE);
+            observation.road = Some(MeasuredRoad::level(1.65));
             // The prior of class `car` of motorcade-vehicles.
             observation.size = Some(SizePrior {
                 mean: Dimensions { length_m: 4.2, width_m: 1.7, height_m: 1.51 },
@@ -147,7 +147,7 @@ fn position_within_8_percent_and_heading_within_10_degrees() {
     let fitter = ShapeFitter::new(ShapePrior::of_family(Layout::Car14), FitOptions::default());
     let with_road = figures("road", &fitter, &views, |v| v.observation.clone());
     let loose = |v: &View| {
-        let road = Some(RoadPlane { slope_sigma_rad: 1.0_f64.to_radians(), ..RoadPlane::level(1.65) });
+        let road = Some(MeasuredRoad { slope_sigma_rad: 1.0_f64.to_radians(), ..MeasuredRoad::level(1.65) });
         Observation { road, ..v.observation.clone() }
     };
     let with_loose = figures("road known to 1°", &fitter, &views, loose);

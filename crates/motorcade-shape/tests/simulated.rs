@@ -7,11 +7,11 @@ use std::f64::consts::PI;
 
 use common::{Network, heading_error_rad, look};
 use motorcade_geometry::robust::median;
-use motorcade_geometry::{Camera, Pose, Vehicle, mahalanobis_squared};
-use motorcade_shape::fit::{FitMethod, FitOptions, Observation, ObservedKeypoint, RoadPlane, ShapeFitter};
+use motorcade_geometry::{Camera, Pose, RoadPlane, Vehicle, mahalanobis_squared};
+use motorcade_shape::fit::{FitMethod, FitOptions, MeasuredRoad, Observation, ObservedKeypoint, ShapeFitter};
 use motorcade_shape::{BodyType, Dimensions, FitError, Layout, ShapeFit, ShapePrior, SizePrior, TrackFit};
 use motorcade_testing::{CAMERA, on_road};
-use nalgebra::{Point2, Vector2};
+use nalgebra::{Point2, Vector2, Vector3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -22,8 +22,8 @@ fn fitter(layout: Layout) -> ShapeFitter {
     ShapeFitter::new(ShapePrior::of_family(layout), FitOptions::default())
 }
 
-fn road() -> RoadPlane {
-    RoadPlane { height_sigma_m: 0.02, slope_sigma_rad: 0.003, ..RoadPlane::level(1.65) }
+fn road() -> MeasuredRoad {
+    MeasuredRoad { height_sigma_m: 0.02, slope_sigma_rad: 0.003, ..MeasuredRoad::level(1.65) }
 }
 
 /// Shape coefficients drawn from the prior, of the deformations a fit uses.
@@ -77,16 +77,16 @@ fn position_follows_size_as_the_cross_covariance_predicts() {
     let prior = fitter.prior().clone();
     let shape = prior.coefficients_of(BodyType::Saloon).unwrap();
     let seen = look(&prior, shape, &on_road(-2.0, 16.0, 0.9), &CLEAN, &mut rng);
-    let told = |size: Option<SizePrior>| {
+    let fitted = |size: Option<SizePrior>| {
         let observation = Observation { size, ..observe(seen.clone(), 1.0, false) };
         fitter.fit(&CAMERA, &observation).unwrap()
     };
-    let free = told(None);
+    let free = fitted(None);
     let slope = free.pose_size_covariance * free.size_covariance.try_inverse().unwrap();
     // With a known size larger by 5 %, the new position is the predicted one.
     let larger = free.dimensions.to_vector() * 1.05;
     let sure = Dimensions { length_m: 0.005, width_m: 0.005, height_m: 0.005 };
-    let again = told(Some(SizePrior { mean: Dimensions::from_vector(&larger), sigma: sure }));
+    let again = fitted(Some(SizePrior { mean: Dimensions::from_vector(&larger), sigma: sure }));
     let foretold = (slope * (larger - free.dimensions.to_vector())).fixed_rows::<3>(3).into_owned();
     let moved = free.camera_from_vehicle.inverse() * again.camera_from_vehicle;
     let miss = (moved.translation() - foretold).norm();
@@ -187,7 +187,7 @@ fn covariances_are_consistent() {
         let lean = [road().slope_sigma_rad.hypot(1.0_f64.to_radians()); 2].map(|s| s * normal(&mut rng));
         let down = normal(&mut rng) * 0.02_f64.hypot(0.003 * distance_m);
         let level: Pose<Camera, Vehicle> = on_road(2.0, distance_m, f64::from(k) * 0.7);
-        let shift = Pose::from_parts(Default::default(), nalgebra::Vector3::new(0.0, down, 0.0));
+        let shift = Pose::from_parts(Default::default(), Vector3::new(0.0, down, 0.0));
         let truth: Pose<Camera, Vehicle> =
             shift * level.retract(&nalgebra::Vector6::new(lean[0], lean[1], 0.0, 0.0, 0.0, 0.0));
         let shape = draw_shape(&prior, &mut rng);
@@ -402,7 +402,8 @@ fn unusable_input_is_an_error() {
     let observation = observe(good, 1.0, true);
     assert!(matches!(fitter.fit(&bad_camera, &observation), Err(FitError::Camera(_))));
     let mut bad_road = observation.clone();
-    bad_road.road = Some(RoadPlane { up: nalgebra::Vector3::new(0.0, -2.0, 0.0), ..road() });
+    bad_road.road =
+        Some(MeasuredRoad { plane: RoadPlane { up: -2.0 * Vector3::y(), ..road().plane }, ..road() });
     assert!(matches!(fitter.fit(&CAMERA, &bad_road), Err(FitError::Value { .. })));
     assert!(matches!(fitter.fit_track(&CAMERA, &[]), Err(FitError::NoSolution)));
 }

@@ -41,7 +41,7 @@ fn a_written_drive_reads_back() {
         let vehicle = drive.vehicles.iter().position(|v| i64::from(v.id) == label.track).unwrap();
         let pose = drive.camera_from_vehicle(vehicle, label.frame as usize).unwrap();
         assert!((pose.translation() - nalgebra::Vector3::from(label.location_m)).norm() < 1e-3);
-        let [x1, y1, x2, y2] = label.bbox_px;
+        let [x1, y1, x2, y2] = label.bbox.to_array();
         assert!(x1 >= 0.0 && y1 >= 0.0 && x1 < x2 && y1 < y2, "{label:?}");
         assert!(x2 <= f64::from(truth.width) - 1.0 && y2 <= f64::from(truth.height) - 1.0, "{label:?}");
     }

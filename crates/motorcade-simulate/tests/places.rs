@@ -84,7 +84,7 @@ fn twin_houses_are_two_places() {
     let FoundPlaces { matches: found, report, .. } =
         find_places(&drive.camera(), placed, |_, _, _| true, &options);
     assert!(found.is_empty(), "{report:?}: {found:?}");
-    // The houses do look alike: it is the short way that tells.
+    // The houses do look alike: it is the short way that decides.
     assert!(report.verified >= 3, "{report:?}");
 }
 

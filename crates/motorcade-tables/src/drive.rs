@@ -55,8 +55,8 @@ mod tests {
 
     #[test]
     fn names_are_unique() {
-        let told = named(&["a/drive".into(), "b/drive".into()]).unwrap_err();
-        assert!(told.to_string().contains("a/drive and b/drive") && told.exit_code() == 1, "{told}");
+        let error = named(&["a/drive".into(), "b/drive".into()]).unwrap_err();
+        assert!(error.to_string().contains("a/drive and b/drive") && error.exit_code() == 1, "{error}");
         assert_eq!(Drive::new(Path::new("runs/0005/")).id, "0005");
         assert!(!Drive::new(Path::new(".")).id.is_empty());
     }

@@ -1,6 +1,6 @@
 //! Camera pose and road plane of one frame, and the road-aligned axes.
 
-use motorcade_geometry::{Camera, Pose, World};
+use motorcade_geometry::{Camera, Pose, RoadPlane, World};
 use nalgebra::{Matrix3, Point3, Vector3};
 
 /// Camera pose and road of one frame.
@@ -19,19 +19,24 @@ pub struct GroundFrame {
 }
 
 impl GroundFrame {
+    /// The road under the camera.
+    pub fn road(&self) -> RoadPlane {
+        RoadPlane { up: self.up, height_m: self.height_m }
+    }
+
     /// Point of the road plane below the camera, camera frame.
     pub fn foot(&self) -> Vector3<f64> {
-        -self.up * self.height_m
+        self.road().foot()
     }
 
     /// Optical axis projected onto the road plane, unit, camera frame.
     pub fn ahead(&self) -> Vector3<f64> {
-        (Vector3::z() - self.up * self.up.z).normalize()
+        self.road().ahead()
     }
 
     /// Left in the road plane, unit, camera frame.
     pub fn left(&self) -> Vector3<f64> {
-        self.up.cross(&self.ahead())
+        self.road().left()
     }
 
     /// Point `ahead_m` in front of and `left_m` to the left of the foot, `above_m` over the plane; camera frame.

@@ -33,7 +33,7 @@ pub struct SizeByRoad {
 
 impl SizeByRoad {
     /// The factor on the mean size of `class` that explains the views best. All views together have the weight of `independent_views`. `None` when
-    /// they tell nothing.
+    /// they determine nothing.
     pub(crate) fn from_views(
         views: &[(usize, SingleView)],
         class: VehicleClass,

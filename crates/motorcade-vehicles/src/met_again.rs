@@ -8,7 +8,7 @@ use crate::options::AdvancedVehicleOptions;
 use crate::trajectory::{PoseObservation, VehicleState, VehicleTrajectory};
 
 /// Makes one vehicle of those that stand in the same place in several passes, with the identity of the first pass. `joined(earlier, later)`
-/// tells of two spans of frames whether places seen again join them: without that, drift would put one vehicle into the place of
+/// says of two spans of frames whether places seen again join them: without that, drift would put one vehicle into the place of
 /// another. Also returns how many passes were joined to earlier ones.
 pub fn join_met_again(
     vehicles: Vec<VehicleTrajectory>,

@@ -95,7 +95,7 @@ pub struct VehicleTrajectory {
     pub size: Dimensions,
     /// Covariance of the size (3×3) \[m²\].
     pub size_covariance: Matrix3<f64>,
-    /// Its size by the road alone; `None` where the road does not tell it.
+    /// Its size by the road alone; `None` where the road does not determine it.
     pub size_by_road: Option<SizeByRoad>,
     /// Probability that it moves during the track.
     pub p_moving: f64,

@@ -53,7 +53,7 @@ fn a_track_over_two_parked_cars_is_parted() {
 
 /// A row of cars parked beside each other: far away a tracker took the boxes of the next one.
 #[test]
-fn near_boxes_tell_which_car_of_a_row_it_is() {
+fn near_boxes_show_which_car_of_a_row_it_is() {
     let frames = 36;
     let grounds = grounds(frames, CAMERA_HEIGHT_M);
     let ahead_m = |k: usize, from_m: f64| from_m - grounds[k].world_from_camera.translation().z;

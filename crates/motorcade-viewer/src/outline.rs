@@ -1,5 +1,6 @@
 //! Vehicles in the top view.
 
+use motorcade_geometry::robust::upper_median_by;
 use motorcade_vehicles::{Source, VehicleState, VehicleTrajectory};
 use nalgebra::{Point3, Vector2};
 
@@ -17,8 +18,7 @@ const DOUBTFUL_SCORE: f64 = 0.3;
 /// True when the detector doubts a vehicle, by the scores of the boxes of its track.
 pub fn is_doubtful(scores: impl Iterator<Item = f64>) -> bool {
     let mut scores: Vec<f64> = scores.collect();
-    scores.sort_by(f64::total_cmp);
-    scores.get(scores.len() / 2).is_some_and(|median| *median < DOUBTFUL_SCORE)
+    upper_median_by(&mut scores, f64::total_cmp).is_some_and(|median| median < DOUBTFUL_SCORE)
 }
 
 /// True when a vehicle that is drawn as moving may stand, or one that is drawn as parked may move.

@@ -1,7 +1,7 @@
 //! Metric scale and the road over time, each with a band of one standard deviation.
 
 use motorcade::RunResult;
-use motorcade_odometry::EgoFrame;
+use motorcade_odometry::{EgoFrame, road_tilt};
 
 use crate::chart::{Across, Chart, Series};
 use crate::speed::times_s;
@@ -47,11 +47,11 @@ pub(crate) fn road(result: &RunResult) -> String {
 }
 
 fn pitch_deg(frame: &EgoFrame) -> f64 {
-    (frame.road_normal.z / frame.road_normal.y).atan().to_degrees()
+    road_tilt(&frame.road_normal).0.to_degrees()
 }
 
 fn roll_deg(frame: &EgoFrame) -> f64 {
-    (frame.road_normal.x / frame.road_normal.y).atan().to_degrees()
+    road_tilt(&frame.road_normal).1.to_degrees()
 }
 
 fn tilt_deg(frame: &EgoFrame, k: usize) -> f64 {

@@ -110,7 +110,7 @@ fn state(frame: usize, source: Source, x_m: f64, z_m: f64) -> VehicleState {
 }
 
 #[test]
-fn a_vehicle_is_seen_whatever_tells_of_it() {
+fn a_vehicle_is_seen_whatever_shows_it() {
     let sources = [Source::Box, Source::Keypoints, Source::External, Source::Predicted];
     let vehicle = car(7, sources.map(|source| state(1, source, 0.0, 0.0)).to_vec());
     let page = page(|run| {

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::picture_faults::PictureFaultOptions;
 
-/// Checks of what goes in. They tell faults by warnings and change no result, but for repeated pictures, whose poses are bridged.
+/// Checks of what goes in. They report faults by warnings and change no result, but for repeated pictures, whose poses are bridged.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct CheckOptions {
@@ -47,11 +47,11 @@ impl CheckOptions {
     }
 }
 
-/// Frames that come late, which are told.
+/// Frames that come late, which are reported.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ClockJumpOptions {
-    /// Median intervals of the drive beyond which a frame comes late. Less tells single frames that a recorder dropped.
+    /// Median intervals of the drive beyond which a frame comes late. Less reports single frames that a recorder dropped.
     pub late_intervals: f64,
     /// Shortest interval that is late \[s\]: live sources pause for less.
     pub late_s: f64,
@@ -133,7 +133,7 @@ impl Default for SwappedFrameOptions {
     }
 }
 
-/// Settings and results that are possible but rarely meant. Wider limits tell less, narrower ones also what is meant.
+/// Settings and results that are possible but rarely meant. Wider limits report less, narrower ones also what is meant.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PlausibilityOptions {

@@ -1,18 +1,17 @@
 //! A circle of corners that is driven round, for tests of places.
 
-use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
+use motorcade_geometry::{Camera, Pose, World};
 use motorcade_odometry::{
     EgoFrame, EgoTrajectory, ExternalTrajectoryOptions, MetricOptions, OdometryTrajectory,
 };
 use motorcade_places::{Descriptor, Feature, PlaceKeyframe};
+pub(crate) use motorcade_testing::CAMERA;
 use nalgebra::{Point3, Vector6};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::record::FrameInfo;
 
-pub(crate) const CAMERA: PinholeCamera =
-    PinholeCamera { fx: 720.0, fy: 720.0, cx: 620.0, cy: 180.0, width: 1242, height: 375 };
 /// Frames of a round, 1 m apart; every third is a keyframe.
 pub(crate) const ROUND: usize = 210;
 

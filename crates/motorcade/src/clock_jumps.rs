@@ -1,5 +1,6 @@
-//! Frames that come far later than the others: the clock jumped, or frames are missing that no number tells of.
+//! Frames that come far later than the others: the clock jumped, or frames are missing that no number shows.
 
+use motorcade_geometry::robust::upper_median_by;
 use motorcade_odometry::EgoFrame;
 
 use crate::check_options::ClockJumpOptions;
@@ -9,8 +10,7 @@ use crate::record::FrameInfo;
 pub(crate) fn of(frames: &[FrameInfo], ego: &[EgoFrame], options: &ClockJumpOptions) -> Option<String> {
     let mut intervals: Vec<i64> = frames.windows(2).map(|w| w[1].timestamp_ns - w[0].timestamp_ns).collect();
     let late: Vec<usize> = (1..frames.len().min(ego.len())).collect();
-    let middle = intervals.len() / 2;
-    let usual_ns = (!intervals.is_empty()).then(|| *intervals.select_nth_unstable(middle).1)?;
+    let usual_ns = upper_median_by(&mut intervals, i64::cmp)?;
     let seconds = |ns: i64| ns as f64 * 1e-9;
     let interval_ns = |k: usize| frames[k].timestamp_ns - frames[k - 1].timestamp_ns;
     let late_s = options.late_s.max(options.late_intervals * seconds(usual_ns));

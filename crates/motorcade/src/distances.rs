@@ -64,7 +64,7 @@ impl Distances {
     pub(crate) fn problem(&self, timestamps_ns: &[i64], options: &DistanceOptions) -> Option<String> {
         let (first, last) = (self.measured.first(), self.measured.last());
         let Some((first, last)) = first.zip(last) else {
-            return Some(format!("the {} tell no distance: too short, or too uncertain", self.sensor));
+            return Some(format!("the {} determine no distance: too short, or too uncertain", self.sensor));
         };
         let seconds = |ns: Option<&i64>| ns.map_or(0.0, |ns| *ns as f64 * 1e-9);
         let (begin, end) = (seconds(timestamps_ns.first()), seconds(timestamps_ns.last()));

@@ -15,7 +15,7 @@ pub struct OnlineOptions {
     /// Time over which scale and road are smoothed \[s\], at least as long: errors of scale last for several seconds.
     pub scale_s: f64,
     /// Least time between frames that are estimated in full \[s\]; frames between are predicted from the last such one, the camera by
-    /// odometry, vehicles by their motion. Neighbouring boxes err alike, so that more of them tell little: a second of video
+    /// odometry, vehicles by their motion. Neighbouring boxes err alike, so that more of them add little: a second of video
     /// costs the same at any frame rate.
     pub interval_s: f64,
     /// Iterations of the graph a frame, at most: it starts where the frame before ended.
@@ -110,7 +110,7 @@ impl Default for UnitOptions {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct VehicleHeightOptions {
-    /// True combines a stated height with the one that cars tell, by their variances, in drives that are estimated as a whole. Little
+    /// True combines a stated height with the one by cars, by their variances, in drives that are estimated as a whole. Little
     /// changes where the height was measured (`scale.advanced.bias_sigma` is its standard deviation); a wrong one widens the answer.
     pub combined: bool,
     /// Cars needed for an estimate.
@@ -133,9 +133,9 @@ pub struct VehicleHeightOptions {
     pub kernel_sigmas: f64,
     /// Deviation from a stated height that is reported [standard deviations].
     pub disagreement_sigmas: f64,
-    /// Height from which an unknown one is sought, and the guess where vehicles do not tell it \[m\]: a dash-cam's in a car.
+    /// Height from which an unknown one is sought, and the guess where vehicles do not determine it \[m\]: a dash-cam's in a car.
     pub guess_m: f64,
-    /// Standard deviation of the logarithm of a guessed height, where vehicles do not tell it: from a low car's 1.1 m to a lorry's 2.5 m.
+    /// Standard deviation of the logarithm of a guessed height, where vehicles do not determine it: from a low car's 1.1 m to a lorry's 2.5 m.
     pub guess_sigma: f64,
 }
 

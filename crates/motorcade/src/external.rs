@@ -19,7 +19,7 @@ pub struct External {
     pub vehicles: Option<Vec<ExternalVehiclePose>>,
     /// Keypoints of vehicles, by frame number.
     pub keypoints: Option<KeypointTable>,
-    /// Places of an earlier drive, in whose world this one is told.
+    /// Places of an earlier drive, in whose world this one is expressed.
     pub map: Option<KeptMap>,
     /// Shape prior in place of the built-in one for keypoints of its number.
     pub shape_prior: Option<ShapePrior>,

@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 
 /// Time between keyframes that the uncertainty of their steps is estimated for \[ns\]: 3.3 m at 10 m/s.
 const STEP_NS: i64 = 330_000_000;
-/// Height of a camera whose map tells none that a camera has \[m\].
+/// Height of a camera whose map states none that a camera has \[m\].
 const USUAL_HEIGHT_M: f64 = 1.65;
 
 /// Two maps as one.

@@ -199,7 +199,7 @@ impl Motorcade {
         sliding.newest(&front_end.view(front_end.len()))
     }
 
-    /// Corrections of an online run by places seen again, since the last call: [`estimate`](Self::estimate) tells frames from
+    /// Corrections of an online run by places seen again, since the last call: [`estimate`](Self::estimate) returns frames from
     /// [`Revision::frame`] on in the corrected world. None without places seen again, or where `online.enabled` is false.
     pub fn take_revisions(&mut self) -> Vec<Revision> {
         self.sliding.take_revisions()

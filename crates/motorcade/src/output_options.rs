@@ -1,4 +1,4 @@
-//! Options of what the tables of a run and its report tell beside the estimates.
+//! Options of what the tables of a run and its report show beside the estimates.
 
 use serde::{Deserialize, Serialize};
 

@@ -5,7 +5,7 @@ use motorcade_dataset::Sequence;
 
 use crate::check_options::RepeatedFrameOptions;
 
-/// Tells repeated frames from those of a standing camera: the frames around them differ.
+/// Distinguishes repeated frames from those of a standing camera: the frames around them differ.
 #[derive(Default)]
 pub(crate) struct RepeatedFrames {
     options: RepeatedFrameOptions,

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use crate::estimate;
 use crate::record::FrameInfo;
 
-/// A correction of an online run: places seen again tell where the camera is and was. Estimates told before stay as they were told.
+/// A correction of an online run: places seen again show where the camera is and was. Estimates returned before stay as they are.
 #[derive(Clone, Debug)]
 pub struct Revision {
     /// Number of the correction, from 1.

@@ -50,7 +50,7 @@ pub fn push_sequence(
 ) -> Result<()> {
     if let Some(fps) = sequence.assumed_fps() {
         slam.warn(format!(
-            "nothing tells the frame rate of the pictures: {fps} frames/s are assumed, and speeds are proportional to it; give --fps"
+            "the frame rate of the pictures is not given: {fps} frames/s are assumed, and speeds are proportional to it; give --fps"
         ));
     }
     for warning in slam.warnings() {

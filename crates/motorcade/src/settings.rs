@@ -12,7 +12,7 @@ pub struct Settings {
     pub camera: PinholeCamera,
     /// Height of the camera above the road \[m\].
     pub height_m: f64,
-    /// True where that height is a guess, to be replaced by what vehicles tell at the end of the drive.
+    /// True where that height is a guess, to be replaced by the one by vehicles at the end of the drive.
     pub height_unknown: bool,
     /// Configuration.
     pub config: Config,
@@ -29,7 +29,7 @@ impl Settings {
         Self { camera, height_m, height_unknown: false, config, external, threads: 1 }
     }
 
-    /// Without the stated height: the sizes of cars tell it at the end of the drive.
+    /// Without the stated height: it is estimated from the sizes of cars at the end of the drive.
     #[must_use]
     pub fn with_height_by_vehicles(self) -> Self {
         Self { height_m: self.config.scale.height.guess_m, height_unknown: true, ..self }

@@ -75,7 +75,7 @@ fn sigma(result: &RunResult) -> f64 {
 }
 
 #[test]
-fn an_unknown_height_is_told_by_speeds_and_fixes() {
+fn an_unknown_height_is_estimated_by_speeds_and_fixes() {
     for (sensor, shared) in [(DistanceSensor::Speed, 0.02), (DistanceSensor::Gps, 0.005)] {
         let result = run(uneven_drive(), sensor, |s| (s.height_m, s.height_unknown) = (1.4, true));
         let off = (result.ego.length_m() / WAY_M).ln();
@@ -99,8 +99,8 @@ fn height_and_speeds_share_by_their_variances() {
 #[test]
 fn a_height_that_speeds_contradict_is_reported_and_doubted() {
     let result = run(uneven_drive(), DistanceSensor::Speed, |s| s.height_m = 0.85 * HEIGHT_M);
-    let told = said(&result, "disagrees with the speeds").unwrap();
-    assert!(told.contains(&format!("by which it is {:.2} ±", TOO_LONG * HEIGHT_M)), "{told}");
+    let warning = said(&result, "disagrees with the speeds").unwrap();
+    assert!(warning.contains(&format!("by which it is {:.2} ±", TOO_LONG * HEIGHT_M)), "{warning}");
     let off = (result.ego.length_m() / WAY_M).ln();
     assert!(off < -0.1 && off.abs() < 2.0 * sigma(&result), "{off} {}", sigma(&result));
 }

@@ -73,7 +73,7 @@ fn two_swapped_pictures_are_said_to_be() {
 }
 
 #[test]
-fn an_online_run_forgets_old_rows_and_tells_the_same() {
+fn an_online_run_forgets_old_rows_and_reports_the_same() {
     let way_m: Vec<f64> = (0..400).map(|k| 0.2 * f64::from(k)).collect();
     let (kept, all) = driven(false, &way_m);
     let (forgetting, same) = driven(true, &way_m);

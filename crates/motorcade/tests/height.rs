@@ -49,15 +49,15 @@ proptest! {
 const FRAMES: usize = 1350;
 
 #[test]
-fn an_unknown_height_is_told_by_cars() {
+fn an_unknown_height_is_estimated_by_cars() {
     let settings = Settings { height_m: 1.5, height_unknown: true, ..settings(Config::default()) };
     let found = estimate_drive(drive(FRAMES), &settings, &NoProgress);
     let way = (found.ego.length_m(), run(FRAMES, 1.0, CameraCoupling::default()).ego.length_m());
     let off = (found.ego.height_m / HEIGHT_M).ln();
     assert!(off.abs() < 0.12, "{} m", found.ego.height_m);
     assert!(((way.0 / way.1).ln() - off).abs() < 0.01, "{way:?}");
-    let told = found.warnings.iter().find(|w| w.contains("by the size of")).unwrap();
-    assert!(told.contains(&format!("{:.2} ±", found.ego.height_m)), "{told}");
+    let warning = found.warnings.iter().find(|w| w.contains("by the size of")).unwrap();
+    assert!(warning.contains(&format!("{:.2} ±", found.ego.height_m)), "{warning}");
     // The way is as uncertain as the height.
     let last = found.ego.frames.last().unwrap();
     let (sigma_m, far_m) =

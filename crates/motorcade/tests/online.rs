@@ -56,16 +56,16 @@ fn estimates_depend_on_the_past_alone() {
 }
 
 #[test]
-fn the_speeds_of_the_tables_are_those_that_were_told() {
-    let (told, _, recorded) = online(drive(60), &Config::default());
+fn the_speeds_of_the_tables_are_those_that_were_printed() {
+    let (printed, _, recorded) = online(drive(60), &Config::default());
     let table = String::from_utf8(motorcade::output::frames_csv(&recorded)).unwrap();
     let mut differ_from_poses = 0;
-    for (k, (line, row)) in told.iter().zip(table.lines().skip(1)).enumerate() {
+    for (k, (line, row)) in printed.iter().zip(table.lines().skip(1)).enumerate() {
         let line: serde_json::Value = serde_json::from_str(line).unwrap();
-        let told = line["camera"]["speed_mps"].as_f64().unwrap();
+        let printed = line["camera"]["speed_mps"].as_f64().unwrap();
         let written: f64 = row.split(',').nth(4).unwrap().parse().unwrap();
         // The first frame has no interval before it.
-        assert!((told - written).abs() < 2e-6, "frame {k}: {told} told, {written} written");
+        assert!((printed - written).abs() < 2e-6, "frame {k}: {printed} printed, {written} written");
         let place = |k: usize| recorded.ego.frames[k].world_from_camera.translation();
         let by_poses = k.checked_sub(1).map_or(0.0, |before| 10.0 * (place(k) - place(before)).norm());
         differ_from_poses += usize::from((by_poses - written).abs() > 0.05);
@@ -92,7 +92,7 @@ fn the_whole_drive_at_once_is_not_worse() {
     }
 }
 
-/// With every third frame estimated in full, as at 30 frames/s, the frames between are told at once and nearly as well.
+/// With every third frame estimated in full, as at 30 frames/s, the frames between are returned at once and nearly as well.
 #[test]
 fn frames_between_estimated_ones_are_predicted() {
     let mut config = Config::default();
@@ -140,7 +140,7 @@ fn a_new_scale_moves_the_camera_and_leaves_its_speed() {
     let mut record = drive(70);
     record.road_measurements.retain(|m| m.frame >= 40);
     let (lines, _, result) = online(record, &Config::default());
-    let told = |k: usize| {
+    let speed_mps = |k: usize| {
         let line: serde_json::Value = serde_json::from_str(&lines[k]).unwrap();
         line["camera"]["speed_mps"].as_f64().unwrap()
     };
@@ -149,6 +149,6 @@ fn a_new_scale_moves_the_camera_and_leaves_its_speed() {
     let most_mps = steps_mps.iter().copied().fold(0.0, f64::max);
     assert!(most_mps > 20.0, "the window did not move: {most_mps} m/s");
     for k in 41..70 {
-        assert!((told(k) - 10.0).abs() < 1.5, "frame {k}: {} m/s", told(k));
+        assert!((speed_mps(k) - 10.0).abs() < 1.5, "frame {k}: {} m/s", speed_mps(k));
     }
 }

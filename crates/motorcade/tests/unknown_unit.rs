@@ -1,4 +1,4 @@
-//! A trajectory of unknown unit without pictures: cars that stand beside the road tell its metres, through the whole pipeline.
+//! A trajectory of unknown unit without pictures: cars that stand beside the road give its metres, through the whole pipeline.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test")]
 
@@ -58,14 +58,14 @@ fn drive(unit_m: f64, parked: bool, online: bool) -> RunResult {
 }
 
 #[test]
-fn parked_cars_tell_the_metres_whatever_the_unit() {
+fn parked_cars_give_the_metres_whatever_the_unit() {
     let way_m = (FRAMES - 1) as f64;
     let lengths = [0.4, 1.0, 20.0].map(|unit_m| {
-        let told = drive(unit_m, true, false);
-        assert!(told.warnings.iter().any(|w| w.contains("vehicles then stand")), "{:?}", told.warnings);
+        let result = drive(unit_m, true, false);
+        assert!(result.warnings.iter().any(|w| w.contains("vehicles then stand")), "{:?}", result.warnings);
         // A tenth is stated: what all boxes have in common.
-        assert!(told.ego.frames.iter().all(|f| f.scale_bias_sigma > 0.09));
-        told.ego.length_m()
+        assert!(result.ego.frames.iter().all(|f| f.scale_bias_sigma > 0.09));
+        result.ego.length_m()
     });
     println!("{lengths:.1?} m of {way_m}");
     for length_m in lengths {
@@ -75,10 +75,10 @@ fn parked_cars_tell_the_metres_whatever_the_unit() {
 }
 
 #[test]
-fn traffic_that_moves_tells_no_metres_and_the_run_says_so() {
-    let told = drive(3.0, false, false);
-    assert!(!told.warnings.iter().any(|w| w.contains("vehicles then stand")), "{:?}", told.warnings);
-    assert!(told.warnings.iter().any(|w| w.contains("scale is a guess")), "{:?}", told.warnings);
+fn traffic_that_moves_gives_no_metres_and_the_run_says_so() {
+    let result = drive(3.0, false, false);
+    assert!(!result.warnings.iter().any(|w| w.contains("vehicles then stand")), "{:?}", result.warnings);
+    assert!(result.warnings.iter().any(|w| w.contains("scale is a guess")), "{:?}", result.warnings);
 }
 
 /// Online the unit is known once three parked cars have been seen, and holds from then on.

@@ -91,7 +91,7 @@ impl RoadUse {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use motorcade_geometry::PinholeCamera;
+    use motorcade_testing::{CAMERA, CAMERA_HEIGHT_M};
 
     #[test]
     fn every_source_is_alone_once_and_all_are_together_once() {
@@ -106,14 +106,13 @@ mod tests {
     }
 
     #[test]
-    fn only_what_counts_tells_metres() {
-        let camera = PinholeCamera { fx: 700.0, fy: 700.0, cx: 320.0, cy: 120.0, width: 640, height: 240 };
-        let stated = || Settings::new(camera, 1.65);
+    fn only_what_counts_gives_metres() {
+        let stated = || Settings::new(CAMERA, CAMERA_HEIGHT_M);
         for sources in Sources::all(true) {
             let settings = sources.apply(stated());
             let unknown = sources.vehicles && !sources.road && !sources.points;
             assert_eq!(settings.height_unknown, unknown, "{sources:?}");
-            assert_eq!(settings.height_m == 1.65, !unknown, "{sources:?}");
+            assert_eq!(settings.height_m == CAMERA_HEIGHT_M, !unknown, "{sources:?}");
             let alone = !(sources.road || sources.points || sources.vehicles);
             assert_eq!(sources.road_use() == RoadUse::Unmeasured, alone, "{sources:?}");
         }

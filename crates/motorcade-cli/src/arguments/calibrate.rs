@@ -14,7 +14,7 @@ use super::{InputArguments, ProgressKind};
   motorcade calibrate drive.mp4 --view-deg 120,10 --out camera.toml
   motorcade run drive.mp4 --calibration camera.toml --height 1.4 --out runs/drive
 
-The camera must move and turn: a few corners of streets are enough. Straight motion tells no focal length, and the program says so. A
+The camera must move and turn: a few corners of streets are enough. Straight motion determines no focal length, and the program says so. A
 calibration that the input has is left out. Where something is fixed to the camera (a bonnet), a mask for --ignore is written beside the file.")]
 pub struct CalibrateArguments {
     /// The input.
@@ -24,7 +24,7 @@ pub struct CalibrateArguments {
     #[arg(long)]
     pub out: PathBuf,
     /// Horizontal field of view that is stated for the camera, in degrees, and the relative standard deviation of the focal length in per cent
-    /// (10 without one). It replaces what EXIF or the tags of a video tell.
+    /// (10 without one). It replaces what EXIF or the tags of a video state.
     #[arg(long, value_name = "DEG[,PERCENT]", value_parser = parse_view)]
     pub view_deg: Option<(f64, f64)>,
     /// Folder of ONNX networks, or `none`; the networks inside the program by default. Vehicles that they find are left out.

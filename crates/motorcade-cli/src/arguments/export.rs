@@ -15,7 +15,7 @@ use motorcade_map::Anchor;
 
 Files: drive.geojson, drive.gpx, drive.kml with the camera and every vehicle; ego.oxts.csv with the camera in the columns of KITTI's
 oxts files; drive.xosc, an OpenSCENARIO 1.2 scenario for simulators. Without --start and --track drive.xosc alone is written, its x
-axis along the road at the first frame. The metres are the run's own: a track tells the place, the heading and the clock.")]
+axis along the road at the first frame. The metres are the run's own: a track gives the place, the heading and the clock.")]
 pub struct ExportArguments {
     /// Directory of a run.
     pub run: PathBuf,

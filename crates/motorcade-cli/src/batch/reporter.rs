@@ -116,7 +116,7 @@ fn described(outcome: &Outcome) -> String {
 }
 
 impl Monitor for BatchReporter {
-    fn tell(&self, event: &Event<'_>) {
+    fn report(&self, event: &Event<'_>) {
         match *event {
             Event::Begin { total, done, failed } => {
                 self.begin(self.count(|c| *c = Counts { total, done, failed }))

@@ -18,7 +18,7 @@ pub fn open(record: &RunRecord, run: &RecordedRun, arguments: &DrawArguments) ->
     let directory = arguments.run.display();
     let (recorded, mut options) = recorded(record).unwrap_or_default();
     let Some(path) = arguments.input.clone().or(recorded) else {
-        let problem = "its run.json does not tell the input; give it after the run's directory";
+        let problem = "its run.json does not name the input; give it after the run's directory";
         return Err(motorcade::Error::Config(format!("{directory}: {problem}")).into());
     };
     if arguments.input.is_none() && !path.exists() {
@@ -47,7 +47,7 @@ pub fn open(record: &RunRecord, run: &RecordedRun, arguments: &DrawArguments) ->
     Ok(sequence)
 }
 
-/// Path and options of the input as the run's command tells them.
+/// Path and options of the input of the run's command.
 fn recorded(record: &RunRecord) -> Option<(Option<PathBuf>, SequenceOptions)> {
     match Cli::try_parse_from(&record.command).ok()?.command {
         Command::Run(run) => Some((Some(run.input.input.clone()), run.input.options())),

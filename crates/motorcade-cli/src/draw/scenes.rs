@@ -1,7 +1,8 @@
 //! Estimates of a run as they are drawn.
 
 use motorcade::{RecordedFrame, RecordedRun, RecordedState, RecordedVehicle, relative_sigma_m};
-use motorcade_draw::{Road, Scene, SceneVehicle};
+use motorcade_draw::{Scene, SceneVehicle};
+use motorcade_geometry::RoadPlane;
 use motorcade_viewer::{MOVING, hue, is_doubtful, is_unsure};
 use nalgebra::Point3;
 
@@ -52,7 +53,7 @@ impl Scenes {
             status: (!known).then(|| frame.status.replace('_', " ")),
             speed_mps: frame.speed_mps,
             speed_sigma_mps: frame.speed_sigma_mps,
-            road: Road { normal_in_camera: frame.road_normal, height_m: self.height_m },
+            road: RoadPlane { up: frame.road_normal, height_m: self.height_m },
             vehicles,
         })
     }

@@ -36,7 +36,7 @@ fn two_starts_end_in_the_same_place() {
 }
 
 #[test]
-fn slow_solve_is_told_of_the_chordal_start() {
+fn a_slow_solve_names_the_chordal_start() {
     let Some(file) = solve("torus3D", PoseResidual::Log, Start::File) else { return };
     let Some(chordal) = solve("torus3D", PoseResidual::Log, Start::Chordal) else { return };
     assert!(file.hint.is_some_and(|h| h.contains("--init chordal")) && chordal.hint.is_none());

@@ -1,29 +1,6 @@
-//! The smallest networks there can be, written byte by byte: no network has to come with the tests.
+//! The smallest networks there can be: no network has to come with the tests.
 
-/// A field of a protobuf message that holds bytes: text, or another message.
-fn field(number: u8, content: &[u8]) -> Vec<u8> {
-    let mut bytes = vec![(number << 3) | 2];
-    bytes.extend(varint(content.len() as u64));
-    bytes.extend(content);
-    bytes
-}
-
-/// A field that holds a whole number.
-fn number(field: u8, value: u64) -> Vec<u8> {
-    let mut bytes = vec![field << 3];
-    bytes.extend(varint(value));
-    bytes
-}
-
-fn varint(mut value: u64) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    while value >= 0x80 {
-        bytes.push(value as u8 | 0x80);
-        value >>= 7;
-    }
-    bytes.push(value as u8);
-    bytes
-}
+use motorcade_testing::protobuf::{field, number};
 
 /// `ValueInfoProto`: a name and a tensor of `f32`.
 fn tensor(name: &str, shape: &[u64]) -> Vec<u8> {

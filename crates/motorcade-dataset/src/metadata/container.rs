@@ -9,7 +9,7 @@ use crate::source::video::file_url;
 /// End of the key under which telephones write it (`com.apple.quicktime.camera.focal_length.35mm_equivalent`).
 const FILM_KEY: &str = "focal_length.35mm_equivalent";
 
-/// Focal length by the tags of a video whose pictures have `size` px; `None` where `ffprobe` tells none.
+/// Focal length by the tags of a video whose pictures have `size` px; `None` where `ffprobe` reports none.
 pub(super) fn focal(path: &Path, size: (u32, u32)) -> Option<FocalMetadata> {
     let output = Command::new("ffprobe")
         .args(["-v", "error", "-show_entries", "format_tags:stream_tags", "-of", "default=nw=1", "-i"])

@@ -12,7 +12,7 @@ use crate::regular_file;
 /// Relative difference of two shapes of a picture from which on it was cropped.
 const CROPPED: f64 = 0.01;
 
-/// Focal length by the EXIF of a picture file that has pictures of `size` px; `None` where it is not told, or the picture was cropped after it was taken.
+/// Focal length by the EXIF of a picture file that has pictures of `size` px; `None` where it is not given, or the picture was cropped after it was taken.
 pub(super) fn focal(path: &Path, size: (u32, u32)) -> Option<FocalMetadata> {
     let bytes = regular_file::read(path).ok()?;
     let mut decoder = ImageReader::new(Cursor::new(bytes)).with_guessed_format().ok()?.into_decoder().ok()?;
@@ -53,7 +53,7 @@ fn focal_length(exif: &Exif) -> Option<(f64, f64)> {
     Some((focal_mm, 1.0 / f64::from(values.first()?.denom)))
 }
 
-/// Length of the unit of `FocalPlaneXResolution` \[mm\]; inches where none is told.
+/// Length of the unit of `FocalPlaneXResolution` \[mm\]; inches where none is given.
 fn unit_mm(exif: &Exif) -> Option<f64> {
     match number(exif, Tag::FocalPlaneResolutionUnit).unwrap_or(2.0) as u32 {
         2 => Some(25.4),
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn cropped_pictures_tell_nothing() {
+    fn cropped_pictures_give_nothing() {
         let entries = || [(FILM, Short(24)), (PIXELS_X, Long(6000)), (PIXELS_Y, Long(4000))];
         assert!(read(&entries(), (1500, 1000)).is_some());
         assert_eq!(read(&entries(), (1500, 844)), None);

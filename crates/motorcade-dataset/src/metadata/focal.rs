@@ -1,4 +1,4 @@
-//! A focal length that a file tells.
+//! A focal length that a file states.
 
 /// Diagonal of 35 mm film \[mm\]: 36 × 24.
 const FILM_DIAGONAL_MM: f64 = 43.266_615_305_567_87;
@@ -12,7 +12,7 @@ const WIDTHS: std::ops::RangeInclusive<f64> = 0.13..=5.7;
 pub enum FocalKind {
     /// EXIF `FocalLengthIn35mmFilm`.
     ExifFilm,
-    /// EXIF `FocalLength` over the pixel pitch that `FocalPlaneXResolution` tells.
+    /// EXIF `FocalLength` over the pixel pitch that `FocalPlaneXResolution` gives.
     ExifFocalPlane,
     /// A 35 mm equivalent among the tags of a video.
     ContainerFilm,
@@ -28,7 +28,7 @@ impl std::fmt::Display for FocalKind {
     }
 }
 
-/// A focal length that a file tells of its pictures.
+/// A focal length that a file states of its pictures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FocalMetadata {
     /// Focal length \[picture widths\].

@@ -14,7 +14,7 @@ use crate::source::{Slot, Store};
 const ZOOMED: f64 = 0.01;
 
 /// Focal length by the metadata of a drive with pictures of this size: EXIF of the first and last picture, or the tags of the video.
-/// `None` where nothing is told, or not the same over the drive.
+/// `None` where nothing is stated, or not the same over the drive.
 pub(crate) fn focal(store: &Store, slots: &[Slot], size: (u32, u32)) -> Option<FocalMetadata> {
     match store {
         Store::Video(path) => container::focal(path, size),

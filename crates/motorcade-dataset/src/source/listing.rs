@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use motorcade_geometry::robust::median_by;
+
 use super::decode::IMAGE_ENDINGS;
 use crate::error::{Error, Result};
 
@@ -80,8 +82,7 @@ pub(crate) fn list(folder: &Path) -> Result<Listing> {
 /// Median difference of consecutive numbers (the lower one).
 pub(crate) fn numbering_step(entries: &[Entry]) -> u64 {
     let mut steps: Vec<u64> = entries.windows(2).map(|pair| pair[1].number - pair[0].number).collect();
-    steps.sort_unstable();
-    steps.get(steps.len().saturating_sub(1) / 2).copied().unwrap_or(1).max(1)
+    median_by(&mut steps, u64::cmp).unwrap_or(1).max(1)
 }
 
 /// Missing numbers; none when the numbers are not regular (such as times).

@@ -83,10 +83,10 @@ impl LiveReader {
         };
         let (sender, times) = channel();
         let errors = Arc::new(Mutex::new(String::new()));
-        let told = Arc::clone(&errors);
+        let log_errors = Arc::clone(&errors);
         let spawned = std::thread::Builder::new()
             .name("motorcade-times".into())
-            .spawn(move || read_log(log, &sender, &told));
+            .spawn(move || read_log(log, &sender, &log_errors));
         spawned.map_err(Error::io(root))?;
         let pipe = BufReader::with_capacity(1 << 20, pipe);
         let root = root.to_path_buf();
@@ -132,7 +132,7 @@ impl LiveReader {
         left_out.into_iter().chain(broken).collect()
     }
 
-    /// The first error that ffmpeg told.
+    /// The first error that ffmpeg reported.
     fn reason(&self) -> String {
         let errors = self.errors.lock().unwrap_or_else(PoisonError::into_inner);
         if errors.is_empty() { "ffmpeg gave no reason".to_owned() } else { errors.clone() }

@@ -86,15 +86,18 @@ fn without_noise_it_is_exact() {
 fn what_does_not_fit_is_refused() {
     let run = run();
     let track = track(&run, 1.0);
-    let told = |run: &RecordedRun, track: &GpsTrack, known| align(run, track, known).unwrap_err().to_string();
-    assert!(told(&run, &track, Some(ClockOffset { offset_s: 0.0, sigma_s: 1.0 })).contains("clock offset"));
+    let message =
+        |run: &RecordedRun, track: &GpsTrack, known| align(run, track, known).unwrap_err().to_string();
+    assert!(
+        message(&run, &track, Some(ClockOffset { offset_s: 0.0, sigma_s: 1.0 })).contains("clock offset")
+    );
     let standing = {
         let mut run = run.clone();
         let first = run.frames[0].world_from_camera;
         run.frames.iter_mut().for_each(|f| f.world_from_camera = first);
         run
     };
-    assert!(told(&standing, &track, None).contains("do not tell the heading"));
+    assert!(message(&standing, &track, None).contains("do not determine the heading"));
 }
 
 /// On a bend of constant curvature at constant speed an error of the clock looks like another start and heading.
@@ -108,8 +111,8 @@ fn what_the_fixes_cannot_tell_apart_is_wide() {
         frame.world_from_camera =
             Pose::from_parts(UnitQuaternion::from_axis_angle(&Vector3::y_axis(), turn), at);
     }
-    let told = align(&circle, &track(&circle, 1.0), Some(about(1.0, 3.0))).unwrap_err().to_string();
-    assert!(told.contains("give the clock offset"), "{told}");
+    let message = align(&circle, &track(&circle, 1.0), Some(about(1.0, 3.0))).unwrap_err().to_string();
+    assert!(message.contains("give the clock offset"), "{message}");
     // 10 m/s and 11.5 degrees a second.
     let found = align(&circle, &track(&circle, 1.0), Some(about(0.3, 0.3))).unwrap();
     let (position_sigma, heading_sigma) = found.anchor.sigma.unwrap();

@@ -2,6 +2,7 @@
 
 use motorcade::{RecordedFrame, RecordedRun, RecordedState, RecordedVehicle};
 use motorcade_geometry::Pose;
+use motorcade_testing::{CAMERA, CAMERA_HEIGHT_M};
 use nalgebra::{Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3};
 
 use super::*;
@@ -122,14 +123,6 @@ fn a_scenario_has_rear_axles_on_the_road_and_vehicles_for_the_time_they_are_seen
 
 #[test]
 fn the_way_of_a_map_of_places_is_on_the_earth() {
-    let camera = motorcade_geometry::PinholeCamera {
-        fx: 700.0,
-        fy: 700.0,
-        cx: 320.0,
-        cy: 120.0,
-        width: 640,
-        height: 240,
-    };
     // Two metres ahead a keyframe; the last one belongs to another map.
     let keyframe = |k: usize| motorcade_places::PlacedKeyframe {
         frame: 5 * k,
@@ -143,7 +136,11 @@ fn the_way_of_a_map_of_places_is_on_the_earth() {
         features: Vec::new(),
         landmarks: Vec::new(),
     };
-    let map = motorcade::PlaceMap { camera, height_m: 1.65, keyframes: (0..4).map(keyframe).collect() };
+    let map = motorcade::PlaceMap {
+        camera: CAMERA,
+        height_m: CAMERA_HEIGHT_M,
+        keyframes: (0..4).map(keyframe).collect(),
+    };
     let east: Anchor = "49,8,90".parse().unwrap();
     let text: serde_json::Value = serde_json::from_str(&places_geojson(&map, &east)).unwrap();
     let features = text["features"].as_array().unwrap();

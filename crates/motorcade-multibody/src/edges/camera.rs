@@ -45,6 +45,13 @@ fn is_metric(frame: &EgoFrame, options: &GraphOptions) -> bool {
     frame.scale_sigma < options.advanced.guessed_scale_sigma
 }
 
+/// Translation of a step in the frame of its end \[m\], and the unit tangent `[ω, ν]` along it; zero for a step of less than a millimetre.
+pub(crate) fn motion_of(step: &Pose<Camera, Camera>) -> (Vector3<f64>, Vector6<f64>) {
+    let along = step.rotation_matrix().transpose() * step.translation();
+    let d = along.try_normalize(1e-3).unwrap_or_else(Vector3::zeros);
+    (along, Vector6::new(0.0, 0.0, 0.0, d.x, d.y, d.z))
+}
+
 /// Information (6×6) of a step of the camera.
 fn step_information(
     frame: &EgoFrame,
@@ -56,9 +63,7 @@ fn step_information(
     if !frame.step_measured {
         return information;
     }
-    let along = step.rotation_matrix().transpose() * step.translation();
-    let d = along.try_normalize(1e-3).unwrap_or_else(Vector3::zeros);
-    let d = Vector6::new(0.0, 0.0, 0.0, d.x, d.y, d.z);
+    let (_, d) = motion_of(step);
     // Errors of consecutive poses are anti-correlated, but for those of scale: the length keeps its variance.
     let anticorrelation = 1.0 + advanced.step_anticorrelation;
     let across = Matrix6::identity() - d * d.transpose();

@@ -50,7 +50,7 @@ pub struct MapEdge {
 }
 
 impl MapEdge {
-    /// The pose of the frame's camera as the keyframe tells it.
+    /// The pose of the frame's camera by the keyframe.
     pub(crate) fn world_from_camera(&self) -> Pose<World, Camera> {
         self.world_from_keyframe * self.camera_from_keyframe.inverse()
     }
@@ -90,7 +90,7 @@ impl PlaceEdges {
     }
 }
 
-/// An edge whose covariance holds the errors that neighbouring edges share and those that no pixel tells.
+/// An edge whose covariance holds the errors that neighbouring edges share and those that no pixel shows.
 fn factor(
     [later, earlier]: [VariableId; 2],
     later_from_earlier: &Pose<Camera, Camera>,

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct LoopOptions {
-    /// False looks for no places seen again. Drives are then as odometry and road tell them.
+    /// False looks for no places seen again. Drives are then as odometry and road give them.
     pub enabled: bool,
     /// Way between keyframes of places \[camera heights\]: 2 are 3.3 m under a car's camera. Shorter finds places a little more often;
     /// memory and time grow in proportion.

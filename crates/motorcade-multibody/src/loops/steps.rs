@@ -2,10 +2,10 @@
 
 use motorcade_geometry::{Camera, Pose};
 use motorcade_odometry::EgoFrame;
-use nalgebra::{Matrix6, Vector3, Vector6};
+use nalgebra::Matrix6;
 
 use super::options::LoopOptions;
-use crate::edges::inverse;
+use crate::edges::{inverse, motion_of};
 use crate::options::GraphOptions;
 
 /// Information (6×6) of the step to a frame. In the multi-object graph measured steps are held against vehicles; places are seen better
@@ -19,9 +19,7 @@ pub(super) fn information(
     if !frame.step_measured {
         return inverse(&(frame.step_covariance * options.break_inflation));
     }
-    let along = step.rotation_matrix().transpose() * step.translation();
-    let d = along.try_normalize(1e-3).unwrap_or_else(Vector3::zeros);
-    let d = Vector6::new(0.0, 0.0, 0.0, d.x, d.y, d.z);
+    let (along, d) = motion_of(step);
     // Errors of consecutive poses are anti-correlated, but for those of scale.
     let across = Matrix6::identity() - d * d.transpose();
     let shrink =

@@ -75,7 +75,7 @@ fn loops_take_the_drift_and_shrink_the_covariance() {
     let report = close(&mut ego, &edges, 1);
     let after = ate_m(&ego, &truth);
     assert_eq!(report.closed_count(), edges.len());
-    // Both rounds drift alike: only the closing tells of it.
+    // Both rounds drift alike: only the closing shows it.
     assert!(before > 1.2 && after < before / 2.0, "{before} m, {after} m");
     let last = ego.frames[2 * ROUND - 1].covariance;
     assert!(last.fixed_view::<3, 3>(3, 3).trace() < covariance.fixed_view::<3, 3>(3, 3).trace());

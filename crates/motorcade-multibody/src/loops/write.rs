@@ -27,7 +27,7 @@ pub(super) fn back(
         let pose: Pose<World, Camera> = Pose::new(*graph.values().get::<Isometry3<f64>>(*id)?);
         let dense = marginals.covariance(*id)?;
         let own = Matrix6::from_fn(|r, c| dense[(r, c)]);
-        // No loop tells an error of scale that the whole drive shares: positions are wrong by a share of their distance from where they
+        // No loop shows an error of scale that the whole drive shares: positions are wrong by a share of their distance from where they
         // are known, the start of the world or the frame nearest in time at which the map was met.
         let nearest = nearest(met, k);
         let known = match nearest.and_then(|edge| cameras.get(edge.frame)) {

@@ -14,7 +14,7 @@ pub struct PictureShiftOptions {
     /// Least shift that is reported \[px\]. Five real drives without a fault have 2.7 px at most, because landmarks whose depth is wrong act as a small
     /// shift; a larger value misses smaller crops.
     pub least_px: f64,
-    /// Standard deviations that a shift must have; less lets pictures with few corners tell shifts that are none.
+    /// Standard deviations that a shift must have; less lets pictures with few corners show shifts that are none.
     pub least_sigmas: f64,
     /// Rotation against the predicted one that is left without the shift, as image motion over the shift: cameras turn on as they did. A larger
     /// value admits shifts that make up for wrong depths.
@@ -68,10 +68,10 @@ pub(crate) fn picture_shift(
     let along = shift / length.max(1e-9);
     let sigma = noise_px * along.dot(&(covariance.fixed_view::<2, 2>(6, 6) * along)).max(0.0).sqrt();
     let rest_px = camera.fx.max(camera.fy) * (pose.rotation() * predicted.rotation().inverse()).angle();
-    let told = length.is_finite()
+    let clear = length.is_finite()
         && length > options.least_px.max(options.least_sigmas * sigma)
         && rest_px < options.most_rest * length;
-    told.then_some(shift)
+    clear.then_some(shift)
 }
 
 #[cfg(test)]
@@ -101,8 +101,8 @@ mod tests {
     #[test]
     fn a_shift_is_told_from_a_pitch_that_moves_the_centre_as_far() {
         let shift_px = Vector2::new(0.0, -10.0);
-        let told = found(0.0, shift_px).unwrap();
-        assert!((told - shift_px).norm() < 1.0, "{told}");
+        let shift = found(0.0, shift_px).unwrap();
+        assert!((shift - shift_px).norm() < 1.0, "{shift}");
         assert_eq!(found(-10.0 / CAMERA.fy, Vector2::zeros()), None);
         assert_eq!(found(0.0, Vector2::zeros()), None);
         // A camera that turns against the prediction too is not judged.

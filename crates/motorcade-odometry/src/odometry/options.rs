@@ -25,7 +25,7 @@ pub struct OdometryOptions {
     pub policy: PolicyOptions,
     /// Feedback of the road and of static vehicles.
     pub feedback: FeedbackOptions,
-    /// Jumps of the whole picture, which are told.
+    /// Jumps of the whole picture, which are reported.
     pub picture_shift: PictureShiftOptions,
     /// A trajectory from elsewhere in place of the odometry.
     pub external: ExternalTrajectoryOptions,

@@ -11,7 +11,7 @@ use nalgebra::{Matrix4, Point2, Vector3};
 
 use super::normal_equations::{KEPT, State, accumulate, add_priors};
 use super::options::RoadOptions;
-use super::plane::RoadPlane;
+use super::plane::AlignedRoad;
 use super::view::{RoadScratch, RoadView};
 
 /// Aligns the road. `None` when there is too little texture or too few pixels agree with the plane.
@@ -20,7 +20,7 @@ pub fn align_road(
     usable: impl Fn(&Point2<f64>) -> bool,
     options: &RoadOptions,
     scratch: &mut RoadScratch,
-) -> Option<RoadPlane> {
+) -> Option<AlignedRoad> {
     if !options.free_normal {
         return align_level_road(view, &usable, options, scratch);
     }
@@ -33,7 +33,7 @@ fn align_level_road(
     usable: &impl Fn(&Point2<f64>) -> bool,
     options: &RoadOptions,
     scratch: &mut RoadScratch,
-) -> Option<RoadPlane> {
+) -> Option<AlignedRoad> {
     let level = RoadView { guess: Vector3::new(0.0, view.guess.norm(), 0.0), ..*view };
     let mut options = *options;
     options.advanced.alignment.tilt_sigma_rad = options.advanced.alignment.held_tilt_sigma_rad;
@@ -45,7 +45,7 @@ fn align(
     usable: &impl Fn(&Point2<f64>) -> bool,
     options: &RoadOptions,
     scratch: &mut RoadScratch,
-) -> Option<RoadPlane> {
+) -> Option<AlignedRoad> {
     let mut state = State { m: view.guess, turn: Vector3::zeros(), gain: 0.0, offset: 0.0, curvature: 0.0 };
     let mut result = None;
     for level in (0..options.advanced.alignment.levels.min(view.current.len())).rev() {
@@ -65,7 +65,7 @@ fn refine(
     level: usize,
     state: &mut State,
     options: &RoadOptions,
-) -> Option<RoadPlane> {
+) -> Option<AlignedRoad> {
     let alignment = &options.advanced.alignment;
     // Estimated after every iteration.
     let mut sigma = alignment.initial_sigma_grey;
@@ -87,7 +87,7 @@ fn refine(
         let agreement = absolute.iter().filter(|r| **r < limit).count() as f64 / samples.len() as f64;
         sigma = sigma_from_absolute(absolute)?.max(alignment.least_sigma_grey);
         let whole = h.try_inverse()? * (sigma * sigma * alignment.correlated_pixels);
-        let plane = RoadPlane {
+        let plane = AlignedRoad {
             m: state.m,
             curvature: state.curvature,
             covariance: Matrix4::from_fn(|r, c| whole[(KEPT[r], KEPT[c])]),

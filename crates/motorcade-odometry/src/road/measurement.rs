@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::options::ProfileOptions;
-use super::plane::{RoadPlane, coordinates};
+use super::plane::{AlignedRoad, coordinates};
 use super::profile::{Curvature, driven_curvature};
 use super::state::RoadState;
 use crate::trajectory::OdometryTrajectory;
@@ -62,7 +62,7 @@ pub struct RoadEstimate {
 }
 
 impl RoadMeasurement {
-    pub(crate) fn new(frame: usize, reference: usize, baseline: f64, plane: &RoadPlane) -> Self {
+    pub(crate) fn new(frame: usize, reference: usize, baseline: f64, plane: &AlignedRoad) -> Self {
         let (value, jacobian) = coordinates(&plane.m, plane.curvature);
         let covariance = jacobian * plane.covariance * jacobian.transpose();
         let curvature = RoadCurvature {

@@ -24,7 +24,7 @@ pub use options::{
     PlaneTrackingOptions, ProfileOptions, RoadOptions, ScaleAverage,
 };
 pub use pixels::RoadPixels;
-pub use plane::{RoadPlane, road_normal};
+pub use plane::{AlignedRoad, road_normal, road_tilt};
 pub use state::RoadState;
 pub use tracker::{MirroredFrames, RoadInput, RoadTracker};
 pub use view::{RoadScratch, RoadView};

@@ -2,9 +2,10 @@
 
 use nalgebra::{Matrix4, Vector3, Vector4};
 
-/// The road plane in the current camera frame, in the odometry's unit of length.
+/// The road as the alignment of pixels finds it, in the current camera frame and the odometry's unit of length. Not a
+/// [`RoadPlane`](motorcade_geometry::RoadPlane): that one is metric and flat, and height and normal are not what pixels measure.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RoadPlane {
+pub struct AlignedRoad {
     /// m (3×1) with `mᵀX = 1` for points X on the road.
     pub m: Vector3<f64>,
     /// Vertical curvature over twice the camera's height, c in `1/z = mᵀx + c/(mᵀx)`.
@@ -29,12 +30,18 @@ pub fn road_normal(pitch_rad: f64, roll_rad: f64) -> Vector3<f64> {
     -Vector3::new(roll_rad.tan(), 1.0, pitch_rad.tan()).normalize()
 }
 
+/// Pitch and roll \[rad\] of a normal of the road in the camera frame, of either sign and any length; see [`road_normal`].
+pub fn road_tilt(normal: &Vector3<f64>) -> (f64, f64) {
+    ((normal.z / normal.y).atan(), (normal.x / normal.y).atan())
+}
+
 /// `[log|m|, pitch, roll, curvature · height]` of a plane m with curvature c, and its Jacobian by both (4×4).
 pub(super) fn coordinates(m: &Vector3<f64>, curvature: f64) -> (Vector4<f64>, Matrix4<f64>) {
     let norm2 = m.norm_squared();
     // c = κ/(2d) and the camera's height d = 1/|m|.
     let height_curvature = 2.0 * curvature / norm2;
-    let value = Vector4::new(0.5 * norm2.ln(), (m.z / m.y).atan(), (m.x / m.y).atan(), height_curvature);
+    let (pitch, roll) = road_tilt(m);
+    let value = Vector4::new(0.5 * norm2.ln(), pitch, roll, height_curvature);
     let (yz, yx) = (m.y * m.y + m.z * m.z, m.y * m.y + m.x * m.x);
     let by_norm = -2.0 * height_curvature / norm2;
     #[rustfmt::skip]
@@ -50,20 +57,21 @@ pub(super) fn coordinates(m: &Vector3<f64>, curvature: f64) -> (Vector4<f64>, Ma
 #[cfg(test)]
 mod tests {
     use super::*;
+    use motorcade_geometry::numeric::jacobian_error;
+    use nalgebra::{DMatrix, DVector};
+    use std::convert::Infallible;
 
     #[test]
     fn coordinates_match_their_jacobian_and_the_normal() {
         let (m, curvature) = (Vector3::new(0.01, 0.55, 0.02), 4e-4);
         let (value, jacobian) = coordinates(&m, curvature);
-        for k in 0..4 {
-            let (mut moved, mut changed) = (m, curvature);
-            if k < 3 {
-                moved[k] += 1e-7
-            } else {
-                changed += 1e-7
-            }
-            assert!(((coordinates(&moved, changed).0 - value) / 1e-7 - jacobian.column(k)).norm() < 1e-5);
-        }
+        let analytic = DMatrix::from_column_slice(4, 4, jacobian.as_slice());
+        let off = jacobian_error(&analytic, |step| {
+            let moved = m + step.fixed_rows::<3>(0);
+            let moved = coordinates(&moved, curvature + step[3]).0;
+            Ok::<_, Infallible>(DVector::from_column_slice(moved.as_slice()))
+        });
+        assert!(off.unwrap() < 1e-6);
         assert!((road_normal(value.y, value.z) + m.normalize()).norm() < 1e-12);
     }
 }

@@ -10,7 +10,7 @@ use super::history::{EarlierFrame, RoadHistory};
 use super::measurement::{RoadMeasurement, forget_before};
 use super::options::{PlaneTrackingOptions, RoadOptions};
 use super::pixels::RoadPixels;
-use super::plane::RoadPlane;
+use super::plane::AlignedRoad;
 use super::view::{RoadScratch, RoadView};
 use super::watch::{HeightWatch, WatchedFrame};
 use crate::rolling_shutter::row_share;
@@ -214,7 +214,7 @@ impl RoadTracker {
         let tracking = &options.advanced.tracking;
         // Smooth asphalt has false minima with residuals as small as the true one, but the camera's height does not jump.
         let (anchor, watch) = (self.anchor, &self.watch);
-        let plausible = |found: &RoadPlane| {
+        let plausible = |found: &AlignedRoad| {
             (found.m.norm() / plane.norm()).ln().abs() < tracking.most_jump
                 && near_anchor(anchor, &found.m, tracking)
                 && watch.agrees(&found.m)
@@ -312,7 +312,7 @@ impl RoadTracker {
     }
 
     /// Widens the unmasked stretch when it does not align or has too little texture, narrows it when it has plenty.
-    fn adapt_width(&mut self, found: Option<&RoadPlane>) {
+    fn adapt_width(&mut self, found: Option<&AlignedRoad>) {
         let tracking = &self.options.advanced.tracking;
         let wanted = tracking.unmasked_pixels;
         let factor = match found.map_or(0, |f| f.pixels) {

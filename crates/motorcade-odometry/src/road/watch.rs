@@ -79,7 +79,7 @@ impl HeightWatch {
         self.filter.estimate()
     }
 
-    /// True while the road mirrors what stands above it: its pictures tell of a plane below it.
+    /// True while the road mirrors what stands above it: its pictures show a plane below it.
     pub fn mirrors(&self) -> bool {
         self.mirror.mirrors()
     }

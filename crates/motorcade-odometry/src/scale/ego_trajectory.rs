@@ -7,7 +7,7 @@ use super::ego_frame::EgoFrame;
 use super::options::MetricOptions;
 use super::scale_measurement::ScaleMeasurement;
 use super::segment_states::{Drive, Method};
-use super::state::{NoiseModel, SmoothedState};
+use super::state::{NoiseModel, OF_LOG_SCALE, SmoothedState};
 use super::steps::{metric_steps, unit_steps};
 use super::uncertainty::{Uncertainty, step_covariance};
 use crate::road::{RoadMeasurement, road_normal};
@@ -39,7 +39,7 @@ impl EgoTrajectory {
         Self::build(odometry, (measurements, &[]), height_m, options, Method::Smoothed)
     }
 
-    /// As [`EgoTrajectory::new`], with scales that another sensor tells where the road does not.
+    /// As [`EgoTrajectory::new`], with scales that another sensor measures where the road does not.
     pub fn with_distances(
         odometry: &OdometryTrajectory,
         measurements: &[RoadMeasurement],
@@ -138,7 +138,8 @@ impl EgoTrajectory {
     ) -> EgoFrame {
         let (options, frames) = (drive.options, &drive.odometry.frames);
         let record = &frames[k];
-        let scale_sigma = state.map_or(options.unknown_scale_sigma, |s| s.covariance[(0, 0)].max(0.0).sqrt());
+        let scale_sigma =
+            state.map_or(options.unknown_scale_sigma, |s| s.covariance[OF_LOG_SCALE].max(0.0).sqrt());
         let world_from_camera =
             self.frames.last().map_or(Pose::identity(), |b| b.world_from_camera * *metric_step);
         // The part of the error that is independent from frame to frame.
@@ -156,7 +157,7 @@ impl EgoTrajectory {
             let squares = since_s(record).powi(2) - since_s(before).powi(2);
             step_covariance[(5, 5)] += options.unknown_speed_sigma_mps.powi(2) * squares.max(0.0);
         }
-        let (pitch_rad, roll_rad) = state.map_or((0.0, 0.0), |s| (s.value.y, s.value.z));
+        let (pitch_rad, roll_rad) = state.map_or((0.0, 0.0), |s| (s.value.pitch_rad, s.value.roll_rad));
         let mut road_tilt_covariance = Matrix3::zeros();
         match state {
             Some(s) => road_tilt_covariance
@@ -187,7 +188,7 @@ impl EgoTrajectory {
 fn scales(states: &[Option<SmoothedState>], initial: f64) -> Vec<f64> {
     let mut scale = initial;
     let next = |state: &Option<SmoothedState>| {
-        scale = state.as_ref().map_or(scale, |s| s.value.x.exp());
+        scale = state.as_ref().map_or(scale, |s| s.value.log_scale.exp());
         scale
     };
     states.iter().map(next).collect()

@@ -5,7 +5,9 @@ use motorcade_geometry::rts::{self, FilterStep, Smoothed};
 use nalgebra::{Matrix3, Vector3};
 
 use super::options::SmootherOptions;
-use super::state::{Interval, NoiseModel, SmoothedState, StateMeasurement};
+use super::state::{
+    Interval, NoiseModel, OF_LOG_SCALE, OF_PITCH, OF_ROLL, ScaleAndTilt, SmoothedState, StateMeasurement,
+};
 
 /// Kalman filter in which outliers lose weight; returns the states and the log likelihood.
 pub(super) fn forward(
@@ -24,13 +26,13 @@ pub(super) fn forward(
         p = transition * p * transition.transpose() + process_noise;
         let (predicted, predicted_covariance) = (x, p);
         if let Some(m) = measured {
-            let innovation = m.value - mean - x;
+            let innovation = m.value.to_vector() - mean - x;
             let mut noise = m.covariance;
             if m.of_road {
-                noise[(0, 0)] += model.height_sigma.powi(2);
+                noise[OF_LOG_SCALE] += model.height_sigma.powi(2);
             }
-            noise[(1, 1)] += options.pitch_floor_rad * options.pitch_floor_rad;
-            noise[(2, 2)] += options.roll_floor_rad * options.roll_floor_rad;
+            noise[OF_PITCH] += options.pitch_floor_rad * options.pitch_floor_rad;
+            noise[OF_ROLL] += options.roll_floor_rad * options.roll_floor_rad;
             if let Some(inverse) = (p + noise).try_inverse() {
                 let d2 = innovation.dot(&(inverse * innovation));
                 // Log density of a Student t distribution in three dimensions.
@@ -62,9 +64,9 @@ fn initial(
     // The road's own errors show in its spread; few distances by another sensor have none.
     let least = first
         .clone()
-        .map(|m| if m.of_road { options.least_first_sigma } else { m.covariance[(0, 0)].sqrt() });
+        .map(|m| if m.of_road { options.least_first_sigma } else { m.covariance[OF_LOG_SCALE].sqrt() });
     let least = least.fold(f64::INFINITY, f64::min).min(options.first_sigma);
-    let mut first: Vec<f64> = first.map(|m| m.value.x).collect();
+    let mut first: Vec<f64> = first.map(|m| m.value.log_scale).collect();
     let centre = median(&mut first).unwrap_or(0.0);
     let mut spread: Vec<f64> = first.iter().map(|v| (v - centre).abs()).collect();
     let spread = sigma_from_absolute(&mut spread).unwrap_or(options.first_sigma).max(least);
@@ -78,11 +80,11 @@ pub(super) fn backward(filtered: &[FilterStep<3>], model: &NoiseModel) -> Vec<Sm
     // Correlation with the state before: Cov(x_k−1, x_k) over both standard deviations.
     let correlation = |k: usize| {
         let (before, state) = (states.get(k.wrapping_sub(1))?, states.get(k)?);
-        let sigmas = (before.covariance[(0, 0)] * state.covariance[(0, 0)]).max(0.0).sqrt();
-        (sigmas > 0.0).then(|| (before.cross_covariance[(0, 0)] / sigmas).clamp(0.0, 1.0))
+        let sigmas = (before.covariance[OF_LOG_SCALE] * state.covariance[OF_LOG_SCALE]).max(0.0).sqrt();
+        (sigmas > 0.0).then(|| (before.cross_covariance[OF_LOG_SCALE] / sigmas).clamp(0.0, 1.0))
     };
     let state = |(k, s): (usize, &Smoothed<3>)| SmoothedState {
-        value: s.mean,
+        value: ScaleAndTilt::from_vector(&s.mean),
         covariance: s.covariance,
         correlation: correlation(k).unwrap_or(0.0),
         overlap: 1.0,

@@ -9,8 +9,8 @@ use nalgebra::{Matrix3, Vector3};
 use super::options::MetricOptions;
 use super::scale_measurement::ScaleMeasurement;
 use super::smoother::smooth;
-use super::state::{Interval, NoiseModel, SmoothedState, StateMeasurement};
-use crate::road::{RoadEstimate, RoadMeasurement};
+use super::state::{Interval, NoiseModel, OF_LOG_SCALE, ScaleAndTilt, SmoothedState, StateMeasurement};
+use crate::road::{RoadEstimate, RoadMeasurement, RoadState};
 use crate::time::calibrated;
 use crate::trajectory::OdometryTrajectory;
 
@@ -62,8 +62,9 @@ impl Drive<'_> {
     }
 
     /// Log of metres per unit, eq. (5), and tilt by a measurement.
-    fn value(&self, estimate: &RoadEstimate) -> Vector3<f64> {
-        estimate.state.to_vector() + Vector3::new(self.height_m.ln(), 0.0, 0.0)
+    fn value(&self, estimate: &RoadEstimate) -> ScaleAndTilt {
+        let RoadState { log_inverse_height, pitch_rad, roll_rad } = estimate.state;
+        ScaleAndTilt { log_scale: log_inverse_height + self.height_m.ln(), pitch_rad, roll_rad }
     }
 
     fn fill_smoothed(&self, segment: usize, states: &mut [Option<SmoothedState>]) -> Option<NoiseModel> {
@@ -84,7 +85,7 @@ impl Drive<'_> {
         let own = self.measurements.iter().filter(|m| (first..=last).contains(&m.frame));
         let mut own: Vec<StateMeasurement> = own.map(state).collect();
         own.extend(self.other_measurements(first..=last, &own));
-        let mut scales: Vec<f64> = own.iter().map(|m| m.value.x).collect();
+        let mut scales: Vec<f64> = own.iter().map(|m| m.value.log_scale).collect();
         let typical = median(&mut scales)?.exp();
         let interval = |k: usize| Interval {
             travelled: self.steps[k].map_or(0.0, |s| s.translation().norm() * typical / self.height_m),
@@ -102,7 +103,7 @@ impl Drive<'_> {
         Some(model)
     }
 
-    /// Distances by other sensors, at frames whose scale the road does not tell: it tells it better.
+    /// Distances by other sensors, at frames whose scale the road does not measure: it measures it better.
     fn other_measurements(
         &self,
         frames: RangeInclusive<usize>,
@@ -137,7 +138,7 @@ impl Drive<'_> {
     fn fix_scale(&self, segment: usize, states: &mut [Option<SmoothedState>]) {
         let (scale, tilt) = (self.options.metric_variance, self.options.mounting_variance_rad2);
         let level = SmoothedState {
-            value: Vector3::zeros(),
+            value: ScaleAndTilt::default(),
             covariance: Matrix3::from_diagonal(&Vector3::new(scale, tilt, tilt)),
             correlation: 0.0,
             overlap: 1.0,
@@ -145,8 +146,8 @@ impl Drive<'_> {
         for (record, slot) in self.odometry.frames.iter().zip(states) {
             if record.segment == segment {
                 let mut state = slot.unwrap_or(level);
-                state.value.x = 0.0;
-                state.covariance[(0, 0)] = scale;
+                state.value.log_scale = 0.0;
+                state.covariance[OF_LOG_SCALE] = scale;
                 *slot = Some(state);
             }
         }

@@ -12,7 +12,7 @@ use super::state::{Interval, NoiseModel, SmoothedState, StateMeasurement};
 use crate::time::CALIBRATION_INTERVAL_S;
 
 /// Smooths over all frames; `intervals[k]` leads from frame k−1 to k. `None` without measurements; `unknown_rad` is the standard
-/// deviation of a tilt that none of them tells. Linear in the number of frames; the likelihood is evaluated at measured frames only.
+/// deviation of a tilt that none of them measures. Linear in the number of frames; the likelihood is evaluated at measured frames only.
 pub(super) fn smooth(
     intervals: &[Interval],
     measurements: &[StateMeasurement],
@@ -99,6 +99,7 @@ fn overlap(
 
 #[cfg(test)]
 mod tests {
+    use super::super::state::{OF_LOG_SCALE, OF_PITCH, ScaleAndTilt};
     use super::*;
     use nalgebra::{Matrix3, Vector3};
     use rand::{Rng, SeedableRng};
@@ -122,30 +123,31 @@ mod tests {
                 // Three times too small, as with correlated pixels.
                 StateMeasurement {
                     frame: k,
-                    value,
+                    value: ScaleAndTilt::from_vector(&value),
                     covariance: Matrix3::from_diagonal(&(sigma / 3.0).map(|s| s * s)),
                     of_road: true,
                 }
             })
             .collect();
         let (states, model) = smooth(&intervals, &measurements, 0.02, &options).unwrap();
-        let rms = (states.iter().enumerate().map(|(k, s)| (s.value.x - truth(k)).powi(2)).sum::<f64>()
-            / n as f64)
-            .sqrt();
+        let rms =
+            (states.iter().enumerate().map(|(k, s)| (s.value.log_scale - truth(k)).powi(2)).sum::<f64>()
+                / n as f64)
+                .sqrt();
         assert!(rms < 0.01, "rms {rms}");
         assert!(model.height_sigma > 0.01 && model.drift < 0.01, "{model:?}");
         assert!(smooth(&intervals, &[], 0.02, &options).is_none());
     }
 
     #[test]
-    fn distances_tell_the_scale_between_measurements_of_the_road() {
+    fn distances_give_the_scale_between_measurements_of_the_road() {
         let options = SmootherOptions::default();
         let n = 200;
         let intervals = vec![Interval { travelled: 0.6, elapsed: 1.0 }; n];
         let truth = |k: usize| 0.5 + 0.002 * k as f64;
         let road = |k: usize| StateMeasurement {
             frame: k,
-            value: Vector3::new(truth(k), 0.01, -0.02),
+            value: ScaleAndTilt { log_scale: truth(k), pitch_rad: 0.01, roll_rad: -0.02 },
             covariance: Matrix3::identity() * 1e-5,
             of_road: true,
         };
@@ -153,7 +155,7 @@ mod tests {
         let mut measured: Vec<_> = (0..40).map(road).collect();
         let error = |measured: &[StateMeasurement]| {
             let (states, _) = smooth(&intervals, measured, 0.02, &options).unwrap();
-            (states[n - 1].value.x - truth(n - 1), states[n - 1].covariance[(0, 0)].sqrt())
+            (states[n - 1].value.log_scale - truth(n - 1), states[n - 1].covariance[OF_LOG_SCALE].sqrt())
         };
         let (alone, wide) = error(&measured);
         let distances = (45..n).step_by(10).map(|k| StateMeasurement::of_scale(k, truth(k), 4e-4));
@@ -165,9 +167,9 @@ mod tests {
         );
         // Without any road the tilt stays unknown.
         let (states, model) = smooth(&intervals, &distances.collect::<Vec<_>>(), 0.02, &options).unwrap();
-        let tilt_sigma = states[100].covariance[(1, 1)].sqrt();
+        let tilt_sigma = states[100].covariance[OF_PITCH].sqrt();
         assert!(model.mean_tilt == [0.0, 0.0] && (tilt_sigma - 0.02).abs() < 1e-3, "{tilt_sigma}");
-        assert!((states[100].value.x - truth(100)).abs() < 0.02);
+        assert!((states[100].value.log_scale - truth(100)).abs() < 0.02);
     }
 
     /// The same drive, measured ten times a second, with frames in between at higher rates.
@@ -182,7 +184,9 @@ mod tests {
             let interval = Interval { travelled: 0.6 * share, elapsed: share };
             let measured = noise.iter().enumerate().map(|(k, noise)| StateMeasurement {
                 frame: (k + 1) * frames_each - 1,
-                value: Vector3::new(0.5 + 0.001 * k as f64, 0.01, -0.02) + noise,
+                value: ScaleAndTilt::from_vector(
+                    &(Vector3::new(0.5 + 0.001 * k as f64, 0.01, -0.02) + noise),
+                ),
                 covariance: Matrix3::identity() * 1e-5,
                 of_road: true,
             });
@@ -195,7 +199,10 @@ mod tests {
             assert!((same.drift, same.height_sigma) == (model.drift, model.height_sigma));
             for (k, expected) in reference.iter().enumerate() {
                 let found = &states[(k + 1) * frames_each - 1];
-                assert!((found.value - expected.value).norm() < 1e-9, "{k}: {found:?} {expected:?}");
+                assert!(
+                    (found.value.to_vector() - expected.value.to_vector()).norm() < 1e-9,
+                    "{k}: {found:?} {expected:?}"
+                );
                 assert!((found.covariance - expected.covariance).norm() < 1e-9);
             }
         }

@@ -5,6 +5,34 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::options::SmootherOptions;
 
+/// Places of variances in a covariance of [`ScaleAndTilt::to_vector`].
+pub(super) const OF_LOG_SCALE: (usize, usize) = (0, 0);
+pub(super) const OF_PITCH: (usize, usize) = (1, 1);
+pub(super) const OF_ROLL: (usize, usize) = (2, 2);
+
+/// Scale of the odometry and tilt of the road in one frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct ScaleAndTilt {
+    /// Logarithm of the metres per unit of the odometry, s.
+    pub log_scale: f64,
+    /// Pitch of the road relative to the camera \[rad\].
+    pub pitch_rad: f64,
+    /// Roll of the road relative to the camera \[rad\].
+    pub roll_rad: f64,
+}
+
+impl ScaleAndTilt {
+    /// From `[log s, pitch, roll]`.
+    pub fn from_vector(v: &Vector3<f64>) -> Self {
+        Self { log_scale: v.x, pitch_rad: v.y, roll_rad: v.z }
+    }
+
+    /// `[log s, pitch, roll]`.
+    pub fn to_vector(self) -> Vector3<f64> {
+        Vector3::new(self.log_scale, self.pitch_rad, self.roll_rad)
+    }
+}
+
 /// Motion from the frame before.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Interval {
@@ -19,18 +47,18 @@ pub(super) struct Interval {
 pub(super) struct StateMeasurement {
     /// Frame it belongs to.
     pub frame: usize,
-    /// `[log s, pitch, roll]`.
-    pub value: Vector3<f64>,
+    /// Measured scale and tilt.
+    pub value: ScaleAndTilt,
     /// Covariance (3×3).
     pub covariance: Matrix3<f64>,
-    /// True for the road; a distance by another sensor tells log s alone.
+    /// True for the road; a distance by another sensor measures log s alone.
     pub of_road: bool,
 }
 
 impl StateMeasurement {
     /// A measurement of log s alone.
     pub(super) fn of_scale(frame: usize, log_scale: f64, variance: f64) -> Self {
-        let value = Vector3::new(log_scale, 0.0, 0.0);
+        let value = ScaleAndTilt { log_scale, ..ScaleAndTilt::default() };
         let covariance = Matrix3::from_diagonal(&Vector3::new(variance, NOTHING, NOTHING));
         Self { frame, value, covariance, of_road: false }
     }
@@ -42,8 +70,8 @@ const NOTHING: f64 = 1e6;
 /// Smoothed state of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SmoothedState {
-    /// `[log s, pitch, roll]`.
-    pub value: Vector3<f64>,
+    /// Estimated scale and tilt.
+    pub value: ScaleAndTilt,
     /// Covariance (3×3).
     pub covariance: Matrix3<f64>,
     /// Correlation of the error of log s with that of the frame before, 0 to 1.
@@ -74,15 +102,16 @@ impl NoiseModel {
         options: &SmootherOptions,
     ) -> Option<Self> {
         let least = options.least_tilt_sigma_rad;
-        let of = |k: usize| -> Option<(f64, f64)> {
+        let of = |angle: fn(&ScaleAndTilt) -> f64| -> Option<(f64, f64)> {
             let own = measurements.iter().filter(|m| m.of_road);
-            let mut values: Vec<f64> = own.map(|m| m.value[k]).collect();
+            let mut values: Vec<f64> = own.map(|m| angle(&m.value)).collect();
             let mean = median(&mut values)?;
             let mut absolute: Vec<f64> = values.iter().map(|v| (v - mean).abs()).collect();
             Some((mean, sigma_from_absolute(&mut absolute)?.clamp(least, options.tilt_sigma_range * least)))
         };
         let level = (0.0, unknown_rad);
-        let ((pitch, pitch_sigma), (roll, roll_sigma)) = (of(1).unwrap_or(level), of(2).unwrap_or(level));
+        let (pitch, pitch_sigma) = of(|state| state.pitch_rad).unwrap_or(level);
+        let (roll, roll_sigma) = of(|state| state.roll_rad).unwrap_or(level);
         let model = Self {
             drift: 0.0,
             height_sigma: 0.0,

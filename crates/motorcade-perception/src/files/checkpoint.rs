@@ -27,7 +27,7 @@ pub type Identity = Vec<(String, String)>;
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Header {
-    /// [`VERSION`]; its name tells the format.
+    /// [`VERSION`]; its name says the format.
     motorcade_checkpoint: u32,
     run: Identity,
 }

@@ -92,7 +92,7 @@ fn kitti(path: &Path) -> Result<Vec<Found>> {
     let vehicle = |label: motorcade_dataset::Label| {
         // Pedestrians, cyclists and DontCare regions stand in the same files.
         let class: VehicleClass = label.class.parse().ok()?;
-        let bbox = BoundingBox::new(label.bbox_px);
+        let bbox = label.bbox;
         let external_id = Some(label.track).filter(|track| *track >= 0);
         let is_label = label.score.is_none() && label.size_hwl_m.iter().all(|side| *side > 0.0);
         let convention = if is_label { BoxConvention::ProjectedCuboid } else { BoxConvention::VisibleExtent };

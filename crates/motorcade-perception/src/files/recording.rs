@@ -25,7 +25,7 @@ const VERSION: u32 = 1;
 
 #[derive(Serialize, Deserialize)]
 struct Header {
-    /// [`VERSION`]; its name tells the format.
+    /// [`VERSION`]; its name says the format.
     motorcade_perception: u32,
     #[serde(flatten)]
     detectors: Descriptions,

@@ -8,7 +8,7 @@ use crate::detection::Detection;
 pub struct CropOptions {
     /// Cars and vans whose keypoints are looked for.
     pub keypoints: CropChoice,
-    /// All other boxes: lorries, buses, and cars too small for keypoints, of which the network tells the presence alone.
+    /// All other boxes: lorries, buses, and cars too small for keypoints, of which the network gives the presence alone.
     pub presence: CropChoice,
     /// Overlap (IoU) with a box cropped before from which it is the same vehicle.
     pub same_iou: f64,
@@ -18,7 +18,7 @@ pub struct CropOptions {
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CropChoice {
-    /// Least height of a box \[px\]: below, the crop tells less than the box. Least width: half of it.
+    /// Least height of a box \[px\]: below, the crop shows less than the box. Least width: half of it.
     pub min_height_px: f64,
     /// True for pixels of the detector's input, false for those of the picture.
     pub input_pixels: bool,

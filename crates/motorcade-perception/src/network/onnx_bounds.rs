@@ -143,23 +143,10 @@ impl Reader<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn varint(mut value: u64) -> Vec<u8> {
-        let mut bytes = Vec::new();
-        while value >= 0x80 {
-            bytes.push(value as u8 | 0x80);
-            value >>= 7;
-        }
-        bytes.push(value as u8);
-        bytes
-    }
-
-    fn field(number: u64, content: &[u8]) -> Vec<u8> {
-        [varint(number << 3 | 2), varint(content.len() as u64), content.to_vec()].concat()
-    }
+    use motorcade_testing::protobuf::{field, number, varint};
 
     fn tensor(dims: &[u64], data: usize) -> Vec<u8> {
-        let dims: Vec<u8> = dims.iter().flat_map(|d| [varint(1 << 3), varint(*d)].concat()).collect();
+        let dims: Vec<u8> = dims.iter().flat_map(|d| number(1, *d)).collect();
         field(7, &field(5, &[dims, field(9, &vec![0; data])].concat()))
     }
 

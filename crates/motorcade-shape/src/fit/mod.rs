@@ -17,7 +17,7 @@ mod track_shape;
 
 pub use fitter::ShapeFitter;
 pub use heading::HeadingEvidence;
-pub use observation::{Observation, ObservedKeypoint, RoadPlane};
+pub use observation::{MeasuredRoad, Observation, ObservedKeypoint};
 pub use options::{AdvancedFitOptions, FitMethod, FitOptions};
 pub use result::{Alternative, CLEAR_COST, ShapeFit};
 pub use track::{FrameFit, TrackFit};

@@ -1,6 +1,7 @@
 //! Observation of one vehicle in one image.
 
-use nalgebra::{Point2, Vector2, Vector3};
+use motorcade_geometry::RoadPlane;
+use nalgebra::{Point2, Vector2};
 
 use super::heading::HeadingEvidence;
 use super::options::AdvancedFitOptions;
@@ -9,7 +10,7 @@ use crate::error::FitError;
 
 /// Standard deviation of the height over a level road that was not measured \[m\]: heave of the body and unevenness, 3 cm for a car. A
 /// larger one takes the distance more from the size. No option, as the slope below: a caller that knows more, as the vehicle stage does, sets the
-/// fields of its [`RoadPlane`].
+/// fields of its [`MeasuredRoad`].
 const LEVEL_HEIGHT_SIGMA_M: f64 = 0.03;
 /// Standard deviation of the slope of such a road \[°\]. The pitch of a driving car's camera varies by about 0.25° and the slope of streets by
 /// 0.2° over 20 m; 0.5° also covers a camera that is not mounted exactly level. A larger one has the same effect.
@@ -43,25 +44,22 @@ impl ObservedKeypoint {
     }
 }
 
-/// The road under a vehicle: all X (camera frame) with `up · X = −height`.
+/// The road under a vehicle, and how well it is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RoadPlane {
-    /// Unit normal from the road to the camera (camera frame), nominally (0, −1, 0).
-    pub up: Vector3<f64>,
-    /// Height of the camera over the road \[m\].
-    pub height_m: f64,
-    /// Standard deviation of that height \[m\].
+pub struct MeasuredRoad {
+    /// The road under the camera.
+    pub plane: RoadPlane,
+    /// Standard deviation of the camera's height above it \[m\].
     pub height_sigma_m: f64,
     /// Standard deviation of the slope of the line from the road under the camera to that under the vehicle \[rad\].
     pub slope_sigma_rad: f64,
 }
 
-impl RoadPlane {
+impl MeasuredRoad {
     /// A level road, not measured.
     pub fn level(height_m: f64) -> Self {
         Self {
-            up: -Vector3::y(),
-            height_m,
+            plane: RoadPlane::level(height_m),
             height_sigma_m: LEVEL_HEIGHT_SIGMA_M,
             slope_sigma_rad: LEVEL_SLOPE_SIGMA_DEG.to_radians(),
         }
@@ -84,7 +82,7 @@ pub struct Observation {
     /// Standard deviation of a keypoint of confidence 1 along x and y \[px\].
     pub sigma_px: Vector2<f64>,
     /// The road, when it is known.
-    pub road: Option<RoadPlane>,
+    pub road: Option<MeasuredRoad>,
     /// The size of the class or track, when it is known.
     pub size: Option<SizePrior>,
     /// The heading by a network, when it is known.
@@ -136,10 +134,10 @@ impl Observation {
         };
         self.sigma_px.iter().try_for_each(|v| positive("keypoint sigma", *v))?;
         if let Some(road) = &self.road {
-            let length = road.up.norm();
+            let length = road.plane.up.norm();
             let unit = (length - 1.0).abs() < 1e-6;
             require(unit, || "length of the road normal".to_owned(), "1", length)?;
-            positive("camera height", road.height_m)?;
+            positive("camera height", road.plane.height_m)?;
             positive("sigma of the camera height", road.height_sigma_m)?;
             positive("sigma of the road's slope", road.slope_sigma_rad)?;
         }

@@ -95,7 +95,7 @@ fn line(frame: usize, class: VehicleClass, bbox: BoundingBox, score: f64) -> Lab
         truncated: -1.0,
         occluded: -1.0,
         alpha_rad: -10.0,
-        bbox_px: bbox.to_array(),
+        bbox,
         size_hwl_m: [-1.0; 3],
         location_m: [-1000.0; 3],
         ry_rad: -10.0,

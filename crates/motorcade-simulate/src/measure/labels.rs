@@ -43,7 +43,7 @@ pub(crate) fn of_frame(drive: &Drive, frame: usize, views: &[VehicleView]) -> Ve
             truncated: (100.0 * truncated.clamp(0.0, 1.0)).round() / 100.0,
             occluded: occlusion(view.visible_share()),
             alpha_rad: wrapped(ry_rad - x.atan2(z)),
-            bbox_px: bbox.to_array(),
+            bbox,
             size_hwl_m: [vehicle.size.height_m, vehicle.size.width_m, vehicle.size.length_m],
             location_m: [x, y, z],
             ry_rad,

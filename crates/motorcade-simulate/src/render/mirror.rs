@@ -8,7 +8,7 @@ use super::colour::{Colour, mixed, scaled};
 use super::resolve::Rays;
 use crate::site::Site;
 
-/// Farthest road that tells the plane \[m\].
+/// Farthest road that the plane is fitted to \[m\].
 const FAR_M: f32 = 20.0;
 /// Brightness of wet asphalt, of dry one.
 const WET: f32 = 0.6;
@@ -16,13 +16,13 @@ const WET: f32 = 0.6;
 const NORMAL: f64 = 0.02;
 const SMOOTH: f64 = 0.85;
 
-/// Plane of the road: unit normal upwards and distance from the origin along it, in the site.
-pub(super) struct RoadPlane {
+/// Plane of the road as a mirror: unit normal upwards and distance from the origin along it, in the site and not in a camera.
+pub(super) struct MirrorPlane {
     normal: Vector3<f64>,
     offset: f64,
 }
 
-impl RoadPlane {
+impl MirrorPlane {
     /// By least squares z = a + b x + c y over the near road pixels of a picture; `None` where none is seen.
     pub(super) fn of(
         camera: &PinholeCamera,
@@ -88,24 +88,24 @@ impl RoadPlane {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use motorcade_testing::CAMERA;
     use nalgebra::Point2;
 
     /// A point above the road appears in the mirrored camera where its mirror image below the road appears in the camera.
     #[test]
     fn the_mirrored_camera_sees_points_where_their_images_are() {
-        let camera = PinholeCamera { fx: 700.0, fy: 700.0, cx: 300.0, cy: 100.0, width: 620, height: 190 };
         let axes = Matrix3::from_columns(&[-Vector3::y(), -Vector3::z(), Vector3::x()]);
         let level = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes));
         let turned = level * UnitQuaternion::from_euler_angles(0.03, 0.1, 0.02);
         let pose: Pose<Site, Camera> = Pose::from_parts(turned, Vector3::new(5.0, -1.0, 2.6));
         let normal = Vector3::new(0.02, -0.01, 1.0).normalize();
-        let plane = RoadPlane { normal, offset: 1.0 };
-        let (below, mirrored) = plane.mirrored(&camera, &pose);
+        let plane = MirrorPlane { normal, offset: 1.0 };
+        let (below, mirrored) = plane.mirrored(&CAMERA, &pose);
         for point in [Point3::new(25.0, 1.0, 3.0), Point3::new(40.0, -6.0, 7.0)] {
             let image = point - normal * (2.0 * (normal.dot(&point.coords) - 1.0));
-            let seen: Point2<f64> = camera.project(&pose.inverse().transform_point(&image)).unwrap();
+            let seen: Point2<f64> = CAMERA.project(&pose.inverse().transform_point(&image)).unwrap();
             let found = below.project(&mirrored.inverse().transform_point(&point)).unwrap();
-            let upside_down = Point2::new(found.x, f64::from(camera.height) - 1.0 - found.y);
+            let upside_down = Point2::new(found.x, f64::from(CAMERA.height) - 1.0 - found.y);
             assert!((seen - upside_down).norm() < 1e-9, "{seen} {upside_down}");
         }
     }

@@ -12,7 +12,7 @@ use super::colour::Colour;
 use super::conditions::{self, Exposed};
 use super::lighting::Lighting;
 use super::look::VehicleLook;
-use super::mirror::RoadPlane;
+use super::mirror::MirrorPlane;
 use super::picture::{Picture, VehicleView};
 use super::raster::{Band, Drawn, NOTHING, facing, project};
 use super::repairs::Repairs;
@@ -197,7 +197,7 @@ impl<'a> Renderer<'a> {
     ) -> (Vec<Colour>, Picture) {
         let (mut light, picture) = self.expose_once(scene, time, camera, pose);
         if self.drive.render.weather == Weather::WetMirror {
-            if let Some(plane) = RoadPlane::of(camera, pose, &picture.depth_m, &picture.road) {
+            if let Some(plane) = MirrorPlane::of(camera, pose, &picture.depth_m, &picture.road) {
                 let (below, mirrored) = plane.mirrored(camera, pose);
                 let mirror = self.expose_of(scene, time, (&below, &mirrored), Ground::Omitted).0;
                 plane.reflect(&mut light, &mirror, &picture.road, camera, pose);

@@ -1,4 +1,4 @@
-//! Night, low sun, tunnel and mirroring asphalt on three scenarios: within the bounds of the scenario, or wide and told.
+//! Night, low sun, tunnel and mirroring asphalt on three scenarios: within the bounds of the scenario, or wide and with a warning.
 
 use motorcade_simulate::Weather::{self, LowSun, Night, Tunnel, WetMirror};
 use rayon::prelude::*;
@@ -64,11 +64,11 @@ pub fn row(case: &Case, outcome: &Outcome) -> String {
     )
 }
 
-/// Faults of an outcome: figures beyond the bounds that are neither wide and told nor told to have failed.
+/// Faults of an outcome: figures beyond the bounds that are neither wide and with a warning nor reported as failed.
 pub fn problem(case: &Case, outcome: &Outcome) -> Option<String> {
     let missed = missed(case, outcome);
-    let told = !outcome.warnings.is_empty();
+    let warned = !outcome.warnings.is_empty();
     let (wide, failed) = (sigmas(outcome) < MOST_SIGMAS, outcome.tracked < 1.0 - MOST_UNTRACKED);
-    (!missed.is_empty() && !(told && (wide || failed)))
+    (!missed.is_empty() && !(warned && (wide || failed)))
         .then(|| format!("{}: {}", case.weather.name(), missed.join("; ")))
 }

@@ -108,7 +108,7 @@ fn every_scenario_stays_within_its_bounds() {
 }
 
 #[test]
-fn a_missed_bound_is_told() {
+fn a_missed_bound_is_reported() {
     let case = &SHORT[0];
     let bad = Outcome { ego_ate_m: 99.0, scale_pct: -50.0, ..Outcome::default() };
     let reported = missed(case, &bad);

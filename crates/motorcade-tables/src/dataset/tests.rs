@@ -42,7 +42,7 @@ fn a_run_that_does_not_read_leaves_nothing() {
     fs::remove_file(runs[1].join("ego.tum")).unwrap();
     let out = folder.path().join("tables");
     let directory = OutputDirectory::open(&out, TABLES_RECORD, false).unwrap();
-    let told = join(&named(&runs).unwrap(), &directory, &[]).unwrap_err();
-    assert!(told.to_string().contains("ego.tum") && told.exit_code() == 3, "{told}");
+    let error = join(&named(&runs).unwrap(), &directory, &[]).unwrap_err();
+    assert!(error.to_string().contains("ego.tum") && error.exit_code() == 3, "{error}");
     assert!(!out.exists());
 }

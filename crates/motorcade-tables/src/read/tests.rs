@@ -34,11 +34,11 @@ fn files_that_are_no_parquet_are_named() {
     let file = tempfile::NamedTempFile::with_suffix(".parquet").unwrap();
     for content in [&b""[..], b"input,height\na.mp4,1.65\n", b"PAR1aaaaaaaaPAR1"] {
         std::fs::write(file.path(), content).unwrap();
-        let told = read_rows(file.path()).unwrap_err().to_string();
-        assert!(told.contains(".parquet") && told.contains("expected a Parquet file"), "{told}");
+        let message = read_rows(file.path()).unwrap_err().to_string();
+        assert!(message.contains(".parquet") && message.contains("expected a Parquet file"), "{message}");
     }
-    let told = read_rows(Path::new("nowhere.parquet")).unwrap_err().to_string();
-    assert!(told.contains("cannot read nowhere.parquet"), "{told}");
+    let message = read_rows(Path::new("nowhere.parquet")).unwrap_err().to_string();
+    assert!(message.contains("cannot read nowhere.parquet"), "{message}");
 }
 
 #[test]

@@ -98,7 +98,7 @@ fn errors_name_the_file() {
         let (_folder, run) = run();
         let text = fs::read_to_string(run.join(file)).unwrap();
         fs::write(run.join(file), text.replacen(from, to, 1)).unwrap();
-        let told = frames(&run, "d").and(tracks(&run, "d")).map(drop).unwrap_err();
-        assert!(told.to_string().contains(said) && told.exit_code() == 3, "{told}");
+        let error = frames(&run, "d").and(tracks(&run, "d")).map(drop).unwrap_err();
+        assert!(error.to_string().contains(said) && error.exit_code() == 3, "{error}");
     }
 }

@@ -78,14 +78,14 @@ fn an_empty_table_keeps_its_columns() {
 
 #[test]
 fn columns_that_make_no_table_are_refused() {
-    let told = |table: Table, groups: &[usize]| parquet_bytes(&table, groups).unwrap_err().to_string();
+    let message = |table: Table, groups: &[usize]| parquet_bytes(&table, groups).unwrap_err().to_string();
     let with = |column: Column| {
         let mut table = table();
         table.columns.push(column);
         table
     };
-    assert!(told(with(column("short", Values::Bool(vec![None]))), &[]).contains("`short` has 1 values"));
-    assert!(told(with(column("flag", Values::Bool(vec![None; 3]))), &[]).contains("two columns `flag`"));
-    assert!(told(Table { columns: Vec::new(), ..table() }, &[]).contains("no columns"));
-    assert!(told(table(), &[2, 2]).contains("more than its 3 rows"));
+    assert!(message(with(column("short", Values::Bool(vec![None]))), &[]).contains("`short` has 1 values"));
+    assert!(message(with(column("flag", Values::Bool(vec![None; 3]))), &[]).contains("two columns `flag`"));
+    assert!(message(Table { columns: Vec::new(), ..table() }, &[]).contains("no columns"));
+    assert!(message(table(), &[2, 2]).contains("more than its 3 rows"));
 }

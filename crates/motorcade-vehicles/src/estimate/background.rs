@@ -4,6 +4,7 @@
 //! camera cannot tell the two apart by the boxes alone. Two things do. The background keeps one place with a height that no vehicle has, and
 //! it does not touch the road where a vehicle of the size of its class would.
 
+use motorcade_geometry::robust::upper_median_by;
 use nalgebra::{Matrix4, SymmetricEigen, Vector3, Vector4};
 
 use super::drive::Drive;
@@ -50,8 +51,7 @@ fn hangs<V: Fn(&Track) -> ExternalTrack>(
             .then(|| above_m / road_height_sigma_m(ground, ahead_m, left_m, box_fit))
     };
     let mut sigmas: Vec<f64> = track.boxes.iter().filter_map(sigmas_above).collect();
-    sigmas.sort_by(f64::total_cmp);
-    sigmas.get(sigmas.len() / 2).is_some_and(|median| *median > drive.hypothesis().hanging_sigmas)
+    upper_median_by(&mut sigmas, f64::total_cmp).is_some_and(|m| m > drive.hypothesis().hanging_sigmas)
 }
 
 /// A box's centre and height \[px\], their standard deviations, and the camera.
@@ -97,8 +97,7 @@ fn stands_far<V: Fn(&Track) -> ExternalTrack>(drive: &Drive<'_, V>, track: &Trac
     // The height of the point's surroundings, in units of w.
     let mut heights: Vec<f64> =
         sights.iter().map(|s| s.height_px * s.in_camera(&point).z / drive.camera.fy).collect();
-    heights.sort_by(f64::total_cmp);
-    let Some(height) = heights.get(heights.len() / 2).copied() else { return false };
+    let Some(height) = upper_median_by(&mut heights, f64::total_cmp) else { return false };
     let hypothesis = drive.hypothesis();
     let sigmas = hypothesis.background_sigmas;
     let explained = sights.iter().filter(|s| {

@@ -1,7 +1,7 @@
 //! The vehicle in the nearest boxes of a track, where it stands.
 //!
-//! Far boxes in a row of parked vehicles are often a neighbour's. They are small and tell little of the distance, but their direction
-//! weighs as much as that of near ones. The near boxes alone place a standing vehicle well, and tell which of the far ones are its own.
+//! Far boxes in a row of parked vehicles are often a neighbour's. They are small and determine the distance badly, but their direction
+//! weighs as much as that of near ones. The near boxes alone place a standing vehicle well, and show which of the far ones are its own.
 
 use super::consistency::overlap_of_columns;
 use super::drive::Drive;

@@ -3,7 +3,7 @@
 use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
 use motorcade_perception::{BoundingBox, VehicleClass, VehicleKeypoints};
 use motorcade_shape::{
-    CLEAR_COST, Dimensions, HeadingEvidence, Layout, Observation, RoadPlane, ShapeFit, ShapeFitter,
+    CLEAR_COST, Dimensions, HeadingEvidence, Layout, MeasuredRoad, Observation, ShapeFit, ShapeFitter,
     ShapePrior, SizePrior, TrackFit, TrackShape,
 };
 use nalgebra::{Matrix3, Point3, Vector3};
@@ -109,7 +109,7 @@ impl<'a> KeypointViews<'a> {
         ExternalTrack { views, size }
     }
 
-    /// Mean log odds that the boxes of a track show a vehicle at all; `None` where nothing tells.
+    /// Mean log odds that the boxes of a track show a vehicle at all; `None` where it is not known.
     pub fn presence(&self, track: &Track) -> Option<f64> {
         let found = |b: &TrackBox| self.in_box(b.frame, &b.observed.bbox, |k| k.presence.is_some())?.presence;
         let (count, sum) =
@@ -138,7 +138,7 @@ impl<'a> KeypointViews<'a> {
         shapes: &[Option<TrackShape>; 2],
     ) -> Option<ShapeFit> {
         let other = fit.opposite?.camera_from_vehicle;
-        let up = frame.observation.road.map_or_else(|| -Vector3::y(), |road| road.up);
+        let up = frame.observation.road.map_or_else(|| -Vector3::y(), |road| road.plane.up);
         let mut observation = frame.observation.clone();
         observation.heading = Some(HeadingEvidence::half_turn_about(&other, &up));
         let fit = self.fit(frame, &observation, shapes)?;
@@ -153,9 +153,8 @@ impl<'a> KeypointViews<'a> {
         let keypoints = self.in_box(seen.frame, &bbox, VehicleKeypoints::any_found)?;
         let sigma_px = self.options.sigma_share * bbox.width().max(bbox.height());
         let mut observation = Observation::new(keypoints.points.clone(), sigma_px);
-        observation.road = Some(RoadPlane {
-            up: ground.up,
-            height_m: ground.height_m,
+        observation.road = Some(MeasuredRoad {
+            plane: ground.road(),
             height_sigma_m: self.options.road_height_sigma_m.hypot(self.level_sigma_m(&bbox, class)),
             slope_sigma_rad: self.options.road_slope_sigma_rad.hypot(ground.pitch_sigma_rad),
         });
@@ -361,7 +360,7 @@ mod tests {
             }
             VehicleKeypoints::around_points(Layout::Car14, points).unwrap()
         };
-        // A box about the second one that tells its presence alone, as of a lorry.
+        // A box about the second one that gives its presence alone, as of a lorry.
         let presence = VehicleKeypoints {
             points: vec![ObservedKeypoint::missing(); 14],
             bbox: BoundingBox::new([395.0, 195.0, 485.0, 265.0]),

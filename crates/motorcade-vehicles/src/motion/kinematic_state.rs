@@ -34,7 +34,7 @@ pub fn probability_moving(
         line.slope_of(|p| p.toward * p.covariance.trace().sqrt()),
         line.slope_of(|p| p.toward * options.common_centre_m),
     ];
-    // Noise of the line: all positions together have the weight of a few independent ones. Their scatter about the line tells how far
+    // Noise of the line: all positions together have the weight of a few independent ones. Their scatter about the line shows how far
     // their covariances, which hold errors common to all as well, are from it: a scaled inverse χ² with a prior of `noise_dof`.
     let count = positions.len();
     let independent = independent_views(count, duration, correlation_time_s, options.independent_views);
@@ -97,7 +97,7 @@ pub(super) mod tests {
 
     /// A car seen for three tenths of a second, a metre of error in each position: nobody knows.
     #[test]
-    fn a_speed_that_is_hardly_known_does_not_tell_standing() {
+    fn a_speed_that_is_hardly_known_does_not_show_standing() {
         let seen = |speed_mps: f64| {
             let mut few = positions(speed_mps)[..4].to_vec();
             for (p, error_m) in few.iter_mut().zip([1.0, -1.0, -1.0, 1.0]) {
@@ -110,9 +110,9 @@ pub(super) mod tests {
         assert!((0.15..0.6).contains(&seen(5.0)), "{}", seen(5.0));
     }
 
-    /// Covariances hold what is common to all positions too: positions of an oncoming car that lie on a line tell that it moves.
+    /// Covariances hold what is common to all positions too: positions of an oncoming car that lie on a line show that it moves.
     #[test]
-    fn positions_on_a_line_tell_more_than_scattered_ones() {
+    fn positions_on_a_line_show_more_than_scattered_ones() {
         let mut by_covariances = AdvancedVehicleOptions::default();
         by_covariances.kinematic_state.noise_dof = 1e9;
         let seen = |scatter_m: f64, options: &AdvancedVehicleOptions| {
@@ -125,8 +125,8 @@ pub(super) mod tests {
         };
         let usual = AdvancedVehicleOptions::default();
         let [on_a_line, scattered] = [0.1, 4.0].map(|scatter_m| seen(scatter_m, &usual));
-        let told = seen(0.1, &by_covariances);
-        assert!(on_a_line > told + 0.05, "{on_a_line}, {told}");
+        let by_covariances = seen(0.1, &by_covariances);
+        assert!(on_a_line > by_covariances + 0.05, "{on_a_line}, {by_covariances}");
         assert!(scattered < on_a_line - 0.05, "{scattered}, {on_a_line}");
     }
 

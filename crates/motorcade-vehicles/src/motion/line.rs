@@ -39,7 +39,7 @@ impl<'a> Line<'a> {
         self.positions.iter().map(of).sum()
     }
 
-    /// Mean squared distance of the positions from the line over that which their covariances tell; 1 without any to spare.
+    /// Mean squared distance of the positions from the line over that which their covariances state; 1 without any to spare.
     pub(crate) fn reduced_scatter(&self) -> f64 {
         let spare = self.positions.len().saturating_sub(2);
         if spare == 0 {

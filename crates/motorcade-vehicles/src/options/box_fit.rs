@@ -7,7 +7,7 @@ pub struct BoxFitOptions {
     /// Distance from the image border below which an edge counts as truncated, in pixels of the detector's input. Detectors stop one to two of
     /// them short of the border, and jitter; a larger value discards true edges.
     pub border_px: f64,
-    /// Share of an edge that a nearer box must cover for the edge to count as occluded. Rendered drives tell 0.25, 0.4
+    /// Share of an edge that a nearer box must cover for the edge to count as occluded. Rendered drives give 0.25, 0.4
     /// and 0.6 hardly apart (BENCHMARK.md, "Constants over scenarios and seeds"); a larger value takes cut boxes for whole ones.
     pub occluded_share: f64,
     /// Standard deviation of an edge, constant part, in pixels of the detector's input: its jitter. 1.0 to 1.9 px with our network

@@ -21,7 +21,7 @@ pub struct KeypointViewOptions {
     /// add little about the shape. A car followed for 30 s shows its rear alone, whose height and width would otherwise decide its length.
     pub similar_views_rad: f64,
     /// Frames before the window of an online run of which keypoints are kept, spread over the track, for its shape: four times
-    /// `shape_frames`. More keep what earlier views told of the shape for longer and need more memory.
+    /// `shape_frames`. More keep what earlier views showed of the shape for longer and need more memory.
     pub most_earlier_frames: usize,
     /// Smallest standard deviation of a dimension of the common shape \[m\].
     pub least_size_sigma_m: f64,

@@ -16,7 +16,7 @@ pub struct MetAgainOptions {
     /// Least length and height of one pass as a share of those of the other. Chosen: a larger one keeps vehicles of other sizes apart and misses
     /// passes whose size is badly known.
     pub least_size_share: f64,
-    /// Time before and after a pass in which a place seen again still tells where its vehicle stands \[s\]: the odometry drifts little over it.
+    /// Time before and after a pass in which a place seen again still shows where its vehicle stands \[s\]: the odometry drifts little over it.
     /// Chosen: a longer one joins more passes, on the word of places farther away.
     pub near_loop_s: f64,
 }

@@ -59,7 +59,7 @@ pub struct KinematicStateOptions {
     /// as well. A larger one calls fewer standing vehicles moving and more slow ones standing, as `even_odds_sigmas` does.
     pub noise_factor: f64,
     /// Weight of the covariances of single positions against their scatter about a line, in degrees of freedom. A larger one decides later where
-    /// the covariances hold what is common to all positions. Rendered drives, online, prefer 1 and 2 to 4; labelled tracks do not tell.
+    /// the covariances hold what is common to all positions. Rendered drives, online, prefer 1 and 2 to 4; labelled tracks do not decide.
     pub noise_dof: f64,
     /// Share of a speed that counts where it points backwards: few vehicles reverse, and few headings are the wrong way round.
     pub backward_share: f64,
@@ -76,7 +76,7 @@ pub struct KinematicStateOptions {
     /// Mean probability of road below the boxes of a track under which it is beside the road. Of the vehicles of 0005 and 0003 that drive it
     /// is 0.88 and more, of those parked beside the road 0.58 and less.
     pub least_road_below: f64,
-    /// Boxes with a known probability of road below them from which on they tell of a vehicle beside the road; at least 1. Chosen, not measured: more
+    /// Boxes with a known probability of road below them from which on they show a vehicle beside the road; at least 1. Chosen, not measured: more
     /// are less deceived by single masks and leave out short tracks.
     pub least_road_boxes: usize,
     /// Factor on P(moving) of a track beside the road that appears to drive ahead, as the camera does. On 0005 and 0003 none of six such

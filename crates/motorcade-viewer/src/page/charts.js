@@ -43,12 +43,12 @@ for (const svg of document.querySelectorAll('svg.chart')) {
     const x = pointer(svg, event).x;
     if (x < x0 || x > x1) return;
     put(cross, x);
-    const told = lines.flatMap(([name, line]) => {
+    const values = lines.flatMap(([name, line]) => {
       const near = [...line.points].reduce((a, b) => (Math.abs(b.x - x) < Math.abs(a.x - x) ? b : a));
       if (Math.abs(near.x - x) > 25) return [];
       return [name + ' ' + (v0 + ((near.y - y0) / (y1 - y0)) * (v1 - v0)).toFixed(2) + ' ' + svg.dataset.unit];
     });
-    readout.textContent = valueAt(x).toFixed(2) + ' ' + svg.dataset.acrossUnit + ': ' + told.join(', ');
+    readout.textContent = valueAt(x).toFixed(2) + ' ' + svg.dataset.acrossUnit + ': ' + values.join(', ');
   });
   svg.addEventListener('mouseleave', () => { put(cross, -9); readout.textContent = ''; });
   svg.addEventListener('click', (event) => {

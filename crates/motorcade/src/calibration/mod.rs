@@ -21,7 +21,7 @@ use boxes::VehicleBoxes;
 pub use mounting::Mounting;
 pub use prior::{FocalPrior, PriorOrigin};
 
-/// A camera as its drive tells it.
+/// A camera estimated from its drive.
 #[derive(Clone, Debug)]
 pub struct CameraCalibration {
     /// Lens and standard deviations.
@@ -42,7 +42,7 @@ pub struct CameraCalibration {
 /// `perception` finds are left out. `None` when the progress was cancelled.
 ///
 /// # Errors
-/// A drive that does not tell the focal length: too short, or straight. A detector that fails.
+/// A drive that does not determine the focal length: too short, or straight. A detector that fails.
 pub fn calibrate(
     sequence: &Sequence,
     perception: Perception,
@@ -71,9 +71,9 @@ pub fn calibrate(
             break;
         }
     }
-    let told = calibrator.finish();
-    let Some(lens) = told.clone().filter(|lens| lens.focal_sigma() <= options.most_focal_sigma) else {
-        return Err(Error::Input(untold(told.as_ref())));
+    let estimate = calibrator.finish();
+    let Some(lens) = estimate.clone().filter(|lens| lens.focal_sigma() <= options.most_focal_sigma) else {
+        return Err(Error::Input(undetermined(estimate.as_ref())));
     };
     let mut found =
         CameraCalibration { lens, size: (width, height), prior, mounting: None, fixed: mask, frames };
@@ -153,8 +153,8 @@ impl CameraCalibration {
     }
 }
 
-/// Why the drive does not tell the focal length, and which one would.
-fn untold(lens: Option<&LensEstimate>) -> String {
+/// Why the drive does not determine the focal length, and which one would.
+fn undetermined(lens: Option<&LensEstimate>) -> String {
     let seen = lens.map_or_else(
         || "the camera hardly moves, or too little is seen to follow it".to_owned(),
         |lens| {
@@ -167,7 +167,7 @@ fn untold(lens: Option<&LensEstimate>) -> String {
         },
     );
     format!(
-        "this drive does not tell the focal length: {seen}. Every focal length explains straight motion; take a drive with a few turns at \
+        "this drive does not determine the focal length: {seen}. Every focal length explains straight motion; take a drive with a few turns at \
          crossings (--frames chooses a part), or state the field of view with --view-deg"
     )
 }

@@ -12,14 +12,14 @@ use crate::estimator_options::VehicleHeightOptions;
 /// Rounds of reweighting.
 const ROUNDS: usize = 20;
 
-/// The camera's height as vehicles tell it.
+/// The camera's height by vehicles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeightByVehicles {
     /// Logarithm of the height over the one that was assumed.
     pub log_factor: f64,
     /// Its standard deviation.
     pub sigma: f64,
-    /// Vehicles that tell it.
+    /// Vehicles that it was estimated from.
     pub vehicles: usize,
 }
 
@@ -58,7 +58,7 @@ impl HeightByVehicles {
             mean = sizes.iter().map(|s| weight(s) * s.0).sum::<f64>() / sum;
         }
         let sigma = (1.0 / sum).sqrt().hypot(options.common_sigma);
-        // Vehicles that look too large tell of a height that is stated too great.
+        // Vehicles that look too large mean a height that is stated too great.
         Some(Self { log_factor: -mean, sigma, vehicles: sizes.len() })
     }
 
@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_height_is_told_in_spite_of_outliers() {
+    fn a_wrong_height_is_reported_in_spite_of_outliers() {
         let options = VehicleHeightOptions::default();
         let mut cars: Vec<VehicleTrajectory> =
             (0..14).map(|k| car(k, 0.3 + 0.02 * (k % 5) as f64 - 0.04)).collect();

@@ -1,8 +1,8 @@
 //! Metres by distances that another sensor measured, beside the camera's height.
 //!
 //! By the road alone all lengths have one factor in common, the error of the height. The median ratio of the sensor's distances to the
-//! estimated ones tells it; factor and height are combined by their variances. Where the road was not measured each distance also
-//! tells the scale of the odometry at its time.
+//! estimated ones gives it; factor and height are combined by their variances. Where the road was not measured each distance also
+//! gives the scale of the odometry at its time.
 
 use motorcade_geometry::robust::median;
 use motorcade_odometry::{EgoTrajectory, OdometryTrajectory, RoadMeasurement, ScaleMeasurement};
@@ -17,7 +17,7 @@ const ROUNDS: usize = 20;
 /// Steps in which clock offsets are tried \[s\].
 const CLOCK_STEP_S: f64 = 0.05;
 
-/// What the distances of another sensor tell.
+/// Results of the distances of another sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct DistanceFit {
     pub(crate) sensor: DistanceSensor,
@@ -37,7 +37,7 @@ pub(crate) struct DistanceFit {
     pub(crate) clock_offset_s: f64,
     /// Distances that were compared.
     pub(crate) count: usize,
-    /// True where no road was measured: the sensor alone tells lengths.
+    /// True where no road was measured: the sensor alone gives lengths.
     pub(crate) alone: bool,
 }
 
@@ -102,7 +102,7 @@ impl DistanceFit {
         self.log_factor.abs() > options.disagreement_sigmas * self.height_sigma.hypot(self.sigma)
     }
 
-    /// What there is to tell a user.
+    /// Messages to the user.
     pub(crate) fn describe(&self, options: &DistanceOptions) -> String {
         let Self { sensor, count, clock_offset_s, stated_m, .. } = *self;
         let percent = 100.0 * if self.alone { self.sigma } else { self.common_sigma };

@@ -79,7 +79,7 @@ fn met_again(
     join_met_again(vehicles, options, |earlier, later| loops.join(earlier, later, near_frames))
 }
 
-/// Settings with the height that vehicles tell where it is unknown or to be combined with the stated one, and what there is to say of it.
+/// Settings with the height by vehicles where it is unknown or to be combined with the stated one, and what there is to say of it.
 fn known_height(record: &FrontEndRecord, settings: &Settings) -> (Settings, Option<String>) {
     let options = &settings.config.scale.height;
     if !settings.height_unknown && (!options.combined || settings.metric()) {
@@ -108,14 +108,14 @@ fn known_height(record: &FrontEndRecord, settings: &Settings) -> (Settings, Opti
             format!("height of the camera by the size of {vehicles} cars: {height_m:.2} ± {sigma_m:.2} m")
         }
         None => format!(
-            "height of the camera guessed, {height_m:.2} ± {sigma_m:.2} m: fewer than {} cars tell it; give it with --height",
+            "height of the camera guessed, {height_m:.2} ± {sigma_m:.2} m: it cannot be estimated from fewer than {} cars; give it with --height",
             options.least_vehicles
         ),
     };
     (known, Some(words))
 }
 
-/// Settings with the height by vehicles, from the given one on, and the estimate of the last round; `None` where too few tell it.
+/// Settings with the height by vehicles, from the given one on, and the estimate of the last round; `None` where there are too few.
 fn height_by_vehicles(record: &FrontEndRecord, settings: &Settings) -> (Settings, Option<HeightByVehicles>) {
     let mut known = settings.clone();
     let mut found = None;

@@ -34,14 +34,14 @@ impl Offsets {
         after.checked_sub(1).and_then(|k| self.0.get(k)).map(|(_, offset)| offset)
     }
 
-    /// The camera of a row as it is told.
+    /// The camera of a row as it is returned.
     pub(super) fn camera(&self, row: usize, frame: &mut EgoFrame) {
         if let Some(offset) = self.at(row) {
             frame.world_from_camera = *offset * frame.world_from_camera;
         }
     }
 
-    /// A vehicle as it is told.
+    /// A vehicle as it is returned.
     pub(super) fn vehicle(&self, state: &mut VehicleState) {
         if let Some(offset) = self.at(state.frame) {
             state.world_from_vehicle = *offset * state.world_from_vehicle;
@@ -68,7 +68,7 @@ pub(super) struct OnlineLoops {
     /// Way at the last correction \[m\].
     corrected_m: f64,
     /// Pose of each keyframe as reported last.
-    told: Vec<Pose<World, Camera>>,
+    reported: Vec<Pose<World, Camera>>,
     pub(super) offsets: Offsets,
     pub(super) loops: Loops,
     revisions: usize,
@@ -88,7 +88,7 @@ impl OnlineLoops {
             judged: Vec::new(),
             corrected: Vec::new(),
             corrected_m: f64::NEG_INFINITY,
-            told: Vec::new(),
+            reported: Vec::new(),
             offsets: Offsets::default(),
             loops: Loops { kept: settings.external.map.as_ref().map(MapUse::of), ..Loops::default() },
             revisions: 0,
@@ -168,9 +168,9 @@ impl OnlineLoops {
         let options = &settings.config.places;
         let placed = place_keyframe(&settings.camera, around, k - from, placement, options)?;
         self.trajectory.push(self.step_to(placed.frame, settings)?);
-        let mut told = self.ego[placed.frame].clone();
-        self.offsets.camera(placed.frame, &mut told);
-        self.told.push(told.world_from_camera);
+        let mut reported = self.ego[placed.frame].clone();
+        self.offsets.camera(placed.frame, &mut reported);
+        self.reported.push(reported.world_from_camera);
         let needed = places.get((k + 1).saturating_sub(reach)).map_or(placed.frame, |first| first.frame);
         drop(self.ego.forget_before(needed.min(placed.frame + 1)));
         self.search.take(placed, |later, earlier, found| within_drift(found, (later, earlier), settings));
@@ -314,11 +314,13 @@ impl OnlineLoops {
         options: &AdvancedOnlineOptions,
     ) -> Vec<RevisedKeyframe> {
         let mut out = Vec::new();
-        for ((frame, told), row) in moved.frames.iter().zip(self.told.iter_mut().skip(first)).zip(rows) {
-            let off = told.inverse() * frame.world_from_camera;
+        for ((frame, reported), row) in
+            moved.frames.iter().zip(self.reported.iter_mut().skip(first)).zip(rows)
+        {
+            let off = reported.inverse() * frame.world_from_camera;
             let (moved_m, turned_rad) = (off.translation().norm(), off.rotation().angle());
             if moved_m > options.least_move_m || turned_rad > options.least_move_rad {
-                *told = frame.world_from_camera;
+                *reported = frame.world_from_camera;
                 out.push(RevisedKeyframe {
                     number: view.frames[*row].number,
                     world_from_camera: frame.world_from_camera,

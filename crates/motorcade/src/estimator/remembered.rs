@@ -1,7 +1,7 @@
 //! The last scale and road measured, which stand in where a window holds no measurement: after minutes at a light, on a road that
 //! nothing shows.
 
-use motorcade_odometry::{EgoFrame, RoadMeasurement, RoadState};
+use motorcade_odometry::{EgoFrame, RoadMeasurement, RoadState, road_tilt};
 use nalgebra::Matrix3;
 
 /// A measurement of earlier, and the way since.
@@ -19,12 +19,8 @@ pub(super) struct Remembered {
 impl Remembered {
     /// The scale and the road of a frame of this segment under a camera `height_m` high, whose unit drifts by `drift`.
     pub fn new(segment: usize, frame: &EgoFrame, height_m: f64, drift: f64) -> Self {
-        let up = frame.road_normal;
-        let state = RoadState {
-            log_inverse_height: (frame.scale / height_m).ln(),
-            pitch_rad: (up.z / up.y).atan(),
-            roll_rad: (up.x / up.y).atan(),
-        };
+        let (pitch_rad, roll_rad) = road_tilt(&frame.road_normal);
+        let state = RoadState { log_inverse_height: (frame.scale / height_m).ln(), pitch_rad, roll_rad };
         let tilt = frame.road_tilt_covariance;
         // Pitch and roll stand in the upper left there.
         let covariance = Matrix3::new(

@@ -33,7 +33,7 @@ use crate::timing::Stopwatch;
 
 /// Slack for times rounded to milliseconds \[s\].
 const ROUNDING_S: f64 = 1e-3;
-/// Frames of a window at least, however slowly they come: as many as a steady motion is told by.
+/// Frames of a window at least, however slowly they come: as many as a steady motion is recognised by.
 const LEAST_FRAMES: usize = 3;
 
 /// The estimator over the last seconds.
@@ -90,7 +90,7 @@ struct Window {
 }
 
 impl Window {
-    /// Speed over the last interval: the window has one scale, which may be another one than that of the frame before when it was told.
+    /// Speed over the last interval: the window has one scale, which may be another one than that of the frame before when it was reported.
     fn speed_mps(&self) -> f64 {
         let ([.., before, newest], [.., from, to]) = (&self.ego.frames[..], &self.infos[..]) else {
             return 0.0;

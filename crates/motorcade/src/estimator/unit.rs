@@ -207,7 +207,7 @@ mod tests {
         let found = of(&all, &way(), 0.1, &UnitOptions::default()).unwrap();
         assert_eq!(found.vehicles, 3);
         assert!((found.metres / UNIT_M).ln().abs() < 0.03 && found.sigma < 0.12, "{found:?}");
-        // As many views in a fifth of the time are too short to tell, or tell less.
+        // As many views in a fifth of the time are too short to determine it, or determine it less well.
         assert_eq!(of(&all, &way(), 0.02, &UnitOptions::default()), None);
         let short = UnitOptions { least_s: 0.2, ..UnitOptions::default() };
         let hasty = of(&all, &way(), 0.02, &short).unwrap();

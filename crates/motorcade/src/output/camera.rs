@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use motorcade_dataset::{write_kitti, write_tum};
-use motorcade_odometry::FrameStatus;
+use motorcade_odometry::{FrameStatus, road_tilt};
 
 use super::file;
 use crate::error::Result;
@@ -67,7 +67,7 @@ pub(super) fn frames(out: impl std::io::Write, result: &RunResult) -> std::io::R
             let interval_ns = frame.timestamp_ns - result.frames[before].timestamp_ns;
             result.way_m(k) / (interval_ns as f64 * 1e-9).max(1e-6)
         });
-        let n = ego.road_normal;
+        let (pitch_rad, roll_rad) = road_tilt(&ego.road_normal);
         let sigma = |i: usize| ego.covariance[(i, i)].max(0.0).sqrt();
         let number = |v: f64| format!("{v:.6}");
         table.write_record([
@@ -79,8 +79,8 @@ pub(super) fn frames(out: impl std::io::Write, result: &RunResult) -> std::io::R
             number(ego.scale),
             number(ego.scale_sigma.hypot(ego.scale_bias_sigma)),
             ego.scale_measured.to_string(),
-            number((n.z / n.y).atan()),
-            number((n.x / n.y).atan()),
+            number(pitch_rad),
+            number(roll_rad),
             number(sigma(3)),
             number(sigma(4)),
             number(sigma(5)),

@@ -20,7 +20,7 @@ pub(super) fn write(folder: &Path, result: &RunResult) -> Result<()> {
                     truncated: -1.0,
                     occluded: -1.0,
                     alpha_rad: -10.0,
-                    bbox_px: d.bbox.to_array(),
+                    bbox: d.bbox,
                     size_hwl_m: [-1.0; 3],
                     location_m: [-1000.0; 3],
                     ry_rad: -10.0,

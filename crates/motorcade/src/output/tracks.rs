@@ -155,7 +155,7 @@ pub fn track_labels(
             truncated: -1.0,
             occluded: -1.0,
             alpha_rad,
-            bbox_px: bbox.to_array(),
+            bbox,
             size_hwl_m: [vehicle.size.height_m, vehicle.size.width_m, vehicle.size.length_m],
             location_m: [location.x, location.y, location.z],
             ry_rad,

@@ -2,8 +2,9 @@
 
 use std::collections::VecDeque;
 
+use motorcade_geometry::robust::upper_median_by;
+
 use super::cells::Cells;
-use super::exposure::median;
 use super::options::PictureFaultOptions;
 
 /// A part of the picture that blurs.
@@ -46,7 +47,7 @@ impl BlurredParts {
         self.values.extend(now.gradients.iter().map(|g| g + floor));
         gradients.clear();
         gradients.extend_from_slice(&self.values);
-        let usual = median(&mut self.values).unwrap_or(1.0);
+        let usual = upper_median_by(&mut self.values, f32::total_cmp).unwrap_or(1.0);
         for (gradient, deviation) in gradients.iter_mut().zip(&now.deviations) {
             let blank = f64::from(*deviation) < options.blank_grey;
             *gradient = if blank { f32::INFINITY } else { *gradient / usual };

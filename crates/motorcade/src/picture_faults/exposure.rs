@@ -1,5 +1,7 @@
 //! Jumps of exposure: all of a picture is brighter or darker by one factor.
 
+use motorcade_geometry::robust::upper_median_by;
+
 use super::cells::Cells;
 use super::options::PictureFaultOptions;
 use crate::frame_list::FrameList;
@@ -20,9 +22,9 @@ impl ExposureJumps {
         let ratio = |(a, b): (&f32, &f32)| ((b + floor) / (a + floor)).ln();
         self.ratios.clear();
         self.ratios.extend(before.means.iter().zip(&now.means).map(ratio));
-        let Some(change) = median(&mut self.ratios) else { return };
+        let Some(change) = upper_median_by(&mut self.ratios, f32::total_cmp) else { return };
         self.ratios.iter_mut().for_each(|r| *r = (*r - change).abs());
-        let spread = median(&mut self.ratios).unwrap_or_default();
+        let spread = upper_median_by(&mut self.ratios, f32::total_cmp).unwrap_or_default();
         let factor = change.abs().exp();
         if f64::from(factor) > options.exposure_factor && f64::from(spread) < options.exposure_spread {
             self.frames.push(number);
@@ -38,10 +40,4 @@ impl ExposureJumps {
             self.largest
         ))
     }
-}
-
-/// The median; the values are reordered.
-pub(super) fn median(values: &mut [f32]) -> Option<f32> {
-    let middle = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f32::total_cmp).1)
 }

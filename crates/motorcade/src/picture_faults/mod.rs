@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clean_drive_has_nothing_to_tell() {
+    fn a_clean_drive_gives_no_warning() {
         assert_eq!(said(|_, image| image), Vec::<String>::new());
         // Brighter by 20 % within a frame, as under a bridge, and gradually by half.
         let brighter = |k: u32, image: GrayImage| {
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn exposure_that_jumps_is_told_by_its_frames() {
+    fn exposure_that_jumps_is_reported_by_its_frames() {
         let halved = |k: u32, image: GrayImage| {
             if (20..23).contains(&k) { part(image, 0..144, 0..72, |_, _, v| v / 2) } else { image }
         };
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn a_grey_half_is_told_by_its_frames_and_is_no_dirt() {
+    fn a_grey_half_is_reported_by_its_frames_and_is_no_dirt() {
         let grey = |k: u32, image: GrayImage| {
             if (20..30).contains(&k) { part(image, 0..72, 0..72, |_, _, _| 128) } else { image }
         };
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn dirt_is_told_by_its_place() {
+    fn dirt_is_reported_by_its_place() {
         let dirty = |k: u32, image: GrayImage| {
             if k < 20 { image } else { part(image, 48..96, 24..48, |_, _, v| 80 + v / 3) }
         };

@@ -24,7 +24,7 @@ struct Sample {
     information: f32,
 }
 
-/// Pixels of the road that tell its distance: those whose grey value changes along the motion.
+/// Pixels of the road that show its distance: those whose grey value changes along the motion.
 #[derive(Default)]
 pub(crate) struct HeightSamples {
     samples: Vec<Sample>,

@@ -4,7 +4,7 @@
 //! its own column no more often than in columns beside it, which serve as control: one time in five, whatever the texture.
 //!
 //! A point at depth Z and its mirror image have the same Z, and the road lies midway: with rays `r` of unit depth and the unit
-//! normal n away from the camera, `nᵀ(r_above + r_below) Z = 2 h`. So each pair tells its distance in camera heights.
+//! normal n away from the camera, `nᵀ(r_above + r_below) Z = 2 h`. So each pair gives its distance in camera heights.
 
 use motorcade_geometry::PinholeCamera;
 use nalgebra::{Point2, Vector3};
@@ -319,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn a_point_and_its_mirror_image_tell_their_depth() {
+    fn a_point_and_its_mirror_image_give_their_depth() {
         let (pyramid, down) = (picture(true), Vector3::y());
         let mut pairs = Vec::new();
         let options = MirrorOptions::default();
@@ -328,7 +328,7 @@ mod tests {
         assert!(pairs.len() > 20, "{}", pairs.len());
         let near = |pair: &&MirrorPair| (pair.inverse_depth * 8.0 - 1.0).abs() < 0.02;
         assert!(10 * pairs.iter().filter(near).count() > 9 * pairs.len(), "{pairs:?}");
-        // Points that may move tell nothing.
+        // Points that may move measure nothing.
         view(&pyramid, &down).pairs(|_| true, |_| false, &options, &mut scratch, &mut pairs);
         assert!(pairs.is_empty());
     }

@@ -29,7 +29,7 @@ pub struct MirrorOptions {
     pub least_sigmas: f64,
     /// Patches that count as one: neighbours share texture.
     pub correlated_patches: f64,
-    /// Least correlation of a patch and its mirror image that tells a distance.
+    /// Least correlation of a patch and its mirror image that gives a distance.
     pub least_correlation: f64,
 }
 

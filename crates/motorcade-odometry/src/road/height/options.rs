@@ -38,7 +38,7 @@ pub struct HeightOptions {
     pub least_overlap: f64,
     /// Least distance between two frames \[odometry units\]: shorter ones show no parallax anywhere.
     pub least_baseline_units: f64,
-    /// Least step from frame to frame that tells the direction of travel \[odometry units\].
+    /// Least step from frame to frame that gives the direction of travel \[odometry units\].
     pub least_step_units: f64,
     /// Least and greatest distance between two frames when the height is known \[camera heights\].
     pub baseline_heights: [f64; 2],

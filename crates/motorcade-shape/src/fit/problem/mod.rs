@@ -23,7 +23,7 @@ use nalgebra::{Matrix3, Point2, SVector, Vector2, Vector3};
 use super::DOF;
 use super::heading::HeadingEvidence;
 use super::model::{Model, State};
-use super::observation::{Observation, RoadPlane};
+use super::observation::{MeasuredRoad, Observation};
 use super::options::FitOptions;
 use crate::dimensions::SizePrior;
 
@@ -82,7 +82,7 @@ pub(crate) struct Problem<'a> {
     measured: Vec<Measured>,
     /// Model points that were not found.
     missing: Vec<usize>,
-    road: Option<RoadPlane>,
+    road: Option<MeasuredRoad>,
     size: Option<SizePrior>,
     heading: Option<HeadingEvidence>,
     swapped: bool,
@@ -131,7 +131,7 @@ impl<'a> Problem<'a> {
 
     /// Unit normal of the road towards the camera (camera frame).
     pub fn up(&self) -> Vector3<f64> {
-        self.road.map_or_else(|| -Vector3::y(), |r| r.up)
+        self.road.map_or_else(|| -Vector3::y(), |r| r.plane.up)
     }
 
     /// Cost of what hypotheses differ in and refinement does not change: the assignment of sides, and the heading by a network.

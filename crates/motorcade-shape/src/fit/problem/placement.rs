@@ -1,5 +1,6 @@
 //! Initial positions of a vehicle of known orientation.
 
+use motorcade_geometry::RoadPlane;
 use motorcade_geometry::robust::median;
 use nalgebra::{Matrix3, Point2, Vector2, Vector3};
 
@@ -45,9 +46,10 @@ impl Problem<'_> {
                 }
             }
             if let Some(road) = &self.road {
+                let RoadPlane { up, height_m } = road.plane;
                 let weight = 1.0 / road.height_sigma_at(t.z.max(1.0)).powi(2);
-                h += road.up * road.up.transpose() * weight;
-                g -= road.up * (road.height_m * weight);
+                h += up * up.transpose() * weight;
+                g -= up * (height_m * weight);
             }
             t = h.cholesky()?.solve(&g);
             if !(t.z > NEAREST_M && t.z < FARTHEST_M) {
@@ -64,7 +66,7 @@ impl Problem<'_> {
             median(&mut values).unwrap_or(0.0)
         };
         let t = self.camera.ray(&Point2::new(middle(0), middle(1))) * distance_m;
-        let over_road_m = self.road.map_or(BODY_CENTRE_M, |r| r.up.dot(&t) + r.height_m);
+        let over_road_m = self.road.map_or(BODY_CENTRE_M, |r| r.plane.up.dot(&t) + r.plane.height_m);
         t - self.up() * over_road_m
     }
 

@@ -15,7 +15,7 @@ impl Problem<'_> {
             let weight = 1.0 / road.height_sigma_at(self.distance_m);
             let mut j = SVector::<f64, DOF>::zeros();
             j.fixed_rows_mut::<3>(3).copy_from(&(rotation.transpose() * up * weight));
-            rows.push(Row { term: Term::Road, r: (up.dot(translation) + road.height_m) * weight, j });
+            rows.push(Row { term: Term::Road, r: (up.dot(translation) + road.plane.height_m) * weight, j });
         }
         let sigma =
             self.road.map_or(self.options.level_sigma_rad, |r| r.lean_sigma_rad(&self.options.advanced));

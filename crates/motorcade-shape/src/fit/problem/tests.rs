@@ -30,7 +30,7 @@ fn analytic_jacobians_match_differences() {
             })
             .collect();
         let mut observation = Observation::new(keypoints, 2.0);
-        observation.road = Some(RoadPlane::level(1.6));
+        observation.road = Some(MeasuredRoad::level(1.6));
         observation.size = Some(SizePrior {
             mean: Dimensions { length_m: 4.2, width_m: 1.7, height_m: 1.5 },
             sigma: Dimensions { length_m: 0.4, width_m: 0.1, height_m: 0.1 },

@@ -40,7 +40,7 @@ struct TrackNormal {
 
 impl ShapeFitter {
     /// Levenberg–Marquardt over all poses and the shape; returns the cost. The prior of the shape counts `repeated` times: what the
-    /// frames tell of it together is less certain by that factor of variance.
+    /// frames show of it together is less certain by that factor of variance.
     pub(super) fn solve(&self, frames: &mut [Frame<'_>], repeated: f64, rows: &mut Vec<Row>) -> f64 {
         let mut damping = 1e-3;
         let Some(mut normal) = self.linearise(frames, repeated, rows) else { return f64::INFINITY };

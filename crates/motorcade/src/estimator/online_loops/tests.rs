@@ -42,15 +42,15 @@ fn a_loop_corrects_the_estimates_from_then_on() {
     let scene = scene(ROUND + 90, true);
     let (loops, revisions) = drive(&scene, &settings(1));
     assert!(revisions.len() >= 2 && loops.loops.closed().count() >= 8, "{:?}", loops.loops);
-    let error = |row: usize, told: bool| {
+    let error = |row: usize, corrected: bool| {
         let mut frame = scene.ego[row].clone();
-        if told {
+        if corrected {
             loops.offsets.camera(row, &mut frame);
         }
         (frame.world_from_camera.translation() - scene.truth[row].translation()).norm()
     };
     let (first, last) = (revisions[0].frame.number as usize, scene.ego.len() - 1);
-    // Frames before the first correction stay as they were told.
+    // Frames before the first correction stay as they were returned.
     assert_eq!(error(first - 1, true), error(first - 1, false));
     assert!(
         error(last, false) > 1.5 && error(last, true) < 0.5,
@@ -98,7 +98,7 @@ fn kept_map(scene: &Scene, there: &Pose<World, World>) -> KeptMap {
 }
 
 #[test]
-fn a_drive_is_told_in_the_world_of_a_kept_map_once_it_is_met() {
+fn a_drive_is_in_the_world_of_a_kept_map_once_it_is_met() {
     let there = Pose::exp(&Vector6::new(0.0, 1.2, 0.0, 300.0, 2.0, -80.0));
     let map = kept_map(&scene(ROUND + 20, true), &there);
     let scene = scene(ROUND + 20, true);
@@ -109,16 +109,16 @@ fn a_drive_is_told_in_the_world_of_a_kept_map_once_it_is_met() {
     assert!(first.by_map.unwrap() >= 10 && first.closed == 0, "{first:?}");
     let line: serde_json::Value = serde_json::from_str(&first.to_json()).unwrap();
     assert_eq!(line["map"]["matches"].as_u64(), first.by_map.map(|n| n as u64));
-    let told = |row: usize| {
+    let returned = |row: usize| {
         let mut frame = scene.ego[row].clone();
         loops.offsets.camera(row, &mut frame);
         frame.world_from_camera
     };
     let met = first.frame.number as usize;
     assert_eq!(loops.loops.kept.as_ref().unwrap().told_from, Some(met));
-    assert!(met < 70 && told(met - 1) == scene.ego[met - 1].world_from_camera, "{met}");
+    assert!(met < 70 && returned(met - 1) == scene.ego[met - 1].world_from_camera, "{met}");
     for row in met..scene.truth.len() {
-        let off = (told(row).translation() - (there * scene.truth[row]).translation()).norm();
+        let off = (returned(row).translation() - (there * scene.truth[row]).translation()).norm();
         assert!(off < 0.4, "row {row}: {off} m");
     }
     // Its own places are kept in that world too.

@@ -60,8 +60,8 @@ impl SlidingEstimator {
             frames.iter_mut().enumerate().for_each(|(row, frame)| loops.offsets.camera(row, frame));
             loops.finish(settings)
         });
-        let told = loops.describe();
-        let warnings = self.warnings.into_iter().chain(unit).chain(unknown).chain(told);
+        let by_loops = loops.describe();
+        let warnings = self.warnings.into_iter().chain(unit).chain(unknown).chain(by_loops);
         let warnings = lost.into_iter().chain(states_lost).chain(warnings).collect();
         let estimated = Estimated {
             camera: settings.camera,
