@@ -51,16 +51,15 @@ pub(super) fn read(directory: &Path) -> Result<Vec<RecordedFrame>> {
         }
         let step_mps = row.number("speed_mps")?;
         let of_step = (step_mps, Some(step_mps * row.number("scale_sigma_rel")?));
-        let speed = speeds.as_ref().map(|speeds| speeds.get(at).copied());
-        let (speed_mps, speed_sigma_mps) = match speed {
+        let (speed_mps, speed_sigma_mps) = match speeds.as_deref().map(|rows| rows.get(at)) {
             None => of_step,
-            Some(Some((of_frame, mps, sigma_mps))) if of_frame == number => (mps, sigma_mps),
+            Some(Some(speed)) if speed.frame == number => (speed.mps, speed.sigma_mps),
             // One row more or less is named with the other tables below.
             Some(None) => break,
-            Some(Some((of_frame, ..))) => {
-                let problem =
-                    format!("row {} is of frame {of_frame}, that of frames.csv of {number}", at + 1);
-                return Err(Error::Input(format!("{}: {problem}", directory.join("speeds.csv").display())));
+            Some(Some(speed)) => {
+                let (path, line) = (directory.join("speeds.csv"), at + 2);
+                let problem = format!("expected frame {number}, as in frames.csv, found {}", speed.frame);
+                return Err(Error::Input(format!("{}:{line}: {problem}", path.display())));
             }
         };
         let [pitch, roll] = row.numbers(["road_pitch_rad", "road_roll_rad"])?;
@@ -94,16 +93,27 @@ pub(super) fn read(directory: &Path) -> Result<Vec<RecordedFrame>> {
     Ok(frames)
 }
 
-/// Frame number, speed of the camera and its standard deviation \[m/s\] of every row; `None` without the file.
-fn speeds(path: &Path) -> Result<Option<Vec<(u64, f64, Option<f64>)>>> {
+/// A row of `speeds.csv`.
+struct Speed {
+    frame: u64,
+    mps: f64,
+    sigma_mps: Option<f64>,
+}
+
+/// Speeds of the camera; `None` without the file.
+fn speeds(path: &Path) -> Result<Option<Vec<Speed>>> {
     if !path.exists() {
         return Ok(None);
     }
     let table = Table::read(path)?;
-    let row = |row: NamedRow<'_>| {
-        Ok((row.whole("frame")?, row.number("speed_mps")?, row.number_or_none("sigma_speed_mps")?))
+    let speed = |row: NamedRow<'_>| {
+        Ok(Speed {
+            frame: row.whole("frame")?,
+            mps: row.number("speed_mps")?,
+            sigma_mps: row.number_or_none("sigma_speed_mps")?,
+        })
     };
-    table.rows().map(row).collect::<Result<_>>().map(Some)
+    table.rows().map(speed).collect::<Result<_>>().map(Some)
 }
 
 /// Covariances of all poses from their upper triangles.

@@ -116,7 +116,7 @@ frame,id,class,x_m,y_m,z_m,qx,qy,qz,qw,length_m,width_m,height_m,speed_mps,sigma
             ),
             ("speeds.csv", "7,0.7,8.1,\n", "", "ego_covariance.csv 2, speeds.csv 1"),
             ("speeds.csv", "7,0.7", "7,0.7,8.1,\n8,0.8", "speeds.csv 3"),
-            ("speeds.csv", "7,0.7", "6,0.7", "speeds.csv: row 2 is of frame 6"),
+            ("speeds.csv", "7,0.7", "6,0.7", "speeds.csv:3: expected frame 7"),
         ] {
             let folder = directory();
             std::fs::write(folder.path().join("speeds.csv"), SPEEDS).unwrap();
