@@ -20,8 +20,8 @@ pub(crate) struct JointSize {
 pub struct SizeByRoad {
     /// Class that the detector calls it.
     pub class: VehicleClass,
-    /// Boxes it was seen in.
-    pub views: usize,
+    /// Boxes it was seen in, counted as at most one per correlation time.
+    pub views: f64,
     /// Logarithm of the factor on the mean size of that class.
     pub log_factor: f64,
     /// Variance of it: of the boxes and of the road's plane, not of the class.
@@ -32,11 +32,12 @@ pub struct SizeByRoad {
 }
 
 impl SizeByRoad {
-    /// The factor on the mean size of `class` that explains the views best. All views together have the weight of `independent_views`. `None` when
-    /// they determine nothing.
+    /// The factor on the mean size of `class` that explains the views best. All views together, `views_in_time` of them at
+    /// most one per correlation time, have the weight of `independent_views`. `None` when they determine nothing.
     pub(crate) fn from_views(
         views: &[(usize, SingleView)],
         class: VehicleClass,
+        views_in_time: f64,
         independent_views: f64,
         options: &BoxFitOptions,
     ) -> Option<Self> {
@@ -52,7 +53,7 @@ impl SizeByRoad {
         let log_factor = (1.0 + gradient / information).ln();
         (information > 0.0 && log_factor.is_finite()).then(|| Self {
             class,
-            views: views.len(),
+            views: views_in_time,
             log_factor,
             variance: 1.0 / information,
             beside_m: beside / information,

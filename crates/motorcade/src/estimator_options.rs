@@ -117,8 +117,9 @@ pub struct VehicleHeightOptions {
     pub least_vehicles: usize,
     /// Cars needed to doubt a stated height.
     pub least_for_disagreement: usize,
-    /// Boxes of a car, at least: half a second at ten frames a second, less at more. Chosen, not measured: more leave out cars that pass closely.
-    pub least_views: usize,
+    /// Boxes of a car, at least, counted as at most one per correlation time (`vehicles.advanced.correlation_time_s`): half a second. Chosen, not
+    /// measured: more leave out cars that pass closely.
+    pub least_views: f64,
     /// Largest standard deviation of the logarithm of a car's size by the road.
     pub most_sigma: f64,
     /// Standard deviation of the logarithm of a car's size about the mean of all, with what its boxes err in common: 0.06 for the
@@ -145,7 +146,7 @@ impl Default for VehicleHeightOptions {
             combined: false,
             least_vehicles: 3,
             least_for_disagreement: 8,
-            least_views: 5,
+            least_views: 5.0,
             most_sigma: 0.3,
             vehicle_sigma: 0.12,
             cross_fall_sigma_rad: 0.04,

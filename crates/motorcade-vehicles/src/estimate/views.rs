@@ -48,6 +48,7 @@ impl Views {
         let size_by_road = SizeByRoad::from_views(
             &first,
             input.track.votes.class(),
+            input.independent_views(first.len(), span(&first), f64::MAX),
             independent,
             &input.options.advanced.box_fit,
         );

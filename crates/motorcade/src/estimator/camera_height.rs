@@ -115,7 +115,7 @@ mod tests {
             size_covariance: Matrix3::identity() * 0.01,
             size_by_road: Some(SizeByRoad {
                 class: VehicleClass::Car,
-                views: 20,
+                views: 20.0,
                 log_factor,
                 variance: 0.0025,
                 beside_m: 0.0,
