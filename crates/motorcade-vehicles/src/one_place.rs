@@ -1,23 +1,29 @@
 //! Standing vehicles in one place.
 //!
 //! Two tracks on a standing vehicle (one of its two boxes, the boxes before and after it was hidden, those parted from a track that slipped) become two
-//! cuboids within each other. Two vehicles are not in one place.
+//! cuboids within each other. Two vehicles are not in one place; two that are seen side by side are two, wherever they were placed.
 
-use motorcade_geometry::{Pose, Vehicle, World};
+use motorcade_geometry::{BoundingBox, Pose, Vehicle, World};
 
 use crate::met_again::{best, join};
+use crate::options::AdvancedVehicleOptions;
 use crate::trajectory::{Source, VehicleState, VehicleTrajectory};
 
-/// Makes one vehicle of standing ones of which one has its centre within the footprint of the other, where both are known best. Of
-/// the identities that of the vehicle with the larger sum of scores stays. Vehicles stand below the probability `moving_from`.
-pub fn join_in_one_place(vehicles: Vec<VehicleTrajectory>, moving_from: f64) -> Vec<VehicleTrajectory> {
+/// Makes one vehicle of standing ones of which one has its centre within the footprint of the other, where both are known best, and
+/// that are not seen side by side. Of the identities that of the vehicle with the larger sum of scores stays.
+pub fn join_in_one_place(
+    vehicles: Vec<VehicleTrajectory>,
+    options: &AdvancedVehicleOptions,
+) -> Vec<VehicleTrajectory> {
     let evidence = |v: &VehicleTrajectory| v.states.iter().map(|s| s.score).sum::<f64>();
     let mut by_evidence = vehicles;
     by_evidence.sort_by(|a, b| evidence(b).total_cmp(&evidence(a)).then(a.id.cmp(&b.id)));
     let mut out: Vec<VehicleTrajectory> = Vec::with_capacity(by_evidence.len());
     for vehicle in by_evidence {
-        let stands = |v: &VehicleTrajectory| v.p_moving < moving_from;
-        let in_place_of = |v: &&mut VehicleTrajectory| stands(v) && stands(&vehicle) && overlap(v, &vehicle);
+        let stands = |v: &VehicleTrajectory| v.p_moving < options.kinematic_state.moving_from;
+        let in_place_of = |v: &&mut VehicleTrajectory| {
+            stands(v) && stands(&vehicle) && overlap(v, &vehicle) && !side_by_side(&vehicle, v, options)
+        };
         match out.iter_mut().find(in_place_of) {
             Some(stronger) => {
                 join(stronger, vehicle);
@@ -40,6 +46,26 @@ fn overlap(a: &VehicleTrajectory, b: &VehicleTrajectory) -> bool {
 fn covers(vehicle: &VehicleTrajectory, at: &Pose<World, Vehicle>, other: &Pose<World, Vehicle>) -> bool {
     let apart = (at.inverse() * *other).translation();
     apart.x.abs() < 0.5 * vehicle.size.length_m && apart.y.abs() < 0.5 * vehicle.size.width_m
+}
+
+/// True when boxes of `weak` are beside those of `strong`, neither a part of the other, in more frames than a few.
+fn side_by_side(
+    weak: &VehicleTrajectory,
+    strong: &VehicleTrajectory,
+    options: &AdvancedVehicleOptions,
+) -> bool {
+    let hypothesis = &options.hypothesis;
+    let seen = |v: &VehicleTrajectory, frame: usize| {
+        let state = v.states.binary_search_by_key(&frame, |s| s.frame).ok().map(|k| &v.states[k]);
+        state.filter(|s| s.source != Source::Predicted).and_then(|s| s.bbox)
+    };
+    let apart = |a: &BoundingBox, b: &BoundingBox| {
+        a.intersection(b) <= hypothesis.double_inside * a.area().min(b.area())
+    };
+    let boxes = || weak.states.iter().filter_map(|s| Some((s.frame, seen(weak, s.frame)?)));
+    let beside =
+        boxes().filter(|(frame, own)| seen(strong, *frame).is_some_and(|other| apart(own, &other))).count();
+    beside as f64 > hypothesis.most_foreign_share * boxes().count() as f64
 }
 
 /// Of two states of a frame the measured one stays, and of two measured ones that with the larger score.
@@ -91,7 +117,7 @@ mod tests {
             vehicle(4, 5..30, [0.0, 2.1], 0.7),
             vehicle(5, 40..45, [0.4, 0.0], 0.7),
         ];
-        let found = join_in_one_place(all, 0.5);
+        let found = join_in_one_place(all, &AdvancedVehicleOptions::default());
         let spans: Vec<(usize, usize)> = found.iter().map(|v| (v.id, v.states.len())).collect();
         assert_eq!(spans, [(2, 30), (3, 25), (4, 25)]);
         assert!(found[0].p_moving < 0.01);
@@ -105,7 +131,7 @@ mod tests {
             (state.score, state.source) = (0.0, Source::Predicted);
         }
         let weak = vehicle(2, 8..16, [0.2, 0.0], 0.5);
-        let found = join_in_one_place(vec![weak, strong], 0.5);
+        let found = join_in_one_place(vec![weak, strong], &AdvancedVehicleOptions::default());
         let score = |frame: usize| found[0].states[frame].score;
         assert_eq!((found.len(), found[0].id), (1, 1));
         assert_eq!([score(9), score(12), score(18)], [0.7, 0.5, 0.0]);
@@ -115,7 +141,24 @@ mod tests {
     fn what_moves_is_not_joined() {
         let mut moves = vehicle(2, 0..10, [0.0, 0.0], 0.7);
         moves.p_moving = 0.5;
-        assert_eq!(join_in_one_place(vec![vehicle(1, 0..10, [0.0, 0.0], 0.7), moves], 0.5).len(), 2);
-        assert!(join_in_one_place(Vec::new(), 0.5).is_empty());
+        let (options, stands) = (AdvancedVehicleOptions::default(), vehicle(1, 0..10, [0.0, 0.0], 0.7));
+        assert_eq!(join_in_one_place(vec![stands, moves], &options).len(), 2);
+        assert!(join_in_one_place(Vec::new(), &options).is_empty());
+    }
+
+    /// Neighbours of a row, one of them placed wrongly; a cab and its lorry.
+    #[test]
+    fn vehicles_seen_side_by_side_are_two() {
+        let with_box = |id: usize, x_px: f64, width_px: f64| {
+            let mut seen = vehicle(id, 0..20, [0.1 * id as f64, 0.0], 0.7);
+            let bbox = BoundingBox::new([x_px, 100.0, x_px + width_px, 150.0]);
+            seen.states.iter_mut().for_each(|s| s.bbox = Some(bbox));
+            seen
+        };
+        let joined = |other: VehicleTrajectory| {
+            join_in_one_place(vec![with_box(1, 200.0, 60.0), other], &AdvancedVehicleOptions::default()).len()
+        };
+        assert_eq!(joined(with_box(2, 240.0, 60.0)), 2);
+        assert_eq!(joined(with_box(2, 220.0, 30.0)), 1);
     }
 }
