@@ -2,7 +2,8 @@
 
 use std::ops::RangeInclusive;
 
-use nalgebra::{Matrix2, Vector2};
+use motorcade_geometry::{Pose, Vehicle};
+use nalgebra::{Matrix2, Matrix6, Vector2, Vector3, Vector6};
 
 use crate::options::AdvancedVehicleOptions;
 use crate::trajectory::{PoseObservation, VehicleState, VehicleTrajectory};
@@ -71,8 +72,13 @@ fn same_place(a: &VehicleTrajectory, b: &VehicleTrajectory, options: &AdvancedVe
     (near && alike && rotation[(0, 0)].abs() >= gates.least_cosine).then(|| across.norm())
 }
 
-/// Adds the states of a later pass to those of the earlier ones, for one size.
+/// Adds the states of a later pass to those of the earlier ones, for one size and with the front of the earlier ones.
 pub(crate) fn join(earlier: &mut VehicleTrajectory, mut later: VehicleTrajectory) {
+    let heading =
+        |v: &VehicleTrajectory| best(v).map(|s| s.world_from_vehicle.transform_vector(&Vector3::x()));
+    if heading(earlier).zip(heading(&later)).is_some_and(|(a, b)| a.dot(&b) < 0.0) {
+        later.states.iter_mut().for_each(turn_round);
+    }
     let (variance, other) = (earlier.scale_variance(), later.scale_variance());
     let apart = (later.size.height_m / earlier.size.height_m).ln();
     // The better known size counts: both have the same prior, so that they do not confirm each other.
@@ -89,6 +95,26 @@ pub(crate) fn join(earlier: &mut VehicleTrajectory, mut later: VehicleTrajectory
     earlier.states.append(&mut later.states);
 }
 
+/// The state of the same cuboid with front and rear exchanged: half a turn about the vehicle's own upward axis.
+fn turn_round(state: &mut VehicleState) {
+    let half: Pose<Vehicle, Vehicle> =
+        Pose::exp(&Vector6::new(0.0, 0.0, std::f64::consts::PI, 0.0, 0.0, 0.0));
+    // Tangents `[ω, ν]` of the vehicle's frame: forward and left change sign.
+    let signs = Matrix6::from_diagonal(&Vector6::new(-1.0, -1.0, 1.0, -1.0, -1.0, 1.0));
+    let turned = |covariance: &Matrix6<f64>| signs * covariance * signs;
+    state.world_from_vehicle = state.world_from_vehicle * half;
+    state.covariance = turned(&state.covariance);
+    if let Some(measurement) = &mut state.measurement {
+        measurement.camera_from_vehicle = measurement.camera_from_vehicle * half;
+        measurement.covariance = turned(&measurement.covariance);
+    }
+    for observation in &mut state.observations {
+        observation.camera_from_vehicle = observation.camera_from_vehicle * half;
+        observation.covariance = turned(&observation.covariance);
+        observation.scale_derivative = signs * observation.scale_derivative;
+    }
+}
+
 /// Observations as they are when the logarithm of the size is larger by `by`.
 fn shift(states: &mut [VehicleState], by: f64) {
     let moved = |o: &mut PoseObservation| {
@@ -101,10 +127,9 @@ fn shift(states: &mut [VehicleState], by: f64) {
 mod tests {
     use super::*;
     use crate::trajectory::Source;
-    use motorcade_geometry::Pose;
     use motorcade_perception::VehicleClass;
     use motorcade_shape::Dimensions;
-    use nalgebra::{Matrix3, Matrix6, Vector6};
+    use nalgebra::Matrix3;
 
     fn vehicle(id: usize, frames: std::ops::Range<usize>, at: [f64; 2], p_moving: f64) -> VehicleTrajectory {
         let state = |frame| VehicleState {
@@ -146,6 +171,23 @@ mod tests {
         let (found, count) = join_met_again(all, &AdvancedVehicleOptions::default(), |_, _| true);
         assert_eq!((ids(&found), count), (vec![(1, 26), (2, 10)], 2));
         assert!(found[0].p_moving < 0.01);
+    }
+
+    /// A detector took the rear of one pass for the front in the other.
+    #[test]
+    fn passes_have_one_front() {
+        let mut reversed = vehicle(2, 500..510, [0.3, 3.0], 0.1);
+        reversed.states.iter_mut().for_each(turn_round);
+        reversed.states[0].covariance[(3, 5)] = 0.01;
+        reversed.states[0].covariance[(5, 3)] = 0.01;
+        let options = AdvancedVehicleOptions::default();
+        let (found, _) =
+            join_met_again(vec![vehicle(1, 10..20, [0.0, 3.0], 0.1), reversed], &options, |_, _| true);
+        let forward = |s: &VehicleState| s.world_from_vehicle.transform_vector(&Vector3::x()).x;
+        assert_eq!(found.len(), 1);
+        assert!(found[0].states.iter().all(|s| forward(s) > 0.999));
+        assert!((found[0].states[10].world_from_vehicle.translation().x - 0.3).abs() < 1e-9);
+        assert_eq!(found[0].states[10].covariance[(3, 5)], -0.01);
     }
 
     #[test]

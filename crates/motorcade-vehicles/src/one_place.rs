@@ -22,7 +22,10 @@ pub fn join_in_one_place(
     for vehicle in by_evidence {
         let stands = |v: &VehicleTrajectory| v.p_moving < options.kinematic_state.moving_from;
         let in_place_of = |v: &&mut VehicleTrajectory| {
-            stands(v) && stands(&vehicle) && overlap(v, &vehicle) && !side_by_side(&vehicle, v, options)
+            stands(v)
+                && stands(&vehicle)
+                && overlap(v, &vehicle, options.met_again.least_cosine)
+                && !side_by_side(&vehicle, v, options)
         };
         match out.iter_mut().find(in_place_of) {
             Some(stronger) => {
@@ -36,11 +39,12 @@ pub fn join_in_one_place(
     out
 }
 
-/// True when the centre of one vehicle lies within the footprint of the other one.
-fn overlap(a: &VehicleTrajectory, b: &VehicleTrajectory) -> bool {
+/// True when the centre of one vehicle lies within the footprint of the other one, and their axes are parallel as `least_cosine` has it.
+fn overlap(a: &VehicleTrajectory, b: &VehicleTrajectory, least_cosine: f64) -> bool {
     let (Some(of_a), Some(of_b)) = (best(a), best(b)) else { return false };
     let (of_a, of_b) = (&of_a.world_from_vehicle, &of_b.world_from_vehicle);
-    covers(a, of_a, of_b) || covers(b, of_b, of_a)
+    let parallel = (of_a.inverse() * *of_b).rotation_matrix()[(0, 0)].abs() >= least_cosine;
+    parallel && (covers(a, of_a, of_b) || covers(b, of_b, of_a))
 }
 
 fn covers(vehicle: &VehicleTrajectory, at: &Pose<World, Vehicle>, other: &Pose<World, Vehicle>) -> bool {
