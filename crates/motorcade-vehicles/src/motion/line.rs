@@ -3,10 +3,24 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::motion::PositionMeasurement;
+use motorcade_geometry::robust::median;
 
-/// A straight line through positions, each weighted by its variance.
+/// Degrees of freedom of Student's t distribution: heavy tails that still have a variance. Chosen, not measured: fewer trust the middle more.
+const DOF: f64 = 4.0;
+/// Median of χ² with one degree of freedom: the residuals lie along the line of sight, nearly.
+const MEDIAN_CHI2: f64 = 0.455;
+/// Least scale of the squared residuals against their variances, most of which is common to all positions. Chosen, not measured: a smaller one
+/// distrusts positions near the line.
+const LEAST_SCALE: f64 = 0.05;
+/// Rounds of reweighting.
+const ROUNDS: usize = 5;
+
+/// A straight line through positions, each weighted by its variance and by how far it lies from the line against the others: boxes at the ends of
+/// a track, cut off or small, are often those of something else.
 pub(crate) struct Line<'a> {
     positions: &'a [PositionMeasurement],
+    /// Weight of each position \[1/m²\].
+    weights: Vec<f64>,
     /// Sum of the weights \[1/m²\].
     pub(crate) information: f64,
     mean_time_s: f64,
@@ -15,28 +29,46 @@ pub(crate) struct Line<'a> {
 }
 
 impl<'a> Line<'a> {
+    /// Iteratively reweighted least squares with the weights of Student's t distribution (Lange, Little & Taylor, JASA 84, 1989), its scale by the
+    /// median residual.
     pub(crate) fn new(positions: &'a [PositionMeasurement]) -> Self {
-        let information: f64 = positions.iter().map(weight).sum();
-        let mean_time_s = positions.iter().map(|p| weight(p) * p.time_s).sum::<f64>() / information;
-        let mut line = Self { positions, information, mean_time_s, levers: 0.0 };
-        let levers: f64 = positions.iter().map(|p| line.lever(p) * (p.time_s - mean_time_s)).sum();
-        line.levers = levers.max(1e-9);
+        let by_variance: Vec<f64> = positions.iter().map(weight).collect();
+        let mut line = Self::weighted(positions, by_variance.clone());
+        for _ in 0..ROUNDS {
+            let squares = line.squared_residuals();
+            let normed: Vec<f64> = squares.iter().zip(&by_variance).map(|(r2, w)| r2 * w).collect();
+            let Some(middle) = median(&mut normed.clone()) else { break };
+            // A line takes two of the residuals of few positions.
+            let spare = positions.len() as f64 / positions.len().saturating_sub(2).max(1) as f64;
+            let scale = (middle * spare / MEDIAN_CHI2).max(LEAST_SCALE);
+            let weights = normed.iter().zip(&by_variance).map(|(n, w)| w * (DOF + 1.0) / (DOF + n / scale));
+            line = Self::weighted(positions, weights.collect());
+        }
         line
     }
 
-    fn lever(&self, p: &PositionMeasurement) -> f64 {
-        weight(p) * (p.time_s - self.mean_time_s)
+    fn weighted(positions: &'a [PositionMeasurement], weights: Vec<f64>) -> Self {
+        let information: f64 = weights.iter().sum();
+        let mean_time_s =
+            positions.iter().zip(&weights).map(|(p, w)| w * p.time_s).sum::<f64>() / information;
+        let lever = |(p, w): (&PositionMeasurement, &f64)| w * (p.time_s - mean_time_s).powi(2);
+        let levers = positions.iter().zip(&weights).map(lever).sum::<f64>().max(1e-9);
+        Self { positions, weights, information, mean_time_s, levers }
+    }
+
+    /// Positions and their levers.
+    fn levers(&self) -> impl Iterator<Item = (&PositionMeasurement, f64)> {
+        self.positions.iter().zip(&self.weights).map(|(p, w)| (p, w * (p.time_s - self.mean_time_s)))
     }
 
     /// Slope over time of a vector at each position \[1/s\].
     pub(crate) fn slope_of(&self, value: impl Fn(&PositionMeasurement) -> Vector3<f64>) -> Vector3<f64> {
-        self.positions.iter().map(|p| value(p) * self.lever(p)).sum::<Vector3<f64>>() / self.levers
+        self.levers().map(|(p, lever)| value(p) * lever).sum::<Vector3<f64>>() / self.levers
     }
 
     /// Covariance of the velocity by independent positions (3×3) \[m²/s²\].
     pub(crate) fn velocity_covariance(&self) -> Matrix3<f64> {
-        let of = |p: &PositionMeasurement| p.covariance * (self.lever(p) / self.levers).powi(2);
-        self.positions.iter().map(of).sum()
+        self.levers().map(|(p, lever)| p.covariance * (lever / self.levers).powi(2)).sum()
     }
 
     /// Mean squared distance of the positions from the line over that which their covariances state; 1 without any to spare.
@@ -45,13 +77,19 @@ impl<'a> Line<'a> {
         if spare == 0 {
             return 1.0;
         }
+        let squares = self.squared_residuals();
+        squares.iter().zip(&self.weights).map(|(r2, w)| r2 * w).sum::<f64>() / spare as f64
+    }
+
+    /// Squared distance of each position from the line \[m²\].
+    fn squared_residuals(&self) -> Vec<f64> {
         let velocity = self.velocity();
-        let weighted = |p: &PositionMeasurement| p.position * weight(p);
-        let mean = self.positions.iter().map(weighted).sum::<Vector3<f64>>() / self.information;
+        let weighted = self.positions.iter().zip(&self.weights).map(|(p, w)| p.position * *w);
+        let mean = weighted.sum::<Vector3<f64>>() / self.information;
         let squared = |p: &PositionMeasurement| {
-            weight(p) * (p.position - mean - velocity * (p.time_s - self.mean_time_s)).norm_squared()
+            (p.position - mean - velocity * (p.time_s - self.mean_time_s)).norm_squared()
         };
-        self.positions.iter().map(squared).sum::<f64>() / spare as f64
+        self.positions.iter().map(squared).collect()
     }
 
     /// Slope over time of the positions \[m/s\].
