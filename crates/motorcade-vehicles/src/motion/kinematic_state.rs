@@ -130,20 +130,6 @@ pub(super) mod tests {
         assert!(scattered < on_a_line - 0.05, "{scattered}, {on_a_line}");
     }
 
-    /// The last boxes of an oncoming lorry, cut off by the border, place it ten metres too far.
-    #[test]
-    fn boxes_at_the_end_that_lie_elsewhere_count_little() {
-        let mut seen = positions(-6.0);
-        for p in &mut seen {
-            p.covariance = Matrix3::identity() * 9.0;
-        }
-        let whole = moving(&seen);
-        for p in &mut seen[28..] {
-            p.position.z += 10.0;
-        }
-        assert!(moving(&seen) > 0.95 && whole > 0.95, "{} {whole}", moving(&seen));
-    }
-
     #[test]
     fn a_vehicle_moves_along_its_heading() {
         let options = AdvancedVehicleOptions::default();

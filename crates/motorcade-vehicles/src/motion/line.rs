@@ -101,3 +101,21 @@ impl<'a> Line<'a> {
 fn weight(p: &PositionMeasurement) -> f64 {
     1.0 / p.covariance.trace().max(1e-6)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::kinematic_state::tests::positions;
+
+    /// The last boxes of an oncoming lorry, cut off by the border, place it ten metres too far.
+    #[test]
+    fn boxes_at_the_end_that_lie_elsewhere_count_little() {
+        let mut seen = positions(-6.0);
+        seen[28..].iter_mut().for_each(|p| p.position.z += 10.0);
+        let (line, by_variance) =
+            (Line::new(&seen), Line::weighted(&seen, seen.iter().map(weight).collect()));
+        assert!((line.velocity().z + 6.0).abs() < 0.1, "{}", line.velocity());
+        assert!((by_variance.velocity().z + 6.0).abs() > 1.0, "{}", by_variance.velocity());
+        assert!(line.reduced_scatter() < 0.1 * by_variance.reduced_scatter());
+    }
+}
