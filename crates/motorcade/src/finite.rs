@@ -10,8 +10,8 @@ use crate::result::RunResult;
 /// Variance that stands for an unknown one \[m², rad²\].
 const UNKNOWN_VARIANCE: f64 = 1e6;
 
-/// Replaces camera poses that are not finite by the one before, their covariances by a large one, and removes vehicle states
-/// that are not finite. Says what it did.
+/// Replaces camera poses that are not finite by the one before, their covariances by a large one, removes vehicle states that are not finite, and
+/// widens covariances of vehicles that rounding destroyed. Says what it did.
 pub(crate) fn keep_finite(result: &mut RunResult) -> Vec<String> {
     let mut out = Vec::new();
     let mut before = None;
@@ -31,6 +31,13 @@ pub(crate) fn keep_finite(result: &mut RunResult) -> Vec<String> {
         let lost = all - vehicle.states.len();
         if lost > 0 {
             out.push(format!("vehicle {}: {lost} of {all} states are not finite and left out", vehicle.id));
+        }
+        let unknown = vehicle.states.iter_mut().filter_map(widen).count();
+        if unknown > 0 {
+            let (id, states) = (vehicle.id, vehicle.states.len());
+            out.push(format!(
+                "vehicle {id}: the uncertainty of {unknown} of {states} states was lost in rounding; theirs is 1000 m"
+            ));
         }
     }
     let whole =
@@ -60,6 +67,12 @@ fn repair(ego: &mut EgoFrame, before: Option<Pose<World, Camera>>) -> bool {
         (ego.road_normal, finite) = (-Vector3::y(), false);
     }
     !finite
+}
+
+/// Replaces a covariance that is none, or none of use, by an unknown one: with variances of zero and below, or beyond the unknown one.
+fn widen(state: &mut VehicleState) -> Option<()> {
+    let usable = state.covariance.diagonal().iter().all(|v| *v > 0.0 && *v <= UNKNOWN_VARIANCE);
+    (!usable).then(|| state.covariance = Matrix6::identity() * UNKNOWN_VARIANCE)
 }
 
 fn is_finite(state: &VehicleState) -> bool {
@@ -108,5 +121,27 @@ mod tests {
         let mut unsure = frame();
         unsure.covariance[(3, 3)] = f64::NAN;
         assert!(repair(&mut unsure, None) && unsure.covariance[(3, 3)] == UNKNOWN_VARIANCE);
+    }
+
+    #[test]
+    fn covariances_lost_in_rounding_are_unknown() {
+        let state = |variance: f64| VehicleState {
+            frame: 0,
+            world_from_vehicle: Pose::identity(),
+            covariance: Matrix6::identity() * variance,
+            bbox: None,
+            score: 1.0,
+            speed_mps: 0.0,
+            speed_sigma_mps: 1.0,
+            yaw_rate_radps: 0.0,
+            source: motorcade_vehicles::Source::Box,
+            measurement: None,
+            observations: Vec::new(),
+        };
+        for lost in [0.0, -1e-3, 1e36] {
+            let mut state = state(lost);
+            assert!(widen(&mut state).is_some() && state.covariance[(3, 3)] == UNKNOWN_VARIANCE, "{lost}");
+        }
+        assert!(widen(&mut state(0.04)).is_none());
     }
 }
