@@ -36,7 +36,7 @@ pub(crate) fn keep_finite(result: &mut RunResult) -> Vec<String> {
         if unknown > 0 {
             let (id, states) = (vehicle.id, vehicle.states.len());
             out.push(format!(
-                "vehicle {id}: the uncertainty of {unknown} of {states} states was lost in rounding; theirs is 1000 m"
+                "vehicle {id}: the uncertainty of {unknown} of {states} states was lost in rounding; that of each frame alone stands, 1000 m without a measurement"
             ));
         }
     }
@@ -69,10 +69,13 @@ fn repair(ego: &mut EgoFrame, before: Option<Pose<World, Camera>>) -> bool {
     !finite
 }
 
-/// Replaces a covariance that is none, or none of use, by an unknown one: with variances of zero and below, or beyond the unknown one.
+/// Replaces a covariance that is none, or none of use (variances of zero and below, or beyond the unknown one), by that of the frame's own measurement,
+/// or by an unknown one.
 fn widen(state: &mut VehicleState) -> Option<()> {
-    let usable = state.covariance.diagonal().iter().all(|v| *v > 0.0 && *v <= UNKNOWN_VARIANCE);
-    (!usable).then(|| state.covariance = Matrix6::identity() * UNKNOWN_VARIANCE)
+    let usable = |c: &Matrix6<f64>| c.diagonal().iter().all(|v| *v > 0.0 && *v <= UNKNOWN_VARIANCE);
+    let own = state.measurement.map(|m| m.covariance).filter(usable);
+    (!usable(&state.covariance))
+        .then(|| state.covariance = own.unwrap_or(Matrix6::identity() * UNKNOWN_VARIANCE))
 }
 
 fn is_finite(state: &VehicleState) -> bool {
