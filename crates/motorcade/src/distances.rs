@@ -55,7 +55,7 @@ impl Distances {
         Ok(Self { sensor: DistanceSensor::Gps, measured, clock })
     }
 
-    /// What is known of the offset between the clocks.
+    /// Offset between the clocks, as far as it is known.
     pub(crate) fn clock_offset(&self, options: &DistanceOptions) -> ClockOffset {
         self.clock.unwrap_or(ClockOffset { offset_s: 0.0, sigma_s: options.clock_sigma_s })
     }
