@@ -1,6 +1,6 @@
 //! Covariances of chosen variables.
 
-use motorcade_sparse::{Cholesky, SelectedInverse};
+use motorcade_sparse::{Cholesky, Ordering, SelectedInverse};
 use nalgebra::DMatrix;
 
 use crate::GraphError;
@@ -27,7 +27,7 @@ pub struct Marginals {
 impl Marginals {
     /// Factorises `graph` at its current values, best after a converged solve.
     pub fn new(graph: &Graph) -> Result<Self, GraphError> {
-        let mut problem = Problem::new(graph, None)?;
+        let mut problem = Problem::ordered(graph, None, Ordering::ShortPaths)?;
         if !problem.linearise(graph, graph.values(), false)?.is_finite() {
             return Err(GraphError::NotFinite);
         }

@@ -12,8 +12,22 @@ const OUT: usize = 1;
 const NONE: u32 = u32::MAX;
 /// The source or sink of a flow, in place of a neighbour.
 const SHORE: u32 = u32::MAX - 1;
-/// Parts up to this size are ordered by minimum degree.
-const LEAF: usize = 150;
+/// How a graph is cut.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cuts {
+    /// Parts up to this size are ordered by minimum degree.
+    leaf: usize,
+    /// A node next to more than this share of its part joins the separator, for no cut avoids it: a scale or a landmark of many frames.
+    hub_share: f64,
+}
+
+impl Cuts {
+    /// For least work.
+    pub(crate) const FEW: Self = Self { leaf: 150, hub_share: 1.0 };
+    /// For short paths to the root.
+    pub(crate) const MANY: Self = Self { leaf: 12, hub_share: 0.25 };
+}
+
 /// Share of the nodes on either shore before the flow.
 const SHORE_SHARE: f64 = 0.27;
 
@@ -27,6 +41,7 @@ enum Side {
 
 struct Dissection<'a> {
     adjacency: &'a [Vec<u32>],
+    cuts: Cuts,
     side: Vec<Side>,
     level: Vec<u32>,
     /// Neighbours of a node on the path of the flow through it.
@@ -38,10 +53,11 @@ struct Dissection<'a> {
 }
 
 /// Elimination order of the pattern; see [`amd::order`].
-pub(crate) fn order(adjacency: &[Vec<u32>]) -> Vec<u32> {
+pub(crate) fn order(adjacency: &[Vec<u32>], cuts: Cuts) -> Vec<u32> {
     let n = adjacency.len();
     let mut work = Dissection {
         adjacency,
+        cuts,
         side: vec![Side::Outside; n],
         level: vec![NONE; n],
         before: vec![NONE; n],
@@ -55,7 +71,8 @@ pub(crate) fn order(adjacency: &[Vec<u32>]) -> Vec<u32> {
 
 impl Dissection<'_> {
     fn dissect(&mut self, part: Vec<u32>) {
-        match if part.len() > LEAF { self.cut(&part) } else { None } {
+        let cut = if part.len() > self.cuts.leaf { self.cut_beside_hubs(&part) } else { None };
+        match cut {
             Some([near, far, separator]) => {
                 self.dissect(near);
                 self.dissect(far);
@@ -73,6 +90,23 @@ impl Dissection<'_> {
         let near = |i: u32| self.adjacency[i as usize].iter().filter(|&&j| inside(j));
         let local = part.iter().map(|&i| near(i).map(|&j| self.level[j as usize]).collect()).collect();
         self.order.extend(amd::order(local).into_iter().map(|k| part[k as usize]));
+    }
+
+    /// Near shore, far shore and separator of a part, its hubs in the separator; `None` where there is no good cut.
+    fn cut_beside_hubs(&mut self, part: &[u32]) -> Option<[Vec<u32>; 3]> {
+        for &i in part {
+            self.side[i as usize] = Side::Band;
+        }
+        let most = self.cuts.hub_share * part.len() as f64;
+        let inside = |j: &&u32| self.side[**j as usize] == Side::Band;
+        let degree = |i: u32| self.adjacency[i as usize].iter().filter(inside).count();
+        let (hubs, rest): (Vec<u32>, Vec<u32>) = part.iter().partition(|&&i| degree(i) as f64 > most);
+        for &i in part {
+            self.side[i as usize] = Side::Outside;
+        }
+        let [near, far, mut separator] = self.cut(&rest)?;
+        separator.extend(hubs);
+        Some([near, far, separator])
     }
 
     /// Near shore, far shore and separator of a part; `None` where there is no good one.
@@ -260,6 +294,7 @@ mod tests {
         let n = graph.len();
         let mut work = Dissection {
             adjacency: &graph,
+            cuts: Cuts::FEW,
             side: vec![Side::Outside; n],
             level: vec![NONE; n],
             before: vec![NONE; n],
@@ -279,8 +314,26 @@ mod tests {
         let mut graph = grid(25, 25);
         let more = graph.clone(); // a second component
         graph.extend(more.into_iter().map(|near| near.into_iter().map(|j| j + 625).collect()));
-        let mut order = order(&graph);
+        let mut order = order(&graph, Cuts::FEW);
         order.sort_unstable();
         assert!(order.iter().enumerate().all(|(k, &i)| k == i as usize) && order.len() == 1250);
+    }
+
+    /// Two variables beside a chain, each next to every node of it.
+    #[test]
+    fn hubs_join_the_separator() {
+        let n = 400_u32;
+        let mut graph: Vec<Vec<u32>> = (0..n)
+            .map(|k| {
+                let near = [k.checked_sub(1), (k + 1 < n).then_some(k + 1), Some(n), Some(n + 1)];
+                near.into_iter().flatten().collect()
+            })
+            .collect();
+        graph.extend([(0..n).collect(), (0..n).collect()]);
+        let order = order(&graph, Cuts::MANY);
+        let last: Vec<u32> = order[order.len() - 3..].to_vec();
+        assert!(last.contains(&n) && last.contains(&(n + 1)), "{last:?}");
+        let middle = last.iter().find(|k| **k < n).unwrap();
+        assert!((100..300).contains(middle), "the chain is cut at {middle}");
     }
 }

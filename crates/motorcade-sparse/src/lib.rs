@@ -49,3 +49,4 @@ pub use cholesky::{Cholesky, NotPositiveDefinite};
 pub use inverse::SelectedInverse;
 pub use matrix::BlockMatrix;
 pub use slot::Slot;
+pub use symbolic::Ordering;

@@ -3,7 +3,7 @@
 use crate::assembly::{PairSlots, add_pair};
 use crate::memory::Numbers;
 use crate::slot::Slot;
-use crate::symbolic::Symbolic;
+use crate::symbolic::{Ordering, Symbolic};
 
 /// Symmetric block-sparse matrix and right-hand side. Blocks are column-major; of diagonal blocks only the lower
 /// triangle counts.
@@ -26,8 +26,13 @@ pub struct BlockMatrix {
 impl BlockMatrix {
     /// Matrix over blocks of `dims` with entries at `pairs` (any order, repetition allowed, self pairs ignored).
     pub fn new(dims: &[usize], pairs: &[(u32, u32)]) -> Self {
+        Self::ordered(dims, pairs, Ordering::LeastWork)
+    }
+
+    /// The same in an elimination order for a purpose.
+    pub fn ordered(dims: &[usize], pairs: &[(u32, u32)], ordering: Ordering) -> Self {
         let adjacency = adjacency(dims.len(), pairs);
-        let symbolic = Symbolic::new(dims, &adjacency);
+        let symbolic = Symbolic::new(dims, &adjacency, ordering);
         let blocks = dims.len() + adjacency.iter().map(Vec::len).sum::<usize>() / 2;
         let mut out = Self {
             columns: vec![0],

@@ -1,6 +1,7 @@
 //! Symbolic analysis: everything about a factorisation that depends on the pattern alone.
 
 use crate::dense::Shape;
+use crate::dissection::Cuts;
 use crate::tree::{ROOT, Upper};
 use crate::{amd, dissection, supernodes, tree};
 
@@ -71,6 +72,16 @@ pub(crate) struct Symbolic {
 /// Block multiplications of a factorisation for every entry of the matrix above which nested dissection is tried.
 const WORK_WORTH_DISSECTING: f64 = 60.0;
 
+/// What an elimination order is chosen for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ordering {
+    /// Least work of a factorisation.
+    LeastWork,
+    /// Short paths from every variable to the root, for a selected inverse. Minimum degree eliminates a chain from its end; the recurrence of the
+    /// inverse then extrapolates along the chain and multiplies rounding errors. Between separators it interpolates.
+    ShortPaths,
+}
+
 /// An ordering and its elimination tree.
 struct Tree {
     order: Vec<u32>,
@@ -90,20 +101,26 @@ impl Tree {
         let work = counts.iter().map(|&c| 0.5 * f64::from(c) * f64::from(c)).sum();
         Self { order, parent, counts, work }
     }
+
+    /// By minimum degree, or by nested dissection, which takes longer and pays for graphs like a mesh, which fill in much.
+    fn of_least_work(adjacency: &[Vec<u32>]) -> Self {
+        let tree = Self::new(adjacency, &amd::order(adjacency.to_vec()));
+        let edges: usize = adjacency.iter().map(Vec::len).sum();
+        if tree.work <= WORK_WORTH_DISSECTING * edges as f64 {
+            return tree;
+        }
+        let dissected = Self::new(adjacency, &dissection::order(adjacency, Cuts::FEW));
+        if dissected.work < 0.97 * tree.work { dissected } else { tree }
+    }
 }
 
 impl Symbolic {
     /// Analyses a symmetric pattern of blocks; `adjacency` has neither self loops nor repetition.
-    pub(crate) fn new(dims: &[usize], adjacency: &[Vec<u32>]) -> Self {
-        let mut tree = Tree::new(adjacency, &amd::order(adjacency.to_vec()));
-        // Dissection takes longer than minimum degree and pays for graphs like a mesh, which fill in much.
-        let edges: usize = adjacency.iter().map(Vec::len).sum();
-        if tree.work > WORK_WORTH_DISSECTING * edges as f64 {
-            let dissected = Tree::new(adjacency, &dissection::order(adjacency));
-            if dissected.work < 0.97 * tree.work {
-                tree = dissected;
-            }
-        }
+    pub(crate) fn new(dims: &[usize], adjacency: &[Vec<u32>], ordering: Ordering) -> Self {
+        let tree = match ordering {
+            Ordering::LeastWork => Tree::of_least_work(adjacency),
+            Ordering::ShortPaths => Tree::new(adjacency, &dissection::order(adjacency, Cuts::MANY)),
+        };
         let Tree { order, parent, counts, .. } = tree;
         let sizes: Vec<usize> = order.iter().map(|&i| dims[i as usize]).collect();
         let groups = supernodes::amalgamate(&parent, &counts, &sizes);

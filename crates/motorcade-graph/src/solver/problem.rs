@@ -1,6 +1,6 @@
 //! The normal equations of a graph: a pattern made once, filled at every linearisation.
 
-use motorcade_sparse::{BlockMatrix, PairSlots, Slot};
+use motorcade_sparse::{BlockMatrix, Ordering, PairSlots, Slot};
 use rayon::prelude::*;
 
 use crate::GraphError;
@@ -44,6 +44,11 @@ impl Problem {
     /// Analyses `graph`. Where `last` has the same pattern, that of a window shifted by a frame for example, its
     /// ordering, symbolic factorisation and memory are taken over.
     pub(crate) fn new(graph: &Graph, last: Option<Self>) -> Result<Self, GraphError> {
+        Self::ordered(graph, last, Ordering::LeastWork)
+    }
+
+    /// The same in an elimination order for a purpose, which must be that of `last`.
+    pub(crate) fn ordered(graph: &Graph, last: Option<Self>, ordering: Ordering) -> Result<Self, GraphError> {
         let values = graph.values();
         let mut block_of = vec![FIXED; values.slots()];
         let (mut variables, mut dims) = (Vec::new(), Vec::new());
@@ -82,7 +87,7 @@ impl Problem {
                 pairs.extend(free.map(|b| (a.block, b.block)));
             }
         }
-        let matrix = BlockMatrix::new(&dims, &pairs);
+        let matrix = BlockMatrix::ordered(&dims, &pairs, ordering);
         let (mut pairs, mut slot_starts) = (Vec::with_capacity(3 * factors), Vec::with_capacity(factors));
         for range in starts.windows(2) {
             slot_starts.push(pairs.len() as u32);

@@ -13,6 +13,7 @@ use crate::times::FrameTimes;
 use crate::*;
 
 mod rates;
+mod rounding;
 
 const FRAMES: usize = 80;
 const SIZE: Dimensions = Dimensions { length_m: 4.2, width_m: 1.7, height_m: 1.5 };
