@@ -162,10 +162,11 @@ fn covered(bbox: &BoundingBox, other: &BoundingBox) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::size_prior::size_prior;
+
+    use crate::test_vehicles::standing_car;
     use motorcade_geometry::Pose;
-    use motorcade_perception::VehicleClass;
-    use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3};
+
+    use nalgebra::{UnitQuaternion, Vector3};
 
     const CAMERA: PinholeCamera =
         PinholeCamera { fx: 700.0, fy: 700.0, cx: 600.0, cy: 180.0, width: 1200, height: 370 };
@@ -174,28 +175,7 @@ mod tests {
 
     /// A vehicle of 40 frames with boxes of these scores; without a box where it is zero.
     fn vehicle(bbox: [f64; 4], score: impl Fn(usize) -> f64) -> VehicleTrajectory {
-        let state = |frame: usize| VehicleState {
-            frame,
-            world_from_vehicle: Pose::identity(),
-            covariance: Matrix6::identity(),
-            bbox: Some(BoundingBox::new(bbox)),
-            score: score(frame),
-            speed_mps: 0.0,
-            speed_sigma_mps: 1.0,
-            yaw_rate_radps: 0.0,
-            source: if score(frame) > 0.0 { Source::Box } else { Source::Predicted },
-            measurement: None,
-            observations: Vec::new(),
-        };
-        VehicleTrajectory {
-            id: 0,
-            class: VehicleClass::Car,
-            size: size_prior(VehicleClass::Car).mean,
-            size_covariance: Matrix3::identity(),
-            size_by_road: None,
-            p_moving: 0.5,
-            states: (0..40).map(state).collect(),
-        }
+        standing_car(0, 0..40, [0.0; 2]).with_box(bbox).with_scores(score)
     }
 
     fn every(n: usize, score: f64) -> impl Fn(usize) -> f64 {

@@ -64,35 +64,12 @@ fn is_part(part: &BoundingBox, whole: &BoundingBox, options: &HypothesisOptions)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::size_prior::size_prior;
-    use crate::trajectory::Source;
-    use motorcade_geometry::Pose;
-    use motorcade_perception::VehicleClass;
-    use nalgebra::{Matrix3, Matrix6};
+
+    use crate::test_vehicles::standing_car;
 
     fn vehicle(id: usize, frames: std::ops::Range<usize>, x_px: f64, score: f64) -> VehicleTrajectory {
-        let state = |frame: usize| VehicleState {
-            frame,
-            world_from_vehicle: Pose::identity(),
-            covariance: Matrix6::identity(),
-            bbox: Some(BoundingBox::new([x_px, 100.0, x_px + 60.0, 150.0])),
-            score,
-            speed_mps: 0.0,
-            speed_sigma_mps: 1.0,
-            yaw_rate_radps: 0.0,
-            source: Source::Box,
-            measurement: None,
-            observations: Vec::new(),
-        };
-        VehicleTrajectory {
-            id,
-            class: VehicleClass::Car,
-            size: size_prior(VehicleClass::Car).mean,
-            size_covariance: Matrix3::identity(),
-            size_by_road: None,
-            p_moving: 0.5,
-            states: frames.map(state).collect(),
-        }
+        let bbox = [x_px, 100.0, x_px + 60.0, 150.0];
+        standing_car(id, frames, [0.0; 2]).with_box(bbox).with_scores(|_| score)
     }
 
     fn ids(vehicles: Vec<VehicleTrajectory>) -> Vec<usize> {

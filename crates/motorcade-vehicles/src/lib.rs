@@ -38,6 +38,8 @@ mod one_place;
 mod options;
 mod outline;
 mod size_prior;
+#[cfg(test)]
+mod test_vehicles;
 mod time;
 mod track;
 mod tracker;

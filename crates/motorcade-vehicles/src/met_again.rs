@@ -126,34 +126,13 @@ fn shift(states: &mut [VehicleState], by: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::trajectory::Source;
-    use motorcade_perception::VehicleClass;
+    use crate::test_vehicles::standing_car;
+
     use motorcade_shape::Dimensions;
-    use nalgebra::Matrix3;
 
     fn vehicle(id: usize, frames: std::ops::Range<usize>, at: [f64; 2], p_moving: f64) -> VehicleTrajectory {
-        let state = |frame| VehicleState {
-            frame,
-            world_from_vehicle: Pose::exp(&Vector6::new(0.0, 0.0, 0.0, at[0], at[1], 0.0)),
-            covariance: Matrix6::identity() * 0.09,
-            bbox: None,
-            score: 1.0,
-            speed_mps: 0.0,
-            speed_sigma_mps: 0.1,
-            yaw_rate_radps: 0.0,
-            source: Source::Box,
-            measurement: None,
-            observations: Vec::new(),
-        };
-        VehicleTrajectory {
-            id,
-            class: VehicleClass::Car,
-            size: Dimensions { length_m: 4.2, width_m: 1.8, height_m: 1.5 },
-            size_covariance: Matrix3::identity() * 0.01,
-            size_by_road: None,
-            p_moving,
-            states: frames.map(state).collect(),
-        }
+        let size = Dimensions { length_m: 4.2, width_m: 1.8, height_m: 1.5 };
+        VehicleTrajectory { p_moving, size, ..standing_car(id, frames, at) }
     }
 
     fn ids(vehicles: &[VehicleTrajectory]) -> Vec<(usize, usize)> {

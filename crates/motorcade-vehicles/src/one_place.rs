@@ -82,34 +82,12 @@ fn one_state_a_frame(states: &mut Vec<VehicleState>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::size_prior::size_prior;
-    use motorcade_perception::VehicleClass;
-    use nalgebra::{Matrix3, Matrix6, Vector6};
+
+    use crate::test_vehicles::standing_car;
 
     /// A car along x at this place, measured with this score; predicted without.
     fn vehicle(id: usize, frames: std::ops::Range<usize>, at: [f64; 2], score: f64) -> VehicleTrajectory {
-        let state = |frame| VehicleState {
-            frame,
-            world_from_vehicle: Pose::exp(&Vector6::new(0.0, 0.0, 0.0, at[0], at[1], 0.0)),
-            covariance: Matrix6::identity(),
-            bbox: None,
-            score,
-            speed_mps: 0.0,
-            speed_sigma_mps: 0.1,
-            yaw_rate_radps: 0.0,
-            source: if score > 0.0 { Source::Box } else { Source::Predicted },
-            measurement: None,
-            observations: Vec::new(),
-        };
-        VehicleTrajectory {
-            id,
-            class: VehicleClass::Car,
-            size: size_prior(VehicleClass::Car).mean,
-            size_covariance: Matrix3::identity() * 0.01,
-            size_by_road: None,
-            p_moving: 0.1,
-            states: frames.map(state).collect(),
-        }
+        standing_car(id, frames, at).with_scores(|_| score)
     }
 
     #[test]

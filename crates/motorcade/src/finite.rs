@@ -11,7 +11,7 @@ use crate::result::RunResult;
 const UNKNOWN_VARIANCE: f64 = 1e6;
 
 /// Replaces camera poses that are not finite by the one before, their covariances by a large one, removes vehicle states that are not finite, and
-/// widens covariances of vehicles that rounding destroyed. Says what it did.
+/// replaces covariances of vehicles that are none. Says what it did.
 pub(crate) fn keep_finite(result: &mut RunResult) -> Vec<String> {
     let mut out = Vec::new();
     let mut before = None;
@@ -36,7 +36,7 @@ pub(crate) fn keep_finite(result: &mut RunResult) -> Vec<String> {
         if unknown > 0 {
             let (id, states) = (vehicle.id, vehicle.states.len());
             out.push(format!(
-                "vehicle {id}: the uncertainty of {unknown} of {states} states was lost in rounding; that of each frame alone stands, 1000 m without a measurement"
+                "vehicle {id}: the uncertainty of {unknown} of {states} states is of no use; that of each frame alone stands, 1000 m without a measurement"
             ));
         }
     }
@@ -86,10 +86,10 @@ fn is_finite(state: &VehicleState) -> bool {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
-    fn frame() -> EgoFrame {
+    pub(crate) fn frame() -> EgoFrame {
         EgoFrame {
             world_from_camera: Pose::from_parts(
                 nalgebra::UnitQuaternion::identity(),
@@ -126,9 +126,9 @@ mod tests {
         assert!(repair(&mut unsure, None) && unsure.covariance[(3, 3)] == UNKNOWN_VARIANCE);
     }
 
-    #[test]
-    fn covariances_lost_in_rounding_are_unknown() {
-        let state = |variance: f64| VehicleState {
+    /// A state with this variance of everything.
+    pub(crate) fn state(variance: f64) -> VehicleState {
+        VehicleState {
             frame: 0,
             world_from_vehicle: Pose::identity(),
             covariance: Matrix6::identity() * variance,
@@ -140,7 +140,11 @@ mod tests {
             source: motorcade_vehicles::Source::Box,
             measurement: None,
             observations: Vec::new(),
-        };
+        }
+    }
+
+    #[test]
+    fn covariances_of_no_use_are_unknown() {
         for lost in [0.0, -1e-3, 1e36] {
             let mut state = state(lost);
             assert!(widen(&mut state).is_some() && state.covariance[(3, 3)] == UNKNOWN_VARIANCE, "{lost}");

@@ -1,12 +1,26 @@
 //! Uncertainty of a vehicle's position relative to the camera.
 
+use motorcade_geometry::lie::se3::adjoint;
 use motorcade_geometry::{Camera, Pose, Vehicle};
+use motorcade_odometry::EgoTrajectory;
+use motorcade_vehicles::VehicleTrajectory;
 use nalgebra::{Matrix3, Matrix3x6, Matrix6};
 
-/// Least standard deviation relative to the camera, as a share of that in the world. Chosen; it holds where the two poses are correlated, so that the
-/// difference of their covariances is too small. No option: tables, the report and drawings of a run that is read back, which has no
+/// Least standard deviation relative to the camera, as a share of that in the world: the difference of two variances that files state with six
+/// decimals is no better, and rounding may leave nothing of it. No option: tables, the report and drawings of a run that is read back, which has no
 /// configuration there, have to agree.
-const LEAST_SHARE: f64 = 0.1;
+const LEAST_SHARE: f64 = 1e-3;
+
+/// Adds the covariance of the camera's pose to states that have that relative to it, as the front end makes them and the multi-object graph does not:
+/// Σ_world = Σ_relative + Ad Σ_camera Adᵀ (6×6 `[ω, ν]`, vehicle frame).
+pub(crate) fn add_camera(ego: &EgoTrajectory, vehicles: &mut [VehicleTrajectory]) {
+    for state in vehicles.iter_mut().flat_map(|v| &mut v.states) {
+        let Some(camera) = ego.frames.get(state.frame) else { continue };
+        let vehicle_from_camera = state.world_from_vehicle.inverse() * camera.world_from_camera;
+        let across = adjoint(vehicle_from_camera.isometry());
+        state.covariance += across * camera.covariance * across.transpose();
+    }
+}
 
 /// Standard deviations of a vehicle's position relative to the camera, along its forward, left and up axes \[m\]. Those in the
 /// world contain the drift of the camera since the first frame: Σ_world = Σ_relative + J Σ_camera Jᵀ.
@@ -34,6 +48,10 @@ pub fn relative_sigma_m(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::finite;
+    use motorcade_odometry::EgoFrame;
+    use motorcade_perception::VehicleClass;
+    use motorcade_vehicles::Dimensions;
     use nalgebra::Vector3;
 
     #[test]
@@ -50,6 +68,29 @@ mod tests {
         assert!((up - 0.1).abs() < 1e-9, "{up}");
         // Known better in the world than the camera is: not nothing.
         let [forward, _, _] = relative_sigma_m(&pose, &covariance, [0.2, 0.25, 0.1]);
-        assert!((forward - 0.02).abs() < 1e-9, "{forward}");
+        assert!((forward - 2e-4).abs() < 1e-9, "{forward}");
+    }
+
+    #[test]
+    fn the_camera_is_added_and_left_out_again() {
+        let camera = EgoFrame { covariance: Matrix6::identity() * 4.0, ..finite::tests::frame() };
+        let ego = EgoTrajectory { frames: vec![camera], height_m: 1.6, noise: Vec::new() };
+        let mut vehicle = VehicleTrajectory {
+            id: 1,
+            class: VehicleClass::Car,
+            size: Dimensions { length_m: 4.2, width_m: 1.7, height_m: 1.5 },
+            size_covariance: Matrix3::identity(),
+            size_by_road: None,
+            p_moving: 0.0,
+            states: vec![finite::tests::state(0.04)],
+        };
+        add_camera(&ego, std::slice::from_mut(&mut vehicle));
+        let state = &vehicle.states[0];
+        let sigma_m = std::array::from_fn(|k| state.covariance[(3 + k, 3 + k)].sqrt());
+        assert!(sigma_m.iter().all(|s: &f64| *s > 2.0), "{sigma_m:?}");
+        let camera_from_vehicle = ego.frames[0].world_from_camera.inverse() * state.world_from_vehicle;
+        for own in relative_sigma_m(&camera_from_vehicle, &ego.frames[0].covariance, sigma_m) {
+            assert!((own - 0.2).abs() < 1e-9, "{own}");
+        }
     }
 }

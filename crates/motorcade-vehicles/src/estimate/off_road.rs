@@ -29,5 +29,8 @@ fn road_below(input: &TrackInput<'_>) -> Option<f64> {
 fn drives_ahead(input: &TrackInput<'_>, positions: &[PositionMeasurement]) -> bool {
     let Some((first, last)) = positions.first().zip(positions.last()) else { return false };
     let centre = |frame: usize| input.grounds[frame].world_from_camera.translation();
-    Line::new(positions).velocity().dot(&(centre(last.frame) - centre(first.frame))) > 0.0
+    Line::new(positions, &input.options.advanced.kinematic_state)
+        .velocity()
+        .dot(&(centre(last.frame) - centre(first.frame)))
+        > 0.0
 }

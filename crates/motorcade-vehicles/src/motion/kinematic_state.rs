@@ -24,7 +24,7 @@ pub fn probability_moving(
     if duration < options.shortest_s {
         return 0.5;
     }
-    let line = Line::new(positions);
+    let line = Line::new(positions, options);
     let velocity = line.velocity();
     // A relative depth error common to all positions (size, slope), a common multiple of each position's own standard deviation along the
     // line of sight (pitch of the road), and the centre of a vehicle against the side that is seen, look like motion while range and line of

@@ -3,16 +3,12 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::motion::PositionMeasurement;
+use crate::options::KinematicStateOptions;
 use motorcade_geometry::robust::median;
 
-/// Degrees of freedom of Student's t distribution: heavy tails that still have a variance. Chosen, not measured: fewer trust the middle more.
-const DOF: f64 = 4.0;
 /// Median of χ² with one degree of freedom: the residuals lie along the line of sight, nearly.
 const MEDIAN_CHI2: f64 = 0.455;
-/// Least scale of the squared residuals against their variances, most of which is common to all positions. Chosen, not measured: a smaller one
-/// distrusts positions near the line.
-const LEAST_SCALE: f64 = 0.05;
-/// Rounds of reweighting.
+/// Rounds of reweighting, which converge within a few.
 const ROUNDS: usize = 5;
 
 /// A straight line through positions, each weighted by its variance and by how far it lies from the line against the others: boxes at the ends of
@@ -31,7 +27,8 @@ pub(crate) struct Line<'a> {
 impl<'a> Line<'a> {
     /// Iteratively reweighted least squares with the weights of Student's t distribution (Lange, Little & Taylor, JASA 84, 1989), its scale by the
     /// median residual.
-    pub(crate) fn new(positions: &'a [PositionMeasurement]) -> Self {
+    pub(crate) fn new(positions: &'a [PositionMeasurement], options: &KinematicStateOptions) -> Self {
+        let KinematicStateOptions { line_dof: dof, line_least_scale: least_scale, .. } = *options;
         let by_variance: Vec<f64> = positions.iter().map(weight).collect();
         let mut line = Self::weighted(positions, by_variance.clone());
         for _ in 0..ROUNDS {
@@ -40,8 +37,8 @@ impl<'a> Line<'a> {
             let Some(middle) = median(&mut normed.clone()) else { break };
             // A line takes two of the residuals of few positions.
             let spare = positions.len() as f64 / positions.len().saturating_sub(2).max(1) as f64;
-            let scale = (middle * spare / MEDIAN_CHI2).max(LEAST_SCALE);
-            let weights = normed.iter().zip(&by_variance).map(|(n, w)| w * (DOF + 1.0) / (DOF + n / scale));
+            let scale = (middle * spare / MEDIAN_CHI2).max(least_scale);
+            let weights = normed.iter().zip(&by_variance).map(|(n, w)| w * (dof + 1.0) / (dof + n / scale));
             line = Self::weighted(positions, weights.collect());
         }
         line
@@ -112,8 +109,10 @@ mod tests {
     fn boxes_at_the_end_that_lie_elsewhere_count_little() {
         let mut seen = positions(-6.0);
         seen[28..].iter_mut().for_each(|p| p.position.z += 10.0);
-        let (line, by_variance) =
-            (Line::new(&seen), Line::weighted(&seen, seen.iter().map(weight).collect()));
+        let (line, by_variance) = (
+            Line::new(&seen, &KinematicStateOptions::default()),
+            Line::weighted(&seen, seen.iter().map(weight).collect()),
+        );
         assert!((line.velocity().z + 6.0).abs() < 0.1, "{}", line.velocity());
         assert!((by_variance.velocity().z + 6.0).abs() > 1.0, "{}", by_variance.velocity());
         assert!(line.reduced_scatter() < 0.1 * by_variance.reduced_scatter());

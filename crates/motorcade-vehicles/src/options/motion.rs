@@ -61,6 +61,12 @@ pub struct KinematicStateOptions {
     /// Weight of the covariances of single positions against their scatter about a line, in degrees of freedom. A larger one decides later where
     /// the covariances hold what is common to all positions. Rendered drives, online, prefer 1 and 2 to 4; labelled tracks do not decide.
     pub noise_dof: f64,
+    /// Degrees of freedom of Student's t distribution by which positions are weighted in the line through them. Chosen, not measured: fewer trust
+    /// the middle of the residuals more; above 2 the distribution has a variance.
+    pub line_dof: f64,
+    /// Least scale of the squared residuals about that line against the variances of the positions, most of which is common to all of them. Chosen,
+    /// not measured: a smaller one distrusts positions near the line.
+    pub line_least_scale: f64,
     /// Share of a speed that counts where it points backwards: few vehicles reverse, and few headings are the wrong way round.
     pub backward_share: f64,
     /// Ratio of speed to its standard deviation at which P(moving) is 0.5. A larger one calls fewer standing vehicles moving and more slow ones
@@ -94,6 +100,8 @@ impl Default for KinematicStateOptions {
             independent_views: 4.0,
             noise_factor: 0.87,
             noise_dof: 2.0,
+            line_dof: 4.0,
+            line_least_scale: 0.05,
             backward_share: 0.5,
             even_odds_sigmas: 3.0,
             logistic_slope: 2.0,

@@ -14,6 +14,7 @@ use crate::assembly::Estimated;
 use crate::closed_loop::Loops;
 use crate::progress::Progress;
 use crate::record::{FrameInfo, FrontEndRecord, mean_interval_s};
+use crate::relative::add_camera;
 use crate::result::RunResult;
 use crate::scale_source;
 use crate::settings::Settings;
@@ -46,6 +47,9 @@ pub fn estimate_drive(mut record: FrontEndRecord, settings: &Settings, progress:
         warnings.push(format!("the multi-object graph was not solved ({error}); front-end estimates stand"));
         None
     });
+    if graph.is_none() {
+        add_camera(&ego, &mut vehicles);
+    }
     record.stopwatch = stopwatch;
     let metric = settings.metric() || unit.is_some() || fit.is_some();
     RunResult::new(

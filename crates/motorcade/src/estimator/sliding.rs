@@ -26,6 +26,7 @@ use super::vehicles::{
     KnownKeypoints, VehicleInput, estimate_vehicles, ground_frames, keypoint_fitters, times_s,
 };
 use crate::record::{FrameInfo, FrontEndView, mean_interval_s};
+use crate::relative::add_camera;
 use crate::revision::Revision;
 use crate::scale_source;
 use crate::settings::Settings;
@@ -167,8 +168,8 @@ impl SlidingEstimator {
         let mut vehicles = self.vehicles_of(view, &window, settings);
         self.estimate_unit(view, &window, &vehicles, settings);
         self.stopwatch.add("vehicles", lap());
-        if settings.config.graph.enabled {
-            self.solve(&mut window, &mut vehicles, settings);
+        if !settings.config.graph.enabled || !self.solve(&mut window, &mut vehicles, settings) {
+            add_camera(&window.ego, &mut vehicles);
         }
         self.stopwatch.add("graph", lap());
         self.speeds_mps.push(window.speed_mps());
@@ -393,8 +394,13 @@ impl SlidingEstimator {
         }
     }
 
-    /// Optimises the window. A graph that cannot be solved is begun anew from where the camera stands.
-    fn solve(&mut self, window: &mut Window, vehicles: &mut [VehicleTrajectory], settings: &Settings) {
+    /// Optimises the window; false when that failed. A graph that cannot be solved is begun anew from where the camera stands.
+    fn solve(
+        &mut self,
+        window: &mut Window,
+        vehicles: &mut [VehicleTrajectory],
+        settings: &Settings,
+    ) -> bool {
         let times_s = times_s(&window.infos);
         let frames = WindowFrames { first: window.first, times_s: &times_s };
         let (options, iterations) = (&settings.config.graph, settings.config.online.iterations);
@@ -404,12 +410,12 @@ impl SlidingEstimator {
             self.graph = Some(graph);
             Ok(())
         });
-        if let Err(error) = solved {
-            let row = self.ego.len();
-            self.warnings.push(format!(
-                "row {row}: the window of the multi-object graph was not solved ({error}); front-end estimates stand"
-            ));
-        }
+        let Err(error) = solved else { return true };
+        let row = self.ego.len();
+        self.warnings.push(format!(
+            "row {row}: the window of the multi-object graph was not solved ({error}); front-end estimates stand"
+        ));
+        false
     }
 
     /// Adds the newest state of a vehicle to its trajectory, when it was seen in the newest of the window's `rows`.
