@@ -43,7 +43,8 @@ impl LensEstimate {
         let median_error_px = median(&mut errors).unwrap_or(0.0);
         let noise = noise_px(median_error_px).powi(2).max(1e-6);
         let votes = adjustment.votes(options);
-        let total = votes.iter().fold(prior.information(lens), |sum, (h, _)| sum + h);
+        let of_drive = votes.iter().fold(Matrix4::zeros(), |sum, (h, _)| sum + h);
+        let total = prior.information(lens) + of_drive;
         // Windows that disagree by more than their pixels say: errors of tracks last from frame to frame.
         let disagreement: f64 = votes.iter().map(|(h, g)| g[0] * g[0] / (h[(0, 0)] * noise)).sum();
         let inflation = (disagreement / (votes.len().max(2) - 1) as f64).max(1.0);
@@ -63,6 +64,10 @@ impl LensEstimate {
         } else {
             covariance[(0, 0)] += options.common_focal_sigma.powi(2) + by_turns.powi(2);
         }
+        // The prior of k1 has a peak at zero, which holds a drive that says little of distortion whatever the lens is: that is no knowledge of it.
+        let open = (prior.information_of_any_lens(options) + of_drive).try_inverse();
+        let by_drive = open.map_or(options.any_lens_k1_sigma.powi(2), |o| o[(1, 1)] * noise * inflation);
+        covariance[(1, 1)] = covariance[(1, 1)].max(by_drive);
         covariance[(1, 1)] += options.common_k1_sigma.powi(2) + (options.common_k1_share * lens.k1).powi(2);
         Self {
             lens: *lens,

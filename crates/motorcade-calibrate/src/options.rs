@@ -63,6 +63,9 @@ pub struct CalibrateOptions {
     pub k1_sigma: f64,
     /// Cauchy scale of k1 \[`k1_sigma`\]: a lens with distortion is free to have it.
     pub k1_kernel: f64,
+    /// Standard deviation of k1 of any lens, for the uncertainty that is stated: wide-angle dash-cams have -0.4 to 0. A larger one says more plainly that
+    /// a drive did not show the distortion.
+    pub any_lens_k1_sigma: f64,
     /// Standard deviation of the principal point from the middle of the picture \[widths\].
     pub centre_sigma: f64,
     /// Standard deviation of ln f that all windows share: no lens is an ideal one.
@@ -156,6 +159,7 @@ impl CalibrateOptions {
             ("outlier_px", self.outlier_px),
             ("noise_px", self.noise_px),
             ("k1_sigma", self.k1_sigma),
+            ("any_lens_k1_sigma", self.any_lens_k1_sigma),
             ("k1_kernel", self.k1_kernel),
             ("centre_sigma", self.centre_sigma),
             ("exif_film_sigma", self.exif_film_sigma),
@@ -192,6 +196,7 @@ impl Default for CalibrateOptions {
             centre_sigma: 0.01,
             common_focal_sigma: 0.01,
             turn_sigma_rad: 0.6_f64.to_radians(),
+            any_lens_k1_sigma: 0.2,
             common_k1_sigma: 0.01,
             common_k1_share: 0.4,
             exif_film_sigma: 0.08,

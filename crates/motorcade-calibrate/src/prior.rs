@@ -66,6 +66,13 @@ impl LensPrior {
         Matrix4::from_diagonal(&self.weights(lens).component_div(&variances))
     }
 
+    /// Information at the mean where k1 may be that of any lens.
+    pub fn information_of_any_lens(&self, options: &CalibrateOptions) -> Matrix4<f64> {
+        let mut sigmas = self.sigmas;
+        sigmas[1] = sigmas[1].max(options.any_lens_k1_sigma);
+        Matrix4::from_diagonal(&sigmas.map(|s| self.noise / (s * s)))
+    }
+
     pub fn gradient(&self, lens: &Lens) -> Vector4<f64> {
         self.whitened(lens).component_mul(&self.weights(lens)).component_div(&self.sigmas)
     }

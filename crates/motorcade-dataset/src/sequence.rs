@@ -147,9 +147,10 @@ impl Sequence {
     /// When no calibration was given and the input has none.
     pub fn camera(&self) -> Result<PinholeCamera> {
         self.input.camera.ok_or_else(|| {
+            let root = self.input.survey.root.display();
             Error::Usage(format!(
-                "{} has no calibration; give one with --calibration FILE (TOML, KITTI calib.txt, OpenCV, ROS, ORB-SLAM or Kalibr YAML)",
-                self.input.survey.root.display()
+                "{root} has no calibration; give one with --calibration FILE (TOML, KITTI calib.txt, OpenCV, ROS, ORB-SLAM or Kalibr YAML), \
+                 or find it by a drive with turns: motorcade calibrate {root} --out camera.toml"
             ))
         })
     }

@@ -38,11 +38,12 @@ impl PictureFaults {
     ) {
         std::mem::swap(&mut self.before, &mut self.now);
         self.now.measure(image, options.columns);
-        let follows =
-            self.last_ns.is_some_and(|last| (timestamp_ns - last) as f64 * 1e-9 <= options.longest_s);
+        let interval_s = self.last_ns.map_or(f64::INFINITY, |last| (timestamp_ns - last) as f64 * 1e-9);
         self.last_ns = Some(timestamp_ns);
-        if !follows {
+        if interval_s > options.blur_longest_s {
             self.blurred.restart();
+        }
+        if interval_s > options.longest_s {
             self.was_blank = false;
         } else if self.before.len() == self.now.len() {
             let blank = self.blank.observe(number, &self.before, &self.now, options);
@@ -80,10 +81,14 @@ mod tests {
     }
 
     fn said(change: impl Fn(u32, GrayImage) -> GrayImage) -> Vec<String> {
+        said_every(100, change)
+    }
+
+    fn said_every(interval_ms: i64, change: impl Fn(u32, GrayImage) -> GrayImage) -> Vec<String> {
         let mut faults = PictureFaults::default();
         for k in 0..40 {
             let image = change(k, picture(k));
-            faults.observe(&image, u64::from(100 + k), i64::from(k) * 100_000_000, &options());
+            faults.observe(&image, u64::from(100 + k), i64::from(k) * interval_ms * 1_000_000, &options());
         }
         faults.describe()
     }
@@ -153,6 +158,8 @@ mod tests {
                     .starts_with("a part of the picture (x 48 to 96 px, y 24 to 48 px) blurs in frame 120"),
             "{said:?}"
         );
+        // At 5 frames/s the world changes as fast.
+        assert_eq!(said_every(200, dirty), Vec::<String>::new());
     }
 
     #[test]
