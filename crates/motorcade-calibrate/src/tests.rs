@@ -72,7 +72,7 @@ fn a_turn_determines_the_focal_length() {
     for factor in [0.75, 1.3] {
         let found = adjusted(0.08, &truth, factor);
         let error = (found.lens.focal_px / truth.focal_px).ln();
-        assert!(error.abs() < 0.02 && error.abs() < 3.0 * found.focal_sigma(), "{factor}: {found:?}");
+        assert!(error.abs() < 0.025 && error.abs() < 3.0 * found.focal_sigma(), "{factor}: {found:?}");
         assert!(found.focal_sigma() < 0.02 && found.lens.k1.abs() < 0.02, "{factor}: {found:?}");
     }
 }
