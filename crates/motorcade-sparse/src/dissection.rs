@@ -12,7 +12,7 @@ const OUT: usize = 1;
 const NONE: u32 = u32::MAX;
 /// The source or sink of a flow, in place of a neighbour.
 const SHORE: u32 = u32::MAX - 1;
-/// How a graph is cut.
+/// Rules by which a graph is cut.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cuts {
     /// Parts up to this size are ordered by minimum degree.

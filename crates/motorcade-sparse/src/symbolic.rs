@@ -72,7 +72,7 @@ pub(crate) struct Symbolic {
 /// Block multiplications of a factorisation for every entry of the matrix above which nested dissection is tried.
 const WORK_WORTH_DISSECTING: f64 = 60.0;
 
-/// What an elimination order is chosen for.
+/// Purpose of an elimination order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ordering {
     /// Least work of a factorisation.

@@ -168,9 +168,7 @@ impl SlidingEstimator {
         let mut vehicles = self.vehicles_of(view, &window, settings);
         self.estimate_unit(view, &window, &vehicles, settings);
         self.stopwatch.add("vehicles", lap());
-        if !settings.config.graph.enabled || !self.solve(&mut window, &mut vehicles, settings) {
-            add_camera(&window.ego, &mut vehicles);
-        }
+        self.solve(&mut window, &mut vehicles, settings);
         self.stopwatch.add("graph", lap());
         self.speeds_mps.push(window.speed_mps());
         window.ego.frames.pop().into_iter().for_each(|frame| self.ego.push(frame));
@@ -394,13 +392,11 @@ impl SlidingEstimator {
         }
     }
 
-    /// Optimises the window; false when that failed. A graph that cannot be solved is begun anew from where the camera stands.
-    fn solve(
-        &mut self,
-        window: &mut Window,
-        vehicles: &mut [VehicleTrajectory],
-        settings: &Settings,
-    ) -> bool {
+    /// Optimises the window, where it shall be. A graph that cannot be solved is begun anew from where the camera stands.
+    fn solve(&mut self, window: &mut Window, vehicles: &mut [VehicleTrajectory], settings: &Settings) {
+        if !settings.config.graph.enabled {
+            return add_camera(&window.ego, vehicles);
+        }
         let times_s = times_s(&window.infos);
         let frames = WindowFrames { first: window.first, times_s: &times_s };
         let (options, iterations) = (&settings.config.graph, settings.config.online.iterations);
@@ -410,12 +406,13 @@ impl SlidingEstimator {
             self.graph = Some(graph);
             Ok(())
         });
-        let Err(error) = solved else { return true };
-        let row = self.ego.len();
-        self.warnings.push(format!(
-            "row {row}: the window of the multi-object graph was not solved ({error}); front-end estimates stand"
-        ));
-        false
+        if let Err(error) = solved {
+            add_camera(&window.ego, vehicles);
+            let row = self.ego.len();
+            self.warnings.push(format!(
+                "row {row}: the window of the multi-object graph was not solved ({error}); front-end estimates stand"
+            ));
+        }
     }
 
     /// Adds the newest state of a vehicle to its trajectory, when it was seen in the newest of the window's `rows`.
