@@ -162,7 +162,6 @@ fn covered(bbox: &BoundingBox, other: &BoundingBox) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
     use crate::test_vehicles::standing_car;
     use motorcade_geometry::Pose;
 

@@ -64,7 +64,6 @@ fn is_part(part: &BoundingBox, whole: &BoundingBox, options: &HypothesisOptions)
 #[cfg(test)]
 mod tests {
     use super::*;
-
     use crate::test_vehicles::standing_car;
 
     fn vehicle(id: usize, frames: std::ops::Range<usize>, x_px: f64, score: f64) -> VehicleTrajectory {

@@ -127,7 +127,6 @@ fn shift(states: &mut [VehicleState], by: f64) {
 mod tests {
     use super::*;
     use crate::test_vehicles::standing_car;
-
     use motorcade_shape::Dimensions;
 
     fn vehicle(id: usize, frames: std::ops::Range<usize>, at: [f64; 2], p_moving: f64) -> VehicleTrajectory {

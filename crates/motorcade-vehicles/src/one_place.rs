@@ -82,7 +82,6 @@ fn one_state_a_frame(states: &mut Vec<VehicleState>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-
     use crate::test_vehicles::standing_car;
 
     /// A car along x at this place, measured with this score; predicted without.

@@ -8,7 +8,7 @@ use motorcade_geometry::robust::median;
 
 /// Median of χ² with one degree of freedom: the residuals lie along the line of sight, nearly.
 const MEDIAN_CHI2: f64 = 0.455;
-/// Rounds of reweighting, which converge within a few.
+/// Rounds of reweighting.
 const ROUNDS: usize = 5;
 
 /// A straight line through positions, each weighted by its variance and by how far it lies from the line against the others: boxes at the ends of

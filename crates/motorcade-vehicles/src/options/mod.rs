@@ -59,6 +59,10 @@ impl VehicleOptions {
         if kinematic_state.least_road_boxes < 1 {
             return Err("vehicles.advanced.kinematic_state.least_road_boxes must be at least 1".to_owned());
         }
+        if kinematic_state.line_dof <= 0.0 || kinematic_state.line_least_scale <= 0.0 {
+            let text = "vehicles.advanced.kinematic_state: line_dof and line_least_scale must be positive";
+            return Err(text.to_owned());
+        }
         if keypoints.road_height_sigma_m <= 0.0 {
             return Err("vehicles.advanced.keypoints.road_height_sigma_m must be positive".to_owned());
         }
