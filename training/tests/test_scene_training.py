@@ -6,10 +6,11 @@ import torch
 
 from motorcade_training.common import checkpoint, log
 from motorcade_training.scene.augment import CropOptions
-from motorcade_training.scene.dataset import CropStream
+from motorcade_training.scene.dataset import Batch, CropStream
 from motorcade_training.scene.export import TOLERANCE, export_scene, load_network
 from motorcade_training.scene.loss import scene_loss
 from motorcade_training.scene.model import SceneNetwork, Shape
+from motorcade_training.scene.replay import replayed, vary
 from motorcade_training.scene.source import Source
 from motorcade_training.scene.train import TrainOptions, make_optimiser, step, train
 from scene_data import make_source
@@ -105,3 +106,27 @@ def test_small_checkpoints_load(tmp_path):
     loaded = load_network(tmp_path / "run" / "scene.pt")
     x = torch.rand(1, 3, 64, 64)
     assert torch.allclose(trained(x)[1], loaded(x)[1], atol=1e-2)
+
+
+def test_crops_used_again_keep_their_labels():
+    random = torch.Generator().manual_seed(3)
+    images = torch.zeros(16, 3, 32, 64, dtype=torch.uint8)
+    images[:, :, 8:16, 4:20] = 200
+    road = torch.zeros(16, 8, 16)
+    road[:, :, :4] = 1.0
+    batch = Batch(images, [torch.tensor([[4.0, 8.0, 20.0, 16.0]])] * 16, [torch.tensor([0])] * 16, road)
+    varied = vary(batch, random)
+    sides = {box[0, 0].item() for box in varied.boxes}
+    assert sides == {4.0, 44.0}
+    for image, box, cells in zip(varied.images, varied.boxes, varied.road):
+        x1, y1, x2, y2 = (int(v) for v in box[0])
+        assert image[:, y1:y2, x1:x2].float().min() > 90 and image.float().sum() < 1.3 * image[:, y1:y2, x1:x2].float().sum()
+        assert cells[:, x1 // 4 - 1 : x2 // 4 - 1].sum() > 0
+
+
+def test_batches_between_are_of_crops_seen_before(tmp_path):
+    source = Source(make_source(tmp_path / "source"), "all")
+    options = CropOptions(sizes=((64, 96), (64, 128)), heights=(20.0, 0.6))
+    stream = CropStream([(source, 1.0)], options, 2, 1, 4)
+    kinds = [batch.images.shape[3] for batch in replayed((stream[k] for k in range(4)), 3, 1)]
+    assert kinds == [96] * 3 + [128] * 3 + [96] * 3 + [128] * 3

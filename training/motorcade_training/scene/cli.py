@@ -16,7 +16,7 @@ def _data_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--simulator", type=Path, help="motorcade binary; renders need it")
     parser.add_argument("--render-frames", type=int, default=480, help="rendered pictures")
     parser.add_argument("--frames-per-drive", type=int, default=6, help="pictures of one simulated drive")
-    parser.add_argument("--workers", type=int, default=1, help="processes of the teachers")
+    parser.add_argument("--workers", type=int, default=1, help="processes of the teachers and of the simulator")
     parser.add_argument("--seed", type=int, default=1, help="seed of the renders")
     parser.add_argument("--out", type=Path, default=WORK / "data", help="folder of the sources")
 
@@ -55,6 +55,8 @@ def _train_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--device", default="auto", help="auto, cpu, cuda")
     parser.add_argument("--threads", type=int, default=1, help="threads of PyTorch on the CPU")
     parser.add_argument("--workers", type=int, default=1, help="processes that make crops; 0 for none")
+    parser.add_argument("--validate-every", type=int, default=400, help="steps between validations")
+    parser.add_argument("--reuse", type=int, default=1, help="steps to each batch of new crops; for a GPU, which learns faster than crops are made")
 
 
 def _train(options: argparse.Namespace) -> None:
@@ -84,6 +86,8 @@ def _train(options: argparse.Namespace) -> None:
             device=options.device,
             threads=options.threads,
             workers=options.workers,
+            reuse=options.reuse,
+            validate_every=options.validate_every,
             start=options.start,
         ),
         cutouts=cutout.load(cutouts) if cutouts.is_file() else None,

@@ -10,7 +10,7 @@ import numpy as np
 
 from motorcade_training.scene.boxes import Boxes
 from motorcade_training.scene.label import read_rgb
-from motorcade_training.scene.renders import KINDS, read_labels
+from motorcade_training.scene.renders import KINDS, extent, read_labels
 
 #: Lower vehicles [px] and those of which less is in sight are not cut out.
 LEAST_HEIGHT_PX, LEAST_VISIBLE = 28, 0.7
@@ -24,7 +24,7 @@ CAMERA_M, FOCAL = (1.1, 2.0), (0.7, 3.0)
 
 @dataclass(frozen=True)
 class Cutout:
-    """A vehicle without its surroundings."""
+    """A vehicle without its surroundings; the picture ends where the vehicle does."""
 
     image: np.ndarray  #: u8 [h, w, 4], RGB and coverage
     kind: int
@@ -54,11 +54,13 @@ def cut_out(drive: Path) -> Iterator[Cutout]:
             if image is None:
                 image = read_rgb(path)
                 instance = cv2.imread(str(root / "instance" / "0000" / path.name), cv2.IMREAD_UNCHANGED)
-            part = slice(max(int(y1), 0), int(np.ceil(y2)) + 1), slice(max(int(x1), 0), int(np.ceil(x2)) + 1)
-            mask = instance[part] == int(words[1]) + 1
-            if mask.sum() < LEAST_VISIBLE * 0.75 * (x2 - x1) * (y2 - y1):
+            mask = instance == int(words[1]) + 1
+            seen = extent(mask)
+            if seen is None or seen[1] < LEAST_VISIBLE * 0.75 * (x2 - x1) * (y2 - y1):
                 continue
-            cover = np.where(mask, 255, 0).astype(np.uint8)[..., None]
+            left, top, right, low = seen[0].astype(int)
+            part = slice(top, low), slice(left, right)
+            cover = np.where(mask[part], 255, 0).astype(np.uint8)[..., None]
             yield Cutout(np.concatenate([image[part], cover], 2), KINDS[words[2]], float(words[10]))
 
 
@@ -128,6 +130,6 @@ def put(scene: Scene, cutout: Cutout, box: np.ndarray, light: float, random: np.
         hidden = cover[a[1] - top : b[1] - top, a[0] - left : b[0] - left].sum()
         if hidden > COVERED * max(float(np.prod(others[index, 2:] - others[index, :2])), 1.0):
             scene.kinds[index] = -1
-    scene.boxes = np.vstack([others, np.clip(box, 0, [width, height] * 2)[None].astype(np.float32)])
+    scene.boxes = np.vstack([others, np.array([[left, top, right, low]], np.float32)])
     inside = (right - left) * (low - top) / (w * h)
     scene.kinds = np.append(scene.kinds, cutout.kind if inside >= 0.3 and h >= 7 else -1)

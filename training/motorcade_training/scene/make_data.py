@@ -1,12 +1,13 @@
 """Makes the training data of the scene network: teacher labels of real images, and renders."""
 
 from dataclasses import dataclass
+from multiprocessing import get_context
 from pathlib import Path
 
-from motorcade_training.scene.cutout import cut_out, save
+from motorcade_training.scene.cutout import Cutout, cut_out, save
 from motorcade_training.scene.fuse import fuse_source
 from motorcade_training.scene.label import TeacherOptions, label_images
-from motorcade_training.scene.renders import render
+from motorcade_training.scene.renders import Render, read_drive, render
 from motorcade_training.scene.source import collect_renders
 
 SUFFIXES = {".webp", ".png", ".jpg", ".jpeg"}
@@ -46,6 +47,16 @@ def make_data(options: DataOptions) -> None:
         labels = options.images / "boxes.csv"
         fuse_source(folder, labels if labels.is_file() else None)
     if options.simulator is not None:
-        drives = render(options.simulator, options.out / "drives", options.render_frames, options.frames_per_drive, options.seed)
-        collect_renders(drives, options.out / "renders")
-        save([one for drive in drives for one in cut_out(drive)], options.out / "cutouts.npz")
+        folder = options.out / "drives"
+        drives = render(options.simulator, folder, options.render_frames, options.frames_per_drive, options.seed, options.workers)
+        with get_context("spawn").Pool(options.workers) as pool:
+            collect_renders((one for drive in pool.imap(_renders, drives) for one in drive), options.out / "renders")
+            save([one for drive in pool.imap(_cutouts, drives) for one in drive], options.out / "cutouts.npz")
+
+
+def _renders(drive: Path) -> list[Render]:
+    return list(read_drive(drive))
+
+
+def _cutouts(drive: Path) -> list[Cutout]:
+    return list(cut_out(drive))

@@ -2,6 +2,7 @@
 
 import subprocess
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,9 +25,9 @@ KINDS = {"Car": CAR, "Van": CAR, "Truck": TRUCK, "Bus": BUS, "Tram": BUS, "Motor
 LEAST_VISIBLE = 0.3
 
 
-def render(simulator: Path, out: Path, frames: int, per_drive: int, seed: int) -> list[Path]:
-    """Renders short drives with `motorcade simulate` until there are `frames` pictures; keeps drives that are there."""
-    drives = []
+def render(simulator: Path, out: Path, frames: int, per_drive: int, seed: int, workers: int = 1) -> list[Path]:
+    """Renders short drives with `motorcade simulate`, `workers` at a time, until there are `frames` pictures; keeps drives that are there."""
+    drives, commands = [], []
     for index in range(-(-frames // per_drive)):
         random = generator(seed, "drive", index)
         scenario = SCENARIOS[index % len(SCENARIOS)]
@@ -38,8 +39,18 @@ def render(simulator: Path, out: Path, frames: int, per_drive: int, seed: int) -
         command = [simulator, "simulate", "--scenario", scenario, "--weather", weather, "--width", width]
         command += ["--frames", per_drive, "--seed", int(random.integers(1 << 31)), "--instance", "--force"]
         command += ["--exposure-drift", f"{random.uniform(0, 0.2):.2f}", "--out", drive, "--progress", "none"]
-        subprocess.run([str(word) for word in command], check=True, stdout=subprocess.DEVNULL)
+        commands.append([str(word) for word in command])
+    with ThreadPoolExecutor(workers) as pool:
+        list(pool.map(lambda command: subprocess.run(command, check=True, stdout=subprocess.DEVNULL), commands))
     return drives
+
+
+def extent(mask: np.ndarray) -> tuple[np.ndarray, int] | None:
+    """Box around the pixels of a mask, f32 [4] px, where pixel i covers [i, i + 1), and their number; `None` without any."""
+    columns, rows = np.flatnonzero(mask.any(0)), np.flatnonzero(mask.any(1))
+    if not len(columns):
+        return None
+    return np.array([columns[0], rows[0], columns[-1] + 1, rows[-1] + 1], np.float32), int(mask.sum())
 
 
 @dataclass
@@ -50,7 +61,7 @@ class Render:
     image: np.ndarray
     #: Probability of road, u8 [H, W], 255 for certain.
     road: np.ndarray
-    #: f32 [N, 4] px.
+    #: f32 [N, 4] px; pixel i covers [i, i + 1).
     boxes: np.ndarray
     #: i64 [N], -1 for regions to ignore.
     kinds: np.ndarray
@@ -66,7 +77,8 @@ def read_labels(drive: Path) -> dict[int, list[list[str]]]:
 
 
 def read_drive(drive: Path) -> Iterator[Render]:
-    """The labelled pictures of a simulated drive. Boxes enclose the whole vehicle, as in KITTI; hidden ones are regions to ignore."""
+    """The labelled pictures of a simulated drive. Boxes enclose what shows of a vehicle, as those of the teacher and of `VisibleExtent` in the
+    product do; KITTI's, around the corners of the 3D box, are some percent larger. Hidden vehicles are regions to ignore."""
     root = drive / "training"
     labels = read_labels(drive)
     for path in sorted((root / "image_02" / "0000").glob("*.png")):
@@ -76,12 +88,11 @@ def read_drive(drive: Path) -> Iterator[Render]:
         for words in labels.get(int(path.stem), []):
             if words[2] not in KINDS:
                 continue
-            box = np.array(words[6:10], np.float32)
-            low = np.maximum(np.floor(box[:2]).astype(int), 0)
-            high = np.ceil(box[2:]).astype(int) + 1
-            seen = instance[low[1] : high[1], low[0] : high[0]] == int(words[1]) + 1
-            # A vehicle fills about three quarters of its box.
-            share = seen.sum() / max(0.75 * (box[2] - box[0]) * (box[3] - box[1]), 1)
-            boxes.append(box)
-            kinds.append(KINDS[words[2]] if share >= LEAST_VISIBLE and int(words[4]) < 3 else -1)
+            corners = np.array(words[6:10], np.float32)
+            seen = extent(instance == int(words[1]) + 1)
+            # A vehicle fills about three quarters of the box around its corners.
+            share = 0.0 if seen is None else seen[1] / max(0.75 * (corners[2] - corners[0]) * (corners[3] - corners[1]), 1)
+            shows = seen is not None and share >= LEAST_VISIBLE and int(words[4]) < 3
+            boxes.append(seen[0] if shows else corners)
+            kinds.append(KINDS[words[2]] if shows else -1)
         yield Render(read_rgb(path), road, np.array(boxes, np.float32).reshape(-1, 4), np.array(kinds, np.int64))

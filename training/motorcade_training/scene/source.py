@@ -1,5 +1,6 @@
 """A source of labelled pictures on disk: frames.npy, road.npy, boxes.npz."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import numpy as np
 from motorcade_training.scene.boxes import Boxes
 from motorcade_training.scene.classes import BUS, TRUCK
 from motorcade_training.scene.fuse import write_boxes
-from motorcade_training.scene.renders import read_drive
+from motorcade_training.scene.renders import Render
 
 #: Neighbouring numbers can show one place: of every BLOCKS blocks of this many frames, one is for validation.
 BLOCK, BLOCKS = 100, 12
@@ -57,11 +58,11 @@ class Source:
         return Sample(self.frames[index], self.roads[index], self.boxes[index], self.kinds[index])
 
 
-def collect_renders(drives: list[Path], folder: Path, width: int = 1242) -> None:
+def collect_renders(renders: Iterable[Render], folder: Path, width: int = 1242) -> None:
     """Writes the pictures of simulated drives as a source, all scaled to `width`."""
     folder.mkdir(parents=True, exist_ok=True)
     frames, roads, parts = [], [], []
-    for render in (r for drive in drives for r in read_drive(drive)):
+    for render in renders:
         scale = width / render.image.shape[1]
         height = frames[0].shape[0] if frames else round(render.image.shape[0] * scale) // 2 * 2
         image = cv2.resize(render.image, (width, round(render.image.shape[0] * scale)))

@@ -18,6 +18,7 @@ from motorcade_training.scene.cutout import Cutout
 from motorcade_training.scene.dataset import Batch, CropStream
 from motorcade_training.scene.loss import Losses, scene_loss
 from motorcade_training.scene.model import SceneNetwork, Shape
+from motorcade_training.scene.replay import replayed
 from motorcade_training.scene.source import Source
 from motorcade_training.scene.validate import validate
 
@@ -40,6 +41,8 @@ class TrainOptions:
     threads: int = 1
     #: Processes that make crops beside the training; 0 for none.
     workers: int = 1
+    #: Steps to each batch of new crops; those between learn crops seen before, varied.
+    reuse: int = 1
     #: Steps between rows of the log, between checkpoints, and between validations.
     log_every: int = 20
     save_every: int = 200
@@ -98,7 +101,7 @@ def train(
         print(f"resumed at step {first}", flush=True)
     budget = Budget(options.steps, options.minutes, spent_s)
     cosine = Cosine(options.rate)
-    stream = CropStream(sources, CropOptions(), options.batch, options.seed, 1 << 30, first, cutouts)
+    stream = CropStream(sources, CropOptions(), options.batch, options.seed, 1 << 30, first // options.reuse, cutouts)
     ahead = {"prefetch_factor": 4} if options.workers else {}
     loader = DataLoader(stream, batch_size=None, shuffle=False, num_workers=options.workers, **ahead)
     rows = log.CsvLog(options.out / "log.csv", first)
@@ -109,13 +112,14 @@ def train(
     sums, count, since = [0.0, 0.0, 0.0], 0, time.monotonic()
     quality: dict[str, float] = {"iou": math.nan, "ap50": math.nan}
     number = first
-    for number, batch in enumerate(loader, first):
+    new = (on_device(batch, device) for batch in loader)
+    for number, batch in enumerate(replayed(new, options.reuse, options.seed, first // options.reuse), first):
         progress = budget.progress(number)
         if progress >= 1.0:
             break
         for group in optimiser.param_groups:
             group["lr"] = cosine.rate(progress)
-        losses = step(network, optimiser, on_device(batch, device), bf16)
+        losses = step(network, optimiser, batch, bf16)
         ema.update(network, number)
         sums = [total + float(part.detach()) for total, part in zip(sums, (losses.score, losses.box, losses.road))]
         count += 1

@@ -40,7 +40,7 @@ class Strength:
 
     shift: float = 0.06
     scale: float = 0.10
-    cut: float = 0.14
+    cut: float = 0.25
     flip: float = 0.5
     erase: float = 0.40
     colour: float = 0.9
@@ -51,11 +51,11 @@ NONE = Strength(0, 0, 0, 0, 0, 0, 0)
 
 
 def augment(batch: Batch, strength: Strength, random: torch.Generator) -> Sample:
-    """Cuts, varies and normalises a batch."""
-    count, side = batch.crops.shape[0], batch.crops.shape[1]
+    """Cuts, varies and normalises a batch, on its device; `random` is of the same device."""
+    count, device = batch.crops.shape[0], batch.crops.device
 
     def uniform(*shape: int) -> torch.Tensor:
-        return torch.rand(*shape, generator=random)
+        return torch.rand(*shape, generator=random, device=device)
 
     box, picture = batch.box.clone(), batch.picture.clone()
     cut_border(box, picture, strength.cut, uniform)
@@ -90,7 +90,7 @@ def cut_border(box: torch.Tensor, picture: torch.Tensor, chance: float, uniform)
     count = box.shape[0]
     chosen = uniform(count) < chance
     # Sides more often than top and bottom: left, top, right, bottom.
-    side = torch.tensor([0, 2, 0, 2, 3, 1])[(6 * uniform(count)).long().clamp(max=5)]
+    side = torch.tensor([0, 2, 0, 2, 3, 1], device=box.device)[(6 * uniform(count)).long().clamp(max=5)]
     share = 0.10 + 0.60 * uniform(count)
     for k in range(4):
         rows = chosen & (side == k)
@@ -103,7 +103,7 @@ def cut_border(box: torch.Tensor, picture: torch.Tensor, chance: float, uniform)
 def cut(crops: torch.Tensor, low: torch.Tensor, extent: torch.Tensor, flip: torch.Tensor) -> torch.Tensor:
     """(N, 3, 64, 64) in 0..1: the part from `low` on, stretched; coordinates have pixel centres at integers."""
     side = crops.shape[1]
-    step = (torch.arange(INPUT_PX) + 0.5) / INPUT_PX
+    step = (torch.arange(INPUT_PX, device=low.device) + 0.5) / INPUT_PX
     x = torch.where(flip[:, None], 1 - step[None], step[None])
     x = low[:, :1] + x * extent[:, :1]
     y = low[:, 1:] + step[None] * extent[:, 1:]
@@ -117,7 +117,7 @@ def inside_picture(
     low: torch.Tensor, extent: torch.Tensor, picture: torch.Tensor, flip: torch.Tensor
 ) -> torch.Tensor:
     """(N, 1, 64, 64): 1 where the middle of an input pixel lies in the picture."""
-    step = (torch.arange(INPUT_PX) + 0.5) / INPUT_PX
+    step = (torch.arange(INPUT_PX, device=low.device) + 0.5) / INPUT_PX
     x = torch.where(flip[:, None], 1 - step[None], step[None])
     x = low[:, :1] + x * extent[:, :1]
     y = low[:, 1:] + step[None] * extent[:, 1:]
@@ -138,29 +138,29 @@ def mirrored(
 
 def photometric(image: torch.Tensor, strength: Strength, random: torch.Generator) -> torch.Tensor:
     """Exposure, gamma, contrast, colour, grey, clipping, blur and noise; values stay in 0..1."""
-    count = image.shape[0]
+    count, device = image.shape[0], image.device
 
     def uniform(low: float, high: float) -> torch.Tensor:
-        return low + (high - low) * torch.rand(count, 1, 1, 1, generator=random)
+        return low + (high - low) * torch.rand(count, 1, 1, 1, generator=random, device=device)
 
     def chosen(chance: float) -> torch.Tensor:
-        return torch.rand(count, 1, 1, 1, generator=random) < chance
+        return torch.rand(count, 1, 1, 1, generator=random, device=device) < chance
 
     if strength.colour > 0:
-        gain = torch.exp(uniform(-0.45, 0.45)) * (1 + 0.12 * (torch.rand(count, 3, 1, 1, generator=random) - 0.5))
+        gain = torch.exp(uniform(-0.45, 0.45)) * (1 + 0.12 * (torch.rand(count, 3, 1, 1, generator=random, device=device) - 0.5))
         varied = (image * gain).clamp(1e-4, 4.0) ** torch.exp(uniform(-0.35, 0.35))
         mean = varied.mean(dim=(1, 2, 3), keepdim=True)
         varied = (varied - mean) * torch.exp(uniform(-0.35, 0.45)) + mean + uniform(-0.08, 0.08)
         grey = varied.mean(dim=1, keepdim=True)
-        saturation = torch.where(chosen(0.2), torch.zeros(()), uniform(0.4, 1.5))
+        saturation = torch.where(chosen(0.2), 0.0, uniform(0.4, 1.5))
         varied = (grey + saturation * (varied - grey)).clamp(0, 1)
         image = torch.where(chosen(strength.colour), varied, image)
     if strength.blur > 0:
         rows = chosen(strength.blur).flatten()
         if rows.any():
-            sigma = 0.4 + 1.2 * float(torch.rand(1, generator=random))
+            sigma = 0.4 + 1.2 * float(torch.rand(1, generator=random, device=device))
             image[rows] = blurred(image[rows], sigma)
-        noise = torch.randn(image.shape, generator=random) * uniform(0, 0.03)
+        noise = torch.randn(image.shape, generator=random, device=device) * uniform(0, 0.03)
         image = torch.where(chosen(0.5), (image + noise).clamp(0, 1), image)
     return image
 
@@ -168,7 +168,7 @@ def photometric(image: torch.Tensor, strength: Strength, random: torch.Generator
 def blurred(image: torch.Tensor, sigma: float) -> torch.Tensor:
     """Gaussian blur."""
     reach = math.ceil(2 * sigma)
-    taps = torch.exp(-0.5 * (torch.arange(-reach, reach + 1) / sigma) ** 2)
+    taps = torch.exp(-0.5 * (torch.arange(-reach, reach + 1, device=image.device) / sigma) ** 2)
     taps = (taps / taps.sum()).to(image.dtype)
     flat = image.reshape(-1, 1, *image.shape[2:])
     flat = functional.pad(flat, (reach,) * 4, mode="replicate")
@@ -179,9 +179,9 @@ def blurred(image: torch.Tensor, sigma: float) -> torch.Tensor:
 def erase(image: torch.Tensor, keypoints: torch.Tensor, sights: torch.Tensor, chance: float, uniform) -> None:
     """Paints posts and blocks over some crops; keypoints behind them are hidden."""
     count = image.shape[0]
-    lots = uniform(count, 8)
-    for i in torch.nonzero(lots[:, 0] < chance).flatten().tolist():
-        _, kind, x, y, w, h, tone, source = lots[i].tolist()
+    for i, (lot, kind, x, y, w, h, tone, source) in enumerate(uniform(count, 8).tolist()):
+        if lot >= chance:
+            continue
         if kind < 0.4:
             # A post from top to bottom.
             width, y0, y1 = 0.02 + 0.10 * w, 0.0, 1.0 if h > 0.2 else 0.8
@@ -199,5 +199,6 @@ def erase(image: torch.Tensor, keypoints: torch.Tensor, sights: torch.Tensor, ch
         else:
             # A piece of another crop.
             image[i, :, b:d, a:c] = image[(i + 1) % count, :, b:d, a:c].clone()
-        covered = ((keypoints[i] > torch.tensor([x0, y0])) & (keypoints[i] < torch.tensor([x1, y1]))).all(dim=1)
+        x, y = keypoints[i].unbind(dim=1)
+        covered = (x > x0) & (x < x1) & (y > y0) & (y < y1)
         sights[i, covered & (sights[i] == VISIBLE)] = HIDDEN

@@ -1,7 +1,7 @@
 """The simulator's crops, read from disk."""
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +31,10 @@ class Batch:
     body: torch.Tensor
     #: (N, 3) length, width, height.
     dimensions_m: torch.Tensor
+
+    def to(self, device: torch.device) -> "Batch":
+        """The batch on a device."""
+        return Batch(**{field.name: getattr(self, field.name).to(device) for field in fields(self)})
 
 
 class CropSet:

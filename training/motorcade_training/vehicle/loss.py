@@ -48,7 +48,7 @@ def keypoint_losses(heat: torch.Tensor, sample: Sample) -> tuple[torch.Tensor, t
     """Cross-entropy against a Gaussian around the keypoint, and the L1 distance of the soft-argmax [cells]."""
     # Cell k covers k to k + 1; its centre is k + 0.5.
     place = sample.keypoints * HEAT_CELLS - 0.5
-    centres = torch.arange(HEAT_CELLS, dtype=place.dtype)
+    centres = torch.arange(HEAT_CELLS, dtype=place.dtype, device=place.device)
     along = torch.exp(-0.5 * ((centres - place[..., None]) / HEAT_SIGMA) ** 2)
     target = along[..., 1, :, None] * along[..., 0, None, :]
     mass = target.sum(dim=(2, 3))
@@ -70,7 +70,7 @@ def keypoint_losses(heat: torch.Tensor, sample: Sample) -> tuple[torch.Tensor, t
 
 def heading_targets(heading_rad: torch.Tensor) -> torch.Tensor:
     """(N, bins): a wrapped Gaussian around the heading."""
-    off = torch.arange(HEADING_BINS) * BIN_RAD - heading_rad[:, None]
+    off = torch.arange(HEADING_BINS, device=heading_rad.device) * BIN_RAD - heading_rad[:, None]
     off = torch.remainder(off + torch.pi, 2 * torch.pi) - torch.pi
     target = torch.exp(-0.5 * (off / HEADING_SIGMA_RAD) ** 2)
     return target / target.sum(dim=1, keepdim=True)
@@ -78,7 +78,7 @@ def heading_targets(heading_rad: torch.Tensor) -> torch.Tensor:
 
 def dimension_loss(output: torch.Tensor, dimensions_m: torch.Tensor, body: torch.Tensor) -> torch.Tensor:
     """Negative log-likelihood of the log dimensions; what has no keypoints (lorries, buses) counts less."""
-    target = torch.log(dimensions_m / torch.tensor(MEAN_DIMENSIONS_M))
+    target = torch.log(dimensions_m / torch.tensor(MEAN_DIMENSIONS_M, device=output.device))
     mean, log_variance = output[:, :3], output[:, 3:].clamp(-9.0, 2.0)
     each = 0.5 * ((target - mean) ** 2 * torch.exp(-log_variance) + log_variance).sum(dim=1)
     weight = torch.where(body == len(BODIES) - 1, 0.3, 1.0)

@@ -73,7 +73,7 @@ def run(options: argparse.Namespace) -> None:
         for group in optimiser.param_groups:
             group["lr"] = cosine.rate(progress)
         indices = shuffled(options.seed, step, options.batch, trained)
-        random = torch.Generator().manual_seed(options.seed * 1_000_003 + step)
+        random = torch.Generator(device).manual_seed(options.seed * 1_000_003 + step)
         parts = train_step(model, optimiser, crops, indices, random, device, bf16)
         step += 1
         ema.update(model, step)
@@ -119,14 +119,13 @@ def train_step(
 ) -> dict[str, float]:
     """One step; the parts of the loss before it."""
     model.train()
-    sample = augment(crops.batch(indices), Strength(), random)
-    image = sample.input.to(device)
+    sample = augment(crops.batch(indices).to(device), Strength(), random)
+    image = sample.input
     if device.type == "cpu":
         image = image.contiguous(memory_format=torch.channels_last)
     with torch.autocast(device.type, dtype=torch.bfloat16, enabled=bf16):
         outputs = model(image)
-    outputs = tuple(o.cpu().float() for o in outputs)
-    parts = losses(outputs, sample)
+    parts = losses(tuple(o.float() for o in outputs), sample)
     optimiser.zero_grad(set_to_none=True)
     sum(parts.values()).backward()
     torch.nn.utils.clip_grad_norm_(model.parameters(), 5.0)
