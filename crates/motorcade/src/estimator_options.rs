@@ -113,7 +113,8 @@ pub struct VehicleHeightOptions {
     /// True combines a stated height with the one by cars, by their variances, in drives that are estimated as a whole. Little
     /// changes where the height was measured (`scale.advanced.bias_sigma` is its standard deviation); a wrong one widens the answer.
     pub combined: bool,
-    /// Cars needed for an estimate.
+    /// Cars from which an estimate stands alone. One by fewer is combined with the guess, and has twice the deviation: among so few no outlier is
+    /// told from the others.
     pub least_vehicles: usize,
     /// Cars needed to doubt a stated height.
     pub least_for_disagreement: usize,
@@ -134,7 +135,7 @@ pub struct VehicleHeightOptions {
     pub kernel_sigmas: f64,
     /// Deviation from a stated height that is reported [standard deviations].
     pub disagreement_sigmas: f64,
-    /// Height from which an unknown one is sought, and the guess where vehicles do not determine it \[m\]: a dash-cam's in a car.
+    /// Height from which an unknown one is sought, and the guess where few vehicles or none determine it \[m\]: a dash-cam's in a car.
     pub guess_m: f64,
     /// Standard deviation of the logarithm of a guessed height, where vehicles do not determine it: from a low car's 1.1 m to a lorry's 2.5 m.
     pub guess_sigma: f64,

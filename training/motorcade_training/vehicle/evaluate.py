@@ -132,7 +132,7 @@ def judge_drive(
         if not here:
             continue
         cuts = [crop.cut(frame_rgb, label.box) for label in here]
-        heat, visibility, heading, _, _ = infer(np.stack([c[0] for c in cuts]))
+        heat, visibility, heading, *_ = infer(np.stack([c[0] for c in cuts]))
         for i, label in enumerate(here):
             keypoints = decode_keypoints(heat[i], visibility[i])
             box = judge(label, camera, frame_rgb.shape, cuts[i][1], keypoints, heading[i], prior, sequence)

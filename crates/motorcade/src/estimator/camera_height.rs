@@ -11,6 +11,9 @@ use crate::estimator_options::VehicleHeightOptions;
 
 /// Rounds of reweighting.
 const ROUNDS: usize = 20;
+/// Factor on the standard deviation where vehicles are too few to tell outliers. A guess: a van that passes for a car is a quarter larger, two of
+/// `vehicle_sigma`.
+const FEW: f64 = 2.0;
 
 /// The camera's height by vehicles.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,7 +27,7 @@ pub struct HeightByVehicles {
 }
 
 impl HeightByVehicles {
-    /// The height by vehicles whose size is known by the road, where `assumed_m` was taken for it; `None` when they are too few.
+    /// The height by vehicles whose size is known by the road, where `assumed_m` was taken for it; `None` when there are none.
     /// Outliers (other classes, wrong headings, parts of vehicles) have little weight: a mean with Cauchy weights from the median
     /// on. So have boxes of low scores, many of which are no vehicles.
     pub fn new(
@@ -43,9 +46,6 @@ impl HeightByVehicles {
             (enough && certainty > 0.0).then_some((size.log_factor, variance, certainty))
         };
         let sizes: Vec<(f64, f64, f64)> = vehicles.iter().zip(&scores).filter_map(sized).collect();
-        if sizes.len() < options.least_vehicles {
-            return None;
-        }
         let mut factors: Vec<f64> = sizes.iter().map(|(factor, ..)| *factor).collect();
         let mut mean = median(&mut factors)?;
         let mut sum = 0.0;
@@ -57,9 +57,21 @@ impl HeightByVehicles {
             sum = sizes.iter().map(weight).sum();
             mean = sizes.iter().map(|s| weight(s) * s.0).sum::<f64>() / sum;
         }
-        let sigma = (1.0 / sum).sqrt().hypot(options.common_sigma);
+        let few = if sizes.len() < options.least_vehicles { FEW } else { 1.0 };
+        let sigma = few * (1.0 / sum).sqrt().hypot(options.common_sigma);
         // Vehicles that look too large mean a height that is stated too great.
         Some(Self { log_factor: -mean, sigma, vehicles: sizes.len() })
+    }
+
+    /// An estimate by few vehicles combined with the guess of a height of which nothing is known.
+    pub(crate) fn with_guess(self, assumed_m: f64, options: &VehicleHeightOptions) -> Self {
+        if self.vehicles >= options.least_vehicles {
+            return self;
+        }
+        let (guess, vehicles) = (options.guess_sigma.powi(-2), self.sigma.powi(-2));
+        let guess_factor = (options.guess_m / assumed_m).ln();
+        let log_factor = (guess * guess_factor + vehicles * self.log_factor) / (guess + vehicles);
+        Self { log_factor, sigma: (guess + vehicles).powf(-0.5), ..self }
     }
 
     /// A warning where a stated height (m) disagrees.
@@ -189,9 +201,22 @@ mod tests {
     }
 
     #[test]
-    fn few_vehicles_and_right_heights_say_nothing() {
+    fn few_vehicles_move_the_guess_by_their_variance() {
         let options = VehicleHeightOptions::default();
-        assert_eq!(HeightByVehicles::new(&[car(0, 0.0), car(1, 0.0)], 1.65, &options), None);
+        let by = |count: usize| {
+            let cars: Vec<VehicleTrajectory> = (0..count).map(|k| car(k, 0.3)).collect();
+            HeightByVehicles::new(&cars, options.guess_m, &options).unwrap().with_guess(options.guess_m, &options)
+        };
+        let (one, two, three) = (by(1), by(2), by(3));
+        assert!(-0.3 < three.log_factor + 1e-9 && two.log_factor > -0.3 && one.log_factor > two.log_factor);
+        assert!(one.log_factor < -0.15 && one.sigma < options.guess_sigma, "{one:?}");
+        assert!(two.sigma < one.sigma && three.sigma < 0.6 * two.sigma, "{two:?} {three:?}");
+    }
+
+    #[test]
+    fn no_vehicles_and_right_heights_say_nothing() {
+        let options = VehicleHeightOptions::default();
+        assert_eq!(HeightByVehicles::new(&[], 1.65, &options), None);
         let cars: Vec<VehicleTrajectory> = (0..12).map(|k| car(k, 0.06)).collect();
         let found = HeightByVehicles::new(&cars, 1.65, &options).unwrap();
         assert_eq!(found.disagreement(1.2, &options), None);

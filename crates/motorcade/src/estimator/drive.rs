@@ -99,8 +99,8 @@ fn known_height(record: &FrontEndRecord, settings: &Settings) -> (Settings, Opti
         known.height_m = stated_m * log_factor.exp();
         known.config.scale.advanced.bias_sigma = sigma;
         let words = by_vehicles.disagreement(stated_m, options).unwrap_or_else(|| {
-            let (height_m, sigma_m, cars) = (known.height_m, known.height_m * sigma, found.vehicles);
-            format!("height of the camera as stated and by {cars} cars: {height_m:.2} ± {sigma_m:.2} m")
+            let (height_m, sigma_m, cars) = (known.height_m, known.height_m * sigma, plural(found.vehicles));
+            format!("height of the camera as stated and by {cars}: {height_m:.2} ± {sigma_m:.2} m")
         });
         return (known, Some(words));
     }
@@ -109,17 +109,21 @@ fn known_height(record: &FrontEndRecord, settings: &Settings) -> (Settings, Opti
     let (height_m, sigma_m) = (known.height_m, known.height_m * sigma);
     let words = match found {
         Some(HeightByVehicles { vehicles, .. }) => {
-            format!("height of the camera by the size of {vehicles} cars: {height_m:.2} ± {sigma_m:.2} m")
+            let (cars, guess) = (plural(vehicles), if vehicles < options.least_vehicles { " and a guess" } else { "" });
+            format!("height of the camera by the size of {cars}{guess}: {height_m:.2} ± {sigma_m:.2} m")
         }
         None => format!(
-            "height of the camera guessed, {height_m:.2} ± {sigma_m:.2} m: it cannot be estimated from fewer than {} cars; give it with --height",
-            options.least_vehicles
+            "height of the camera guessed, {height_m:.2} ± {sigma_m:.2} m: no car tells it; give it with --height"
         ),
     };
     (known, Some(words))
 }
 
-/// Settings with the height by vehicles, from the given one on, and the estimate of the last round; `None` where there are too few.
+fn plural(cars: usize) -> String {
+    if cars == 1 { "1 car".to_owned() } else { format!("{cars} cars") }
+}
+
+/// Settings with the height by vehicles, from the given one on, and the estimate of the last round; `None` where there are none.
 fn height_by_vehicles(record: &FrontEndRecord, settings: &Settings) -> (Settings, Option<HeightByVehicles>) {
     let mut known = settings.clone();
     let mut found = None;
@@ -128,7 +132,10 @@ fn height_by_vehicles(record: &FrontEndRecord, settings: &Settings) -> (Settings
         let ego = by_road(record, &known);
         let vehicles = vehicles_of_drive(record, &ego, &known);
         let height = HeightByVehicles::new(&vehicles, known.height_m, &settings.config.scale.height);
-        let Some(height) = height else { break };
+        let Some(mut height) = height else { break };
+        if settings.height_unknown {
+            height = height.with_guess(known.height_m, &settings.config.scale.height);
+        }
         (known.height_m, _) = height.metres(known.height_m);
         found = Some(height);
     }
