@@ -22,12 +22,18 @@ pub(super) struct Localizer {
     pub(super) correlation_time_s: f64,
     /// χ² up to which a heading along the road explains a box.
     pub(super) explained_chi2: f64,
+    /// Score from which a box may start a track.
+    pub(super) begin_score: f64,
 }
 
 impl Localizer {
-    /// The box of a detection with its measured edges; `others` are the boxes of the frame.
-    pub(super) fn observe(&self, detection: &Detection, others: &[BoundingBox]) -> ObservedBox {
-        ObservedBox::new(detection, &self.camera, others, &self.box_fit)
+    /// The box of a detection with its measured edges; `others` are the boxes of the frame. Those hide an edge that are believed as much as the
+    /// box itself or may start a track: beside a vehicle in the shade lie many weak boxes that show none.
+    pub(super) fn observe(&self, detection: &Detection, others: &[&Detection]) -> ObservedBox {
+        let least_score = detection.score.min(self.begin_score);
+        let believed: Vec<BoundingBox> =
+            others.iter().filter(|other| other.score >= least_score).map(|other| other.bbox).collect();
+        ObservedBox::new(detection, &self.camera, &believed, &self.box_fit)
     }
 
     /// Position of a box with the heading of the road or, where that does not explain it, across the road.

@@ -59,6 +59,7 @@ impl Tracker {
             motion: vehicles.advanced.motion,
             correlation_time_s: vehicles.advanced.correlation_time_s,
             explained_chi2: options.advanced.explained_chi2,
+            begin_score: options.begin_score,
         };
         Self { localizer, options, active: Vec::new(), next_id: 1 }
     }
@@ -75,7 +76,6 @@ impl Tracker {
         self.active.iter_mut().for_each(|track| track.update_ground(&ground_of));
         let (localizer, options) = (&self.localizer, &self.options);
         let boxes: Vec<&Detection> = detections.iter().filter(|d| d.score >= options.least_score).collect();
-        let all: Vec<BoundingBox> = boxes.iter().map(|d| d.bbox).collect();
         let predict = |t: &ActiveTrack| t.predicted_boxes(localizer, ground, &options.advanced);
         let predicted: Vec<Vec<BoundingBox>> = self.active.iter().map(predict).collect();
         let level = |t: &ActiveTrack| {
@@ -83,11 +83,11 @@ impl Tracker {
         };
         let levels: Vec<usize> = self.active.iter().map(level).collect();
         let mut pairs = by_overlap(&predicted, &levels, &boxes, options);
-        pairs.extend(self.reidentify(ground, &boxes, &all, &pairs));
+        pairs.extend(self.reidentify(ground, &boxes, &pairs));
         let mut assigned = vec![false; boxes.len()];
         for (track, index) in pairs {
             assigned[index] = true;
-            let observed = localizer.observe(boxes[index], &all);
+            let observed = localizer.observe(boxes[index], &boxes);
             let next = TrackBox { frame, observed, score: boxes[index].score };
             self.active[track].extend(localizer, ground, next, &options.advanced);
             if boxes[index].score >= options.begin_score {
@@ -96,14 +96,14 @@ impl Tracker {
         }
         for (index, detection) in boxes.iter().enumerate() {
             // A second box on a tracked vehicle (another class, a looser fit) does not start a track.
-            let taken = all.iter().zip(&assigned).filter(|(_, assigned)| **assigned).map(|(b, _)| b);
+            let taken = boxes.iter().zip(&assigned).filter(|(_, assigned)| **assigned).map(|(b, _)| &b.bbox);
             let mut known = predicted.iter().filter_map(|boxes| boxes.first()).chain(taken);
             let duplicate = known.any(|b| b.iou(&detection.bbox) > options.advanced.duplicate_iou);
             if assigned[index] || detection.score < options.begin_score || duplicate {
                 continue;
             }
             let first =
-                TrackBox { frame, observed: localizer.observe(detection, &all), score: detection.score };
+                TrackBox { frame, observed: localizer.observe(detection, &boxes), score: detection.score };
             if let Some(begun) = ActiveTrack::begin(self.next_id, localizer, ground, first, &options.advanced)
             {
                 self.next_id += 1;
@@ -123,7 +123,6 @@ impl Tracker {
         &self,
         ground: &GroundFrame,
         boxes: &[&Detection],
-        all: &[BoundingBox],
         pairs: &[(usize, usize)],
     ) -> Vec<(usize, usize)> {
         let gates = &self.options.advanced;
@@ -133,7 +132,8 @@ impl Tracker {
         };
         // Neither assigned nor a duplicate of an assigned box.
         let new = |b: &usize| {
-            let duplicate = |(_, found): &(usize, usize)| all[*found].iou(&all[*b]) > gates.duplicate_iou;
+            let duplicate =
+                |(_, found): &(usize, usize)| boxes[*found].bbox.iou(&boxes[*b].bbox) > gates.duplicate_iou;
             boxes[*b].score >= self.options.begin_score && !pairs.iter().any(duplicate)
         };
         let occluded: Vec<usize> = (0..self.active.len()).filter(occluded).collect();
@@ -142,7 +142,7 @@ impl Tracker {
         }
         let mut candidates = Vec::new();
         for detection in (0..boxes.len()).filter(new) {
-            let observed = self.localizer.observe(boxes[detection], all);
+            let observed = self.localizer.observe(boxes[detection], boxes);
             let Some(position) = self.localizer.position(ground, &observed) else { continue };
             let candidate = |track: &usize| {
                 let cost = self.active[*track].distance(&self.localizer, ground, &position, gates)?;

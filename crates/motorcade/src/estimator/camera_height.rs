@@ -205,7 +205,9 @@ mod tests {
         let options = VehicleHeightOptions::default();
         let by = |count: usize| {
             let cars: Vec<VehicleTrajectory> = (0..count).map(|k| car(k, 0.3)).collect();
-            HeightByVehicles::new(&cars, options.guess_m, &options).unwrap().with_guess(options.guess_m, &options)
+            HeightByVehicles::new(&cars, options.guess_m, &options)
+                .unwrap()
+                .with_guess(options.guess_m, &options)
         };
         let (one, two, three) = (by(1), by(2), by(3));
         assert!(-0.3 < three.log_factor + 1e-9 && two.log_factor > -0.3 && one.log_factor > two.log_factor);

@@ -109,7 +109,8 @@ fn known_height(record: &FrontEndRecord, settings: &Settings) -> (Settings, Opti
     let (height_m, sigma_m) = (known.height_m, known.height_m * sigma);
     let words = match found {
         Some(HeightByVehicles { vehicles, .. }) => {
-            let (cars, guess) = (plural(vehicles), if vehicles < options.least_vehicles { " and a guess" } else { "" });
+            let (cars, guess) =
+                (plural(vehicles), if vehicles < options.least_vehicles { " and a guess" } else { "" });
             format!("height of the camera by the size of {cars}{guess}: {height_m:.2} ± {sigma_m:.2} m")
         }
         None => format!(
