@@ -56,6 +56,25 @@ fn a_box_that_jumps_does_not_carry_the_track_away() {
     assert_eq!(tracks[0].boxes.len(), 40);
 }
 
+/// Weak boxes that show no vehicle cover three edges of a clear one's box.
+#[test]
+fn clutter_does_not_keep_a_clear_box_from_starting_a_track() {
+    let tracks = link(20, |k| {
+        let clear = Detection { score: 0.75, ..car(30.0 - 0.5 * k as f64, -8.0).unwrap() };
+        let BoundingBox { x1, y1, x2, y2 } = clear.bbox;
+        let (w, h) = (x2 - x1, y2 - y1);
+        let weak = |left: f64, right: f64| {
+            let bbox =
+                BoundingBox { x1: x1 + left * w, y1: y1 - 0.1 * h, x2: x1 + right * w, y2: y2 + 0.2 * h };
+            Detection { score: 0.25, bbox, ..clear.clone() }
+        };
+        vec![weak(-0.9, 0.4), weak(0.6, 1.9), weak(-0.3, 1.4), clear]
+    });
+    assert_eq!(tracks.len(), 1);
+    assert_eq!(tracks[0].boxes.len(), 20);
+    assert!(tracks[0].boxes.iter().all(|b| b.observed.edges == [true; 4]));
+}
+
 #[test]
 fn a_vehicle_is_reidentified_after_a_gap() {
     // Oncoming, occluded for 1.2 s.
