@@ -6,7 +6,7 @@
 Renders drives, detects with a scene network, and prints for each range of heights the median error of the four edges against the visible extent of the
 vehicle (positive to the right and down), its spread (1.48 × median absolute deviation) and the median shift of the whole box, in pixels of the network's
 input. Cars and vans that are whole and not occluded, nearest box by IoU, at least 0.25. To measure `edge_errors` anew, give a folder with a models.toml
-without them (--models). The project's network draws large rendered vehicles as cuboids, as their labels have it: the shift is of use there, not the edges.
+without them (--models).
 """
 import argparse
 import collections

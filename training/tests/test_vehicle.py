@@ -11,7 +11,7 @@ import torch
 
 from motorcade_training.common import checkpoint
 from motorcade_training.presence import train as presence
-from motorcade_training.vehicle import crop, export, kitti, train
+from motorcade_training.vehicle import crop, evaluate, export, kitti, train
 from motorcade_training.vehicle.augment import NONE, Strength, augment, mirrored
 from motorcade_training.vehicle.data import CropSet
 from motorcade_training.vehicle.decode import decode_heading, decode_keypoints
@@ -191,3 +191,23 @@ def test_the_head_tells_what_is_a_vehicle(tmp_path: Path):
     # The rest of the network is as it was, but for the rounding to half precision.
     start = checkpoint.read(tmp_path / "start.pt")["ema"]
     assert torch.equal(model.heat.weight, start["heat.weight"].half().float())
+
+
+def test_every_labelled_box_of_a_drive_is_judged(tmp_path):
+    pytest.importorskip("cv2")
+    import cv2
+
+    for name in ("calib", "label_02", "image_02/0000"):
+        (tmp_path / name).mkdir(parents=True)
+    (tmp_path / "calib" / "0000.txt").write_text("P2: 700 0 160 0 0 700 60 0 0 0 1 0\n")
+    line = "0 {} Car 0 0 0 {} 50 {} 90 1.5 1.6 3.9 1 1.65 20 -1.57\n"
+    (tmp_path / "label_02" / "0000.txt").write_text(line.format(1, 100, 160) + line.format(2, 200, 260))
+    cv2.imwrite(str(tmp_path / "image_02" / "0000" / "000000.png"), np.full((120, 320, 3), 90, np.uint8))
+    options = argparse.Namespace(onnx=None, checkpoint=tmp_path / "small.pt")
+    checkpoint.write(options.checkpoint, {"ema": VehicleNet().state_dict()})
+    points = np.random.default_rng(2).uniform(-1, 1, (36, 3))
+    prior = Prior(points, np.zeros((1, 36, 3)), np.ones(1))
+    tiles = []
+    judged = evaluate.judge_drive(tmp_path, "0000", 2, 1, prior, evaluate.network(options), tiles)
+    assert [box.track for box in judged] == [1, 2] and len(tiles) == 2
+    assert all(0 <= box.bins_off_rad <= math.pi and 0 <= box.fit_off_rad <= math.pi for box in judged)
