@@ -40,7 +40,8 @@ fn is_double(weak: &VehicleTrajectory, strong: &VehicleTrajectory, options: &Hyp
         let other = state.and_then(|s| Some((s.score, s.bbox?)));
         other.is_some_and(|(score, other)| {
             let weaker = own.score < options.double_score_ratio * score;
-            other.iou(bbox) > options.double_iou || weaker && is_part(bbox, &other, options)
+            let second = || is_part(bbox, &other, options) || is_around(bbox, &other, options);
+            other.iou(bbox) > options.double_iou || weaker && second()
         })
     });
     let count = boxes().count();
@@ -59,6 +60,12 @@ pub(crate) fn is_second_box(own: &VehicleState, other: &VehicleState, options: &
 /// True when a box lies within another one and ends no lower: of a vehicle farther away nothing would be seen there.
 fn is_part(part: &BoundingBox, whole: &BoundingBox, options: &HypothesisOptions) -> bool {
     part.y2 <= whole.y2 && part.intersection(whole) > options.double_inside * part.area()
+}
+
+/// True when a box holds most of another one and ends no lower: a vehicle with what stands above it far behind, taken for a lorry. The box of a lorry that
+/// drives ahead of the vehicle ends at its roof, or scores more.
+fn is_around(around: &BoundingBox, vehicle: &BoundingBox, options: &HypothesisOptions) -> bool {
+    around.y2 <= vehicle.y2 && around.intersection(vehicle) > options.double_iou * vehicle.area()
 }
 
 #[cfg(test)]
@@ -95,5 +102,14 @@ mod tests {
             part
         };
         assert_eq!(ids(vec![vehicle(1, 0..40, 200.0, 0.8), part(2, 0.2), part(3, 0.7)]), [1, 3]);
+        // It with the house behind, which scores little, and a lorry ahead of it.
+        let around = |id: usize, score: f64| {
+            let mut around = vehicle(id, 0..40, 200.0, score);
+            for bbox in around.states.iter_mut().filter_map(|s| s.bbox.as_mut()) {
+                *bbox = BoundingBox::new([bbox.x1 - 5.0, bbox.y1 - 60.0, bbox.x2 + 5.0, bbox.y2 - 6.0]);
+            }
+            around
+        };
+        assert_eq!(ids(vec![vehicle(1, 0..40, 200.0, 0.8), around(2, 0.3), around(3, 0.6)]), [1, 3]);
     }
 }

@@ -47,7 +47,8 @@ pub struct HypothesisOptions {
     pub least_consistent_boxes: f64,
     /// Times that a track is parted.
     pub splits: usize,
-    /// Overlap (IoU) of two boxes from which they may be boxes of one vehicle: that of the detector's duplicates.
+    /// Overlap (IoU) of two boxes from which they may be boxes of one vehicle: that of the detector's duplicates. Share of a vehicle's box, too, from which
+    /// a box around it may show that vehicle alone.
     pub double_iou: f64,
     /// Share of a box within another one from which it may be a part of that vehicle.
     pub double_inside: f64,
