@@ -22,15 +22,15 @@ pub(super) struct Localizer {
     pub(super) correlation_time_s: f64,
     /// χ² up to which a heading along the road explains a box.
     pub(super) explained_chi2: f64,
-    /// Score from which a box may start a track.
-    pub(super) begin_score: f64,
+    /// Score against that of another box from which a box hides edges of it.
+    pub(super) hiding_score_ratio: f64,
 }
 
 impl Localizer {
-    /// The box of a detection with its measured edges; `others` are the boxes of the frame. Those hide an edge that are believed as much as the
-    /// box itself or may start a track: beside a vehicle in the shade lie many weak boxes that show none.
+    /// The box of a detection with its measured edges; `others` are the boxes of the frame. Those that score far less hide nothing: beside a vehicle in
+    /// the shade lie many weak boxes that show none.
     pub(super) fn observe(&self, detection: &Detection, others: &[&Detection]) -> ObservedBox {
-        let least_score = detection.score.min(self.begin_score);
+        let least_score = self.hiding_score_ratio * detection.score;
         let believed: Vec<BoundingBox> =
             others.iter().filter(|other| other.score >= least_score).map(|other| other.bbox).collect();
         ObservedBox::new(detection, &self.camera, &believed, &self.box_fit)

@@ -59,7 +59,7 @@ impl Tracker {
             motion: vehicles.advanced.motion,
             correlation_time_s: vehicles.advanced.correlation_time_s,
             explained_chi2: options.advanced.explained_chi2,
-            begin_score: options.begin_score,
+            hiding_score_ratio: options.advanced.hiding_score_ratio,
         };
         Self { localizer, options, active: Vec::new(), next_id: 1 }
     }
