@@ -187,14 +187,14 @@ fn vehicles_of_drive(
     let fitters = keypoint_fitters(settings);
     let input = VehicleInput {
         frames,
-        detections,
+        detections: detections.kept(),
         keypoints: keypoints.kept(),
         grounds: &grounds,
         fitters: &fitters,
     };
     let track = || {
         let (tracker, vehicles) = (&settings.config.tracker, &settings.config.vehicles);
-        track_vehicles(&settings.camera, &grounds, detections, tracker, vehicles)
+        track_vehicles(&settings.camera, &grounds, detections.kept(), tracker, vehicles)
     };
     estimate_vehicles(&input, settings, None, track)
 }
