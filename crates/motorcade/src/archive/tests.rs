@@ -131,7 +131,7 @@ fn a_file_that_cannot_be_written_any_more_leaves_the_later_records_in_memory() {
     // A file that reads and does not write.
     let path = tempfile::NamedTempFile::new().unwrap();
     let written = archive.file.take().unwrap();
-    std::io::copy(&mut { rewound(written) }, &mut path.as_file()).unwrap();
+    io::copy(&mut { rewound(written) }, &mut path.as_file()).unwrap();
     archive.file = Some(File::open(path.path()).unwrap());
     archive.put_away((300..500).map(motion).collect());
     archive.put_away((500..600).map(motion).collect());
