@@ -51,7 +51,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// A fifth of the street's camera, so that thousands of frames take seconds.
+/// The camera of the street at half the size, so that thousands of frames take seconds.
 const SMALL: PinholeCamera = {
     let PinholeCamera { fx, fy, cx, cy, width, height } = street_image::CAMERA;
     PinholeCamera {
