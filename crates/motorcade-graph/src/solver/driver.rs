@@ -61,6 +61,11 @@ impl Solver {
         pool.install(|| self.run(graph, true))
     }
 
+    /// Another number of iterations for the next solve.
+    pub(crate) fn set_max_iterations(&mut self, max_iterations: usize) {
+        self.options.max_iterations = max_iterations;
+    }
+
     /// Another time limit for the next solve.
     pub(crate) fn set_time_limit_s(&mut self, limit_s: Option<f64>) {
         self.options.time_limit_s = limit_s;

@@ -50,7 +50,7 @@ pub fn graduate(
     graph.set_scale(group, LossScale::convexity(f64::INFINITY))?;
     let start = Instant::now();
     let quiet = Control { progress: None, ..control.clone() };
-    let mut solver = Solver::new(options.clone())?.with_control(quiet.clone());
+    let mut solver = Solver::new(options.clone())?.with_control(quiet);
     solver.optimise(graph)?;
     let mut worst = 0.0_f64;
     for (_, factor) in graph.factors() {
@@ -58,20 +58,23 @@ pub fn graduate(
     }
     let mut mu = (2.0 * worst / (schedule.c * schedule.c)).max(1.0);
     let short = Options { max_iterations: schedule.iterations_per_round, ..options.clone() };
-    let mut round_solver = Solver::new(short)?.with_control(quiet);
+    short.validate()?;
+    // One solver: a second one would hold matrix and factor of the same pattern again.
+    solver.set_max_iterations(short.max_iterations);
     for _ in 0..schedule.max_rounds {
         if control.cancelled() || options.out_of_time(start) {
             break;
         }
         graph.set_scale(group, LossScale::convexity(mu))?;
-        round_solver.set_time_limit_s(options.remaining(start).time_limit_s);
-        round_solver.optimise(graph)?;
+        solver.set_time_limit_s(options.remaining(start).time_limit_s);
+        solver.optimise(graph)?;
         if mu <= 1.0 {
             break;
         }
         mu = (mu / schedule.factor).max(1.0);
     }
     graph.set_scale(group, LossScale::convexity(1.0))?;
+    solver.set_max_iterations(options.max_iterations);
     solver.set_time_limit_s(options.remaining(start).time_limit_s);
     solver.with_control(control.clone()).optimise(graph)
 }
