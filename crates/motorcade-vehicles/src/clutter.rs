@@ -16,16 +16,16 @@ use crate::track::{Track, TrackBox};
 use crate::trajectory::{Source, VehicleState, VehicleTrajectory};
 
 /// The vehicles without clutter at the beginning and end of their tracks; those that had some are estimated anew from the boxes that
-/// remain. Tracks that are nothing else are left out.
+/// remain. Tracks that are nothing else are left out. `least_score` is what a single box must reach.
 pub fn without_clutter(
     vehicles: Vec<VehicleTrajectory>,
     tracks: &[Track],
     camera: &PinholeCamera,
     grounds: &[GroundFrame],
-    options: &VehicleOptions,
+    (options, least_score): (&VehicleOptions, f64),
     estimate: impl Fn(&Track) -> Option<VehicleTrajectory>,
 ) -> Vec<VehicleTrajectory> {
-    let seen = seen_frames(&vehicles, camera, grounds, options);
+    let seen = seen_frames(&vehicles, camera, grounds, (options, least_score));
     let cleaned = |(vehicle, frames): (VehicleTrajectory, Option<RangeInclusive<usize>>)| {
         let frames = frames?;
         if vehicle.states.iter().all(|s| frames.contains(&s.frame)) {
@@ -57,9 +57,10 @@ fn seen_frames(
     vehicles: &[VehicleTrajectory],
     camera: &PinholeCamera,
     grounds: &[GroundFrame],
-    options: &VehicleOptions,
+    (options, least_score): (&VehicleOptions, f64),
 ) -> Vec<Option<RangeInclusive<usize>>> {
     let hypothesis = &options.advanced.hypothesis;
+    let least_mean = hypothesis.least_mean_score_ratio * least_score;
     let boxes = boxes_by_frame(vehicles);
     let seen = |vehicle: &VehicleTrajectory| {
         let mut scores = expected_scores(vehicle, &boxes, camera, hypothesis.hidden_share);
@@ -69,8 +70,8 @@ fn seen_frames(
                 *score = Some(0.0);
             }
         }
-        let end = scores.len() - clutter(scores.iter().rev(), hypothesis.least_mean_score)?;
-        let start = clutter(scores.iter().take(end), hypothesis.least_mean_score)?;
+        let end = scores.len() - clutter(scores.iter().rev(), least_mean)?;
+        let start = clutter(scores.iter().take(end), least_mean)?;
         let states = vehicle.states.get(start..end)?;
         let (first, last) = (states.first()?.frame, states.last()?.frame);
         let time_s = |frame: usize| grounds.get(frame).map_or(0.0, |g| g.time_s);
@@ -191,7 +192,7 @@ mod tests {
             time_s: 0.1 * f64::from(k),
         };
         let grounds: Vec<GroundFrame> = (0..40).map(ground).collect();
-        seen_frames(vehicles, &CAMERA, &grounds, &VehicleOptions::default()).swap_remove(0)
+        seen_frames(vehicles, &CAMERA, &grounds, (&VehicleOptions::default(), 0.15)).swap_remove(0)
     }
 
     #[test]

@@ -5,9 +5,6 @@ use motorcade_perception::{BoundingBox, BoxConvention, Detection, VehicleClass};
 
 use crate::options::BoxFitOptions;
 
-/// Slack of the occlusion test \[px\]: boxes that share an edge do not occlude each other.
-const SLACK_PX: f64 = 1.0;
-
 /// A box and which of its edges are measurements.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObservedBox {
@@ -36,8 +33,9 @@ impl ObservedBox {
     ) -> Self {
         let Detection { bbox, class, convention, pixel_size, road_below, .. } = *detection;
         let mut edges = inside_border(&bbox, camera, options.border_px * pixel_size);
+        let slack_px = options.occlusion_slack_px;
         let nearer = |o: &&BoundingBox| {
-            convention == BoxConvention::VisibleExtent && **o != bbox && o.y2 > bbox.y2 + SLACK_PX
+            convention == BoxConvention::VisibleExtent && **o != bbox && o.y2 > bbox.y2 + slack_px
         };
         for other in others.iter().filter(nearer) {
             let (w, h) = (bbox.width().max(1.0), bbox.height().max(1.0));
@@ -45,8 +43,8 @@ impl ObservedBox {
             let down = (bbox.y2.min(other.y2) - bbox.y1.max(other.y1)) / h;
             let within = |v: f64, low: f64, high: f64| v > low && v < high;
             let covered = options.occluded_share;
-            edges[0] &= !(down > covered && within(bbox.x1, other.x1 - SLACK_PX, other.x2));
-            edges[2] &= !(down > covered && within(bbox.x2, other.x1, other.x2 + SLACK_PX));
+            edges[0] &= !(down > covered && within(bbox.x1, other.x1 - slack_px, other.x2));
+            edges[2] &= !(down > covered && within(bbox.x2, other.x1, other.x2 + slack_px));
             edges[3] &= !(across > covered && within(bbox.y2, other.y1, other.y2));
         }
         Self { bbox, class, convention, edges, pixel_size, road_below }

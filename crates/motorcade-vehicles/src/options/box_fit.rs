@@ -10,6 +10,8 @@ pub struct BoxFitOptions {
     /// Share of an edge that a nearer box must cover for the edge to count as occluded. Rendered drives give 0.25, 0.4
     /// and 0.6 hardly apart (BENCHMARK.md, "Constants over scenarios and seeds"); a larger value takes cut boxes for whole ones.
     pub occluded_share: f64,
+    /// Slack of the occlusion test \[px\]: boxes that share an edge do not occlude each other. Chosen: a larger one takes more edges for seen.
+    pub occlusion_slack_px: f64,
     /// Standard deviation of an edge, constant part, in pixels of the detector's input: its jitter. 1.0 to 1.9 px with our network
     /// on rendered drives, boxes of 8 to 60 px.
     pub edge_sigma_px: f64,
@@ -50,6 +52,17 @@ pub struct BoxFitOptions {
     pub step_share: f64,
     /// χ² at which the edges of one box saturate: a box that nothing explains counts no more.
     pub saturation_chi2: f64,
+    /// Smallest distance ahead at which a fit is a vehicle \[m\]: a camera in a car sees none nearer. Chosen.
+    pub nearest_m: f64,
+    /// Smallest distance ahead that a fit starts from \[m\]: nearer ones are almost beside the camera, where the problem is far from linear. Chosen.
+    pub nearest_start_m: f64,
+    /// Depths between which a fit starts \[m\]; what is nearer than `nearest_start_m` starts from there. Chosen: wider ones take more steps and fail more often.
+    pub start_depths_m: [f64; 2],
+    /// Depth of the road at the bottom edge beyond which the edge is too close to the horizon to start from \[m\]. Chosen: pitch moves a farther one by its
+    /// own length.
+    pub horizon_m: f64,
+    /// Distance of the rear tyres, to which the bottom edge belongs, behind the centre of a vehicle as a share of its length, where a fit starts.
+    pub rear_tyres_share: f64,
 }
 
 impl BoxFitOptions {
@@ -69,6 +82,7 @@ impl Default for BoxFitOptions {
         Self {
             border_px: 3.0,
             occluded_share: 0.4,
+            occlusion_slack_px: 1.0,
             edge_sigma_px: 1.4,
             edge_sigma_share: 0.035,
             large_edge_sigma_share: 0.07,
@@ -86,6 +100,11 @@ impl Default for BoxFitOptions {
             iterations: 12,
             step_share: 0.33,
             saturation_chi2: 30.0,
+            nearest_m: 1.0,
+            nearest_start_m: 3.0,
+            start_depths_m: [2.0, 250.0],
+            horizon_m: 200.0,
+            rear_tyres_share: 0.25,
         }
     }
 }

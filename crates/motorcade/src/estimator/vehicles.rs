@@ -80,7 +80,8 @@ pub(crate) fn estimate_vehicles(
     if part {
         let estimate =
             |track: &Track| estimate_consistently(camera, grounds, track, &views, options, None).pop();
-        vehicles = without_clutter(vehicles, &tracks, camera, grounds, options, estimate);
+        let least_score = config.tracker.least_score;
+        vehicles = without_clutter(vehicles, &tracks, camera, grounds, (options, least_score), estimate);
     }
     vehicles.sort_by_key(|v| v.id);
     let vehicles = without_doubles(vehicles, &options.advanced.hypothesis);

@@ -9,6 +9,8 @@ use serde::{Deserialize, Serialize};
 pub struct PictureFaultOptions {
     /// Cells across a picture. More find smaller faults, and take passing objects for some.
     pub columns: usize,
+    /// Smallest side of a cell \[px\], which small pictures have fewer of: gradients of fewer pixels are noise. Chosen, not measured.
+    pub least_cell_px: usize,
     /// Longest time between two pictures that are compared \[s\]: after longer ones the scene has changed by itself.
     pub longest_s: f64,
     /// Factor of brightness between two pictures from which on exposure jumped; clean drives have 1.10 at most. Larger misses small jumps.
@@ -43,6 +45,7 @@ impl Default for PictureFaultOptions {
     fn default() -> Self {
         Self {
             columns: 24,
+            least_cell_px: 8,
             longest_s: 0.25,
             exposure_factor: 1.3,
             exposure_spread: 0.2,
