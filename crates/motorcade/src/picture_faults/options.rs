@@ -65,7 +65,11 @@ impl Default for PictureFaultOptions {
 impl PictureFaultOptions {
     /// The first setting out of its range, with what it must be.
     pub(crate) fn validate(&self) -> Result<(), String> {
-        for (name, value, most) in [("columns", self.columns, 200), ("blur_frames", self.blur_frames, 100)] {
+        for (name, value, most) in [
+            ("columns", self.columns, 200),
+            ("least_cell_px", self.least_cell_px, 200),
+            ("blur_frames", self.blur_frames, 100),
+        ] {
             if !(2..=most).contains(&value) {
                 return Err(format!("{name} must lie between 2 and {most}"));
             }
