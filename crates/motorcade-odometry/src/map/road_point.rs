@@ -86,7 +86,7 @@ mod tests {
         let pose = Pose::<Camera, World>::exp(&Vector6::new(0.02, -0.05, 0.01, 0.3, -0.2, 1.0));
         let point = Point3::new(0.4, 1.8, 9.0);
         let road_point = RoadPoint { pose: 0, m: Vector3::new(0.02, 0.55, -0.01), sigma: 0.05 };
-        let (_, _, by_pose, by_point) = road_point.linearise(&pose, &point, options);
+        let (_, _, by_pose, by_point) = road_point.linearise(&pose, &point, &options);
         let analytic = by_pose.iter().chain(&by_point).copied();
         let error = jacobian_error(&DMatrix::from_iterator(1, 9, analytic), |step| {
             let (turn, shift) = (step.fixed_rows::<6>(0).into_owned(), step.fixed_rows::<3>(6));
