@@ -46,11 +46,11 @@ pub struct CalibrateOptions {
     pub k1_sigma: f64,
     /// Standard deviation of ln f above which the drive does not determine it.
     pub most_focal_sigma: f64,
-    /// Bounds of the adjustment, and the mounting.
+    /// Windows, passes, bounds of the adjustment, priors, and the mounting.
     pub advanced: AdvancedCalibrateOptions,
 }
 
-/// Bounds of the adjustment, and the mounting.
+/// Windows, passes, bounds of the adjustment, priors, and the mounting.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AdvancedCalibrateOptions {

@@ -38,25 +38,22 @@ impl CheckOptions {
         let clock = &advanced.clock;
         for (name, value) in [("late_intervals", clock.late_intervals), ("late_s", clock.late_s)] {
             if value <= 0.0 {
-                return Err(format!("checks.advanced.advanced.clock.{name} must be positive"));
+                return Err(format!("checks.advanced.clock.{name} must be positive"));
             }
         }
         if clock.named == 0 {
-            return Err("checks.advanced.advanced.clock.named must be at least 1".to_owned());
+            return Err("checks.advanced.clock.named must be at least 1".to_owned());
         }
         advanced
             .focal_length
             .validate()
-            .map_err(|problem| format!("checks.advanced.advanced.focal_length.{problem}"))?;
-        advanced
-            .pictures
-            .validate()
-            .map_err(|problem| format!("checks.advanced.advanced.pictures.{problem}"))?;
+            .map_err(|problem| format!("checks.advanced.focal_length.{problem}"))?;
+        advanced.pictures.validate().map_err(|problem| format!("checks.advanced.pictures.{problem}"))?;
         if advanced.repeated_frames.step_px == 0 {
-            return Err("checks.advanced.advanced.repeated_frames.step_px must be at least 1".to_owned());
+            return Err("checks.advanced.repeated_frames.step_px must be at least 1".to_owned());
         }
         if advanced.swapped_frames.named == 0 {
-            return Err("checks.advanced.advanced.swapped_frames.named must be at least 1".to_owned());
+            return Err("checks.advanced.swapped_frames.named must be at least 1".to_owned());
         }
         Ok(())
     }

@@ -44,8 +44,8 @@ impl Default for OnlineOptions {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AdvancedOnlineOptions {
-    /// Time beyond the longest window after which a frame is forgotten \[s\]: the road looks back less at the begin of the window (`road.advanced.oldest_s`). A
-    /// longer one needs more memory.
+    /// Time beyond the longest window after which a frame is forgotten \[s\]: the road looks back less at the begin of the window
+    /// (`road.advanced.oldest_s`). A longer one needs more memory.
     pub forget_after_s: f64,
     /// Way driven between two corrections by places seen again \[m\]: each solves the graph of its keyframes. A shorter one corrects sooner and costs
     /// time.

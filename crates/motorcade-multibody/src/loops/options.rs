@@ -11,11 +11,11 @@ pub struct LoopOptions {
     /// Way between keyframes of places \[camera heights\]: 2 are 3.3 m under a car's camera. Shorter finds places a little more often;
     /// memory and time grow in proportion.
     pub spacing_heights: f64,
-    /// Agreement of edges with the odometry and with each other.
+    /// Keyframes, gates, weights, and agreement of edges with the odometry and with each other.
     pub advanced: AdvancedLoopOptions,
 }
 
-/// Agreement of edges with the odometry and with each other.
+/// Keyframes, gates, weights, and agreement of edges with the odometry and with each other.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AdvancedLoopOptions {

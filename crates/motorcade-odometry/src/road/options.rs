@@ -45,7 +45,7 @@ impl Default for RoadOptions {
     }
 }
 
-/// Alignment and tracking of the road plane, and search of the camera's height.
+/// Pairs of frames, alignment and tracking of the road plane, and search of the camera's height.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AdvancedRoadOptions {

@@ -38,7 +38,7 @@ impl Default for KltOptions {
     }
 }
 
-/// Pyramid levels, the use of predictions, contrast, and the border of boxes.
+/// Acceptance of a patch, pyramid levels, the use of predictions, contrast, and the border of boxes.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AdvancedKltOptions {
