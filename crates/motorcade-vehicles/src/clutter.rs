@@ -10,9 +10,10 @@ use motorcade_geometry::{BoundingBox, PinholeCamera};
 
 use crate::doubles::is_second_box;
 use crate::ground::GroundFrame;
+use crate::hiding::Pictures;
 use crate::options::{HypothesisOptions, VehicleOptions};
 use crate::time::independent_views;
-use crate::track::{Track, TrackBox};
+use crate::track::{Track, boxes_of};
 use crate::trajectory::{Source, VehicleState, VehicleTrajectory};
 
 /// The vehicles without clutter at the beginning and end of their tracks; those that had some are estimated anew from the boxes that
@@ -25,26 +26,17 @@ pub fn without_clutter(
     (options, least_score): (&VehicleOptions, f64),
     estimate: impl Fn(&Track) -> Option<VehicleTrajectory>,
 ) -> Vec<VehicleTrajectory> {
-    let seen = seen_frames(&vehicles, camera, grounds, (options, least_score));
+    let seen = seen_frames(&vehicles, tracks, camera, grounds, (options, least_score));
     let cleaned = |(vehicle, frames): (VehicleTrajectory, Option<RangeInclusive<usize>>)| {
         let frames = frames?;
         if vehicle.states.iter().all(|s| frames.contains(&s.frame)) {
             return Some(vehicle);
         }
-        estimate(&tracks.iter().find_map(|track| boxes_of(track, &vehicle, &frames))?)
+        let mut own = tracks.iter().find_map(|track| boxes_of(track, &vehicle))?;
+        own.boxes.retain(|b| frames.contains(&b.frame));
+        estimate(&own)
     };
     vehicles.into_iter().zip(seen).filter_map(cleaned).collect()
-}
-
-/// The boxes of a track that a vehicle was made from, in these frames; `None` for a vehicle of another track.
-fn boxes_of(track: &Track, vehicle: &VehicleTrajectory, frames: &RangeInclusive<usize>) -> Option<Track> {
-    let first = vehicle.states.first()?.frame;
-    let is_own = |b: &&TrackBox| {
-        let state = b.frame.checked_sub(first).and_then(|k| vehicle.states.get(k));
-        frames.contains(&b.frame) && state.is_some_and(|s| is_seen(s) && s.bbox == Some(b.observed.bbox))
-    };
-    let boxes: Vec<TrackBox> = track.boxes.iter().filter(is_own).copied().collect();
-    (!boxes.is_empty()).then(|| track.with_boxes(vehicle.id, boxes))
 }
 
 /// The frames (rows of the run) of each vehicle without a beginning and an end whose boxes are scattered and weak; `None` for a
@@ -55,6 +47,7 @@ fn boxes_of(track: &Track, vehicle: &VehicleTrajectory, frames: &RangeInclusive<
 /// in which anything was detected.
 fn seen_frames(
     vehicles: &[VehicleTrajectory],
+    tracks: &[Track],
     camera: &PinholeCamera,
     grounds: &[GroundFrame],
     (options, least_score): (&VehicleOptions, f64),
@@ -62,11 +55,14 @@ fn seen_frames(
     let hypothesis = &options.advanced.hypothesis;
     let least_mean = hypothesis.least_mean_score_ratio * least_score;
     let boxes = boxes_by_frame(vehicles);
-    let seen = |vehicle: &VehicleTrajectory| {
+    let pictures = Pictures::new(vehicles, camera, grounds);
+    let seen = |(index, vehicle): (usize, &VehicleTrajectory)| {
         let mut scores = expected_scores(vehicle, &boxes, camera, hypothesis.hidden_share);
-        // A second box on another vehicle is none of this one's.
-        for (score, state) in scores.iter_mut().zip(&vehicle.states).filter(|(_, s)| is_seen(s)) {
-            if vehicles.iter().any(|other| is_on((vehicle, state), other, hypothesis)) {
+        let explained = pictures.explained((index, vehicle), tracks, camera, hypothesis.least_visible_iou);
+        // A box that would look otherwise, and a second box on another vehicle, are none of this one's.
+        let states = vehicle.states.iter().zip(&explained);
+        for (score, (state, explained)) in scores.iter_mut().zip(states).filter(|(_, (s, _))| is_seen(s)) {
+            if !*explained || vehicles.iter().any(|other| is_on((vehicle, state), other, hypothesis)) {
                 *score = Some(0.0);
             }
         }
@@ -76,11 +72,16 @@ fn seen_frames(
         let (first, last) = (states.first()?.frame, states.last()?.frame);
         let time_s = |frame: usize| grounds.get(frame).map_or(0.0, |g| g.time_s);
         let count = states.iter().filter(|s| is_seen(s)).count();
+        // A vehicle that explains less than half of its boxes is none.
+        let foreign = explained.get(start..end)?.iter().filter(|explained| !**explained).count();
+        if 2 * foreign > count {
+            return None;
+        }
         let duration_s = time_s(last) - time_s(first);
         let views = independent_views(count, duration_s, options.advanced.correlation_time_s, f64::MAX);
         (views >= hypothesis.least_consistent_boxes).then_some(first..=last)
     };
-    vehicles.iter().map(seen).collect()
+    vehicles.iter().enumerate().map(seen).collect()
 }
 
 /// Number of the first scores that are clutter, each gap tried in order; `None` when all are. A score is `None` where the vehicle is
@@ -163,13 +164,11 @@ fn covered(bbox: &BoundingBox, other: &BoundingBox) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_vehicles::standing_car;
+    use crate::test_vehicles::{CAMERA, car_ahead, level_grounds, standing_car, track_of};
     use motorcade_geometry::Pose;
 
     use nalgebra::{UnitQuaternion, Vector3};
 
-    const CAMERA: PinholeCamera =
-        PinholeCamera { fx: 700.0, fy: 700.0, cx: 600.0, cy: 180.0, width: 1200, height: 370 };
     const HERE: [f64; 4] = [400.0, 150.0, 480.0, 200.0];
     const ASIDE: [f64; 4] = [100.0, 150.0, 180.0, 200.0];
 
@@ -184,15 +183,8 @@ mod tests {
 
     /// The frames of the first of these vehicles.
     fn frames(vehicles: &[VehicleTrajectory]) -> Option<RangeInclusive<usize>> {
-        let ground = |k: u32| GroundFrame {
-            world_from_camera: Pose::identity(),
-            up: -Vector3::y(),
-            height_m: 1.5,
-            pitch_sigma_rad: 0.002,
-            time_s: 0.1 * f64::from(k),
-        };
-        let grounds: Vec<GroundFrame> = (0..40).map(ground).collect();
-        seen_frames(vehicles, &CAMERA, &grounds, (&VehicleOptions::default(), 0.15)).swap_remove(0)
+        let options = (&VehicleOptions::default(), 0.15);
+        seen_frames(vehicles, &[], &CAMERA, &level_grounds(40), options).swap_remove(0)
     }
 
     #[test]
@@ -247,5 +239,23 @@ mod tests {
         let cut_off = vehicle([0.0, 150.0, 80.0, 200.0], every(4, 0.3));
         assert!(frames(&[cut_off, vehicle(ASIDE, |_| 0.8)]).is_some());
         assert!(frames(&[scattered(), vehicle(ASIDE, every(4, 0.3))]).is_some());
+    }
+
+    #[test]
+    fn boxes_that_look_otherwise_than_the_vehicle_would_there_are_no_vehicle() {
+        let kept = |jumps: fn(usize) -> bool| {
+            let mut car = car_ahead(0, 0.0, 20.0);
+            for state in car.states.iter_mut().filter(|s| jumps(s.frame)) {
+                // Half as large, beside it.
+                state.bbox =
+                    state.bbox.map(|b| BoundingBox::new([b.x1 - 20.0, b.y1, b.x1 + 10.0, b.y1 + 20.0]));
+            }
+            let (tracks, grounds) = ([track_of(&car, [true, true, false, false])], level_grounds(10));
+            seen_frames(&[car], &tracks, &CAMERA, &grounds, &VehicleOptions::default()).swap_remove(0)
+        };
+        assert_eq!(kept(|_| false), Some(0..=9));
+        assert_eq!(kept(|k| k % 3 == 1), Some(0..=9));
+        assert_eq!(kept(|k| k > 4), Some(0..=4));
+        assert_eq!(kept(|k| k % 3 != 0), None);
     }
 }

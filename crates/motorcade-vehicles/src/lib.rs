@@ -30,6 +30,7 @@ mod doubles;
 mod estimate;
 mod external;
 mod ground;
+mod hiding;
 mod joint_size;
 mod met_again;
 mod motion;
@@ -54,6 +55,7 @@ pub use external::{
     external_tracks,
 };
 pub use ground::GroundFrame;
+pub use hiding::with_hiding_checked;
 pub use joint_size::SizeByRoad;
 pub use met_again::join_met_again;
 pub use motion::{KinematicState, PositionMeasurement, probability_moving, smooth_motion, static_position};

@@ -5,6 +5,9 @@ use motorcade_perception::{BoundingBox, BoxConvention, Detection, VehicleClass};
 
 use crate::options::BoxFitOptions;
 
+/// Slack of the occlusion test \[px\]: boxes that share an edge do not occlude each other.
+pub(crate) const SLACK_PX: f64 = 1.0;
+
 /// A box and which of its edges are measurements.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObservedBox {
@@ -33,19 +36,12 @@ impl ObservedBox {
     ) -> Self {
         let Detection { bbox, class, convention, pixel_size, road_below, .. } = *detection;
         let mut edges = inside_border(&bbox, camera, options.border_px * pixel_size);
-        let slack_px = options.occlusion_slack_px;
         let nearer = |o: &&BoundingBox| {
-            convention == BoxConvention::VisibleExtent && **o != bbox && o.y2 > bbox.y2 + slack_px
+            convention == BoxConvention::VisibleExtent && **o != bbox && o.y2 > bbox.y2 + SLACK_PX
         };
         for other in others.iter().filter(nearer) {
-            let (w, h) = (bbox.width().max(1.0), bbox.height().max(1.0));
-            let across = (bbox.x2.min(other.x2) - bbox.x1.max(other.x1)) / w;
-            let down = (bbox.y2.min(other.y2) - bbox.y1.max(other.y1)) / h;
-            let within = |v: f64, low: f64, high: f64| v > low && v < high;
-            let covered = options.occluded_share;
-            edges[0] &= !(down > covered && within(bbox.x1, other.x1 - slack_px, other.x2));
-            edges[2] &= !(down > covered && within(bbox.x2, other.x1, other.x2 + slack_px));
-            edges[3] &= !(across > covered && within(bbox.y2, other.y1, other.y2));
+            let hidden = hidden_edges(&bbox, other, options.occluded_share);
+            edges = std::array::from_fn(|edge| edges[edge] && !hidden[edge]);
         }
         Self { bbox, class, convention, edges, pixel_size, road_below }
     }
@@ -70,8 +66,22 @@ impl ObservedBox {
     }
 }
 
+/// For each edge of a box (left, top, right, bottom) whether a nearer one covers more than a share of it.
+pub(crate) fn hidden_edges(bbox: &BoundingBox, nearer: &BoundingBox, share: f64) -> [bool; 4] {
+    let (w, h) = (bbox.width().max(1.0), bbox.height().max(1.0));
+    let across = (bbox.x2.min(nearer.x2) - bbox.x1.max(nearer.x1)) / w;
+    let down = (bbox.y2.min(nearer.y2) - bbox.y1.max(nearer.y1)) / h;
+    let within = |v: f64, low: f64, high: f64| v > low && v < high;
+    [
+        down > share && within(bbox.x1, nearer.x1 - SLACK_PX, nearer.x2),
+        false,
+        down > share && within(bbox.x2, nearer.x1, nearer.x2 + SLACK_PX),
+        across > share && within(bbox.y2, nearer.y1, nearer.y2),
+    ]
+}
+
 /// For each edge (left, top, right, bottom) whether it is further than `border_px` from the image border.
-fn inside_border(bbox: &BoundingBox, camera: &PinholeCamera, border_px: f64) -> [bool; 4] {
+pub(crate) fn inside_border(bbox: &BoundingBox, camera: &PinholeCamera, border_px: f64) -> [bool; 4] {
     let (right, bottom) = (f64::from(camera.width) - 1.0, f64::from(camera.height) - 1.0);
     [bbox.x1 > border_px, bbox.y1 > border_px, bbox.x2 < right - border_px, bbox.y2 < bottom - border_px]
 }

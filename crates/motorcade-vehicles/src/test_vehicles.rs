@@ -2,12 +2,65 @@
 
 use std::ops::Range;
 
-use motorcade_geometry::{BoundingBox, Pose};
-use motorcade_perception::VehicleClass;
-use nalgebra::{Matrix3, Matrix6, Vector6};
+use motorcade_geometry::{BoundingBox, PinholeCamera, Pose};
+use motorcade_perception::{BoxConvention, VehicleClass};
+use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
 
+use crate::ground::GroundFrame;
+use crate::observed_box::ObservedBox;
+use crate::outline::image_box;
 use crate::size_prior::size_prior;
+use crate::track::{Track, TrackBox};
 use crate::trajectory::{Source, VehicleState, VehicleTrajectory};
+
+/// A camera 1.5 m above the road.
+pub(crate) const CAMERA: PinholeCamera =
+    PinholeCamera { fx: 700.0, fy: 700.0, cx: 600.0, cy: 180.0, width: 1200, height: 370 };
+
+/// Frames of a camera that stands on a level road, ten a second.
+pub(crate) fn level_grounds(frames: u32) -> Vec<GroundFrame> {
+    let ground = |k: u32| GroundFrame {
+        world_from_camera: Pose::identity(),
+        up: -Vector3::y(),
+        height_m: 1.5,
+        pitch_sigma_rad: 0.002,
+        time_s: 0.1 * f64::from(k),
+    };
+    (0..frames).map(ground).collect()
+}
+
+/// A car seen from behind at this place on that road \[m\], with the box it has there, in ten frames.
+pub(crate) fn car_ahead(id: usize, x_m: f64, z_m: f64) -> VehicleTrajectory {
+    let axes = Matrix3::new(0.0, -1.0, 0.0, 0.0, 0.0, -1.0, 1.0, 0.0, 0.0);
+    let (rotation, position) = (UnitQuaternion::from_matrix(&axes), Vector3::new(x_m, 1.5, z_m));
+    let mut car = standing_car(id, 0..10, [0.0; 2]);
+    let bbox = image_box(
+        &CAMERA,
+        &Pose::from_parts(rotation, position),
+        car.class,
+        BoxConvention::VisibleExtent,
+        &car.size,
+    );
+    for state in &mut car.states {
+        (state.world_from_vehicle, state.bbox) = (Pose::from_parts(rotation, position), bbox);
+    }
+    car
+}
+
+/// The track that a vehicle was made from, its boxes with these measured edges.
+pub(crate) fn track_of(vehicle: &VehicleTrajectory, edges: [bool; 4]) -> Track {
+    let observed = |bbox| ObservedBox {
+        bbox,
+        class: vehicle.class,
+        convention: BoxConvention::VisibleExtent,
+        edges,
+        pixel_size: 1.0,
+        road_below: None,
+    };
+    let one =
+        |s: &VehicleState| Some(TrackBox { frame: s.frame, observed: observed(s.bbox?), score: s.score });
+    Track::new(vehicle.id, vehicle.class, vehicle.states.iter().filter_map(one).collect())
+}
 
 /// A car that stands along x, one state in each of these frames: measured with a score of 1, without a box.
 pub(crate) fn standing_car(id: usize, frames: Range<usize>, at: [f64; 2]) -> VehicleTrajectory {

@@ -3,6 +3,7 @@
 use motorcade_perception::VehicleClass;
 
 use crate::observed_box::ObservedBox;
+use crate::trajectory::{Source, VehicleTrajectory};
 
 /// One box of a track.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,6 +54,17 @@ impl Track {
             b.observed.class = class;
         }
     }
+}
+
+/// The boxes of a track that a vehicle was made from; `None` for a vehicle of another track.
+pub(crate) fn boxes_of(track: &Track, vehicle: &VehicleTrajectory) -> Option<Track> {
+    let first = vehicle.states.first()?.frame;
+    let is_own = |b: &&TrackBox| {
+        let state = b.frame.checked_sub(first).and_then(|k| vehicle.states.get(k));
+        state.is_some_and(|s| s.source != Source::Predicted && s.bbox == Some(b.observed.bbox))
+    };
+    let boxes: Vec<TrackBox> = track.boxes.iter().filter(is_own).copied().collect();
+    (!boxes.is_empty()).then(|| track.with_boxes(vehicle.id, boxes))
 }
 
 /// Sums of scores by class.

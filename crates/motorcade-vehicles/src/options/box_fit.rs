@@ -10,8 +10,6 @@ pub struct BoxFitOptions {
     /// Share of an edge that a nearer box must cover for the edge to count as occluded. Rendered drives give 0.25, 0.4
     /// and 0.6 hardly apart (BENCHMARK.md, "Constants over scenarios and seeds"); a larger value takes cut boxes for whole ones.
     pub occluded_share: f64,
-    /// Slack of the occlusion test \[px\]: boxes that share an edge do not occlude each other. Chosen: a larger one takes more edges for seen.
-    pub occlusion_slack_px: f64,
     /// Standard deviation of an edge, constant part, in pixels of the detector's input: its jitter. 1.0 to 1.9 px with our network
     /// on rendered drives, boxes of 8 to 60 px.
     pub edge_sigma_px: f64,
@@ -82,7 +80,6 @@ impl Default for BoxFitOptions {
         Self {
             border_px: 3.0,
             occluded_share: 0.4,
-            occlusion_slack_px: 1.0,
             edge_sigma_px: 1.4,
             edge_sigma_share: 0.035,
             large_edge_sigma_share: 0.07,

@@ -7,8 +7,8 @@ use motorcade_odometry::{EgoFrame, EgoTrajectory};
 use motorcade_perception::{Detection, VehicleKeypoints};
 use motorcade_vehicles::{
     ExternalTrack, GroundFrame, KeypointFitters, KeypointTrack, KeypointViews, Track, VehicleTrajectory,
-    estimate_consistently, estimate_track, external_tracks, join_in_one_place, without_clutter,
-    without_doubles,
+    estimate_consistently, estimate_track, external_tracks, join_in_one_place, with_hiding_checked,
+    without_clutter, without_doubles,
 };
 
 use crate::record::FrameInfo;
@@ -80,8 +80,9 @@ pub(crate) fn estimate_vehicles(
     if part {
         let estimate =
             |track: &Track| estimate_consistently(camera, grounds, track, &views, options, None).pop();
-        let least_score = config.tracker.least_score;
-        vehicles = without_clutter(vehicles, &tracks, camera, grounds, (options, least_score), estimate);
+        vehicles = with_hiding_checked(vehicles, &tracks, camera, grounds, options, estimate);
+        let options = (options, config.tracker.least_score);
+        vehicles = without_clutter(vehicles, &tracks, camera, grounds, options, estimate);
     }
     vehicles.sort_by_key(|v| v.id);
     let vehicles = without_doubles(vehicles, &options.advanced.hypothesis);

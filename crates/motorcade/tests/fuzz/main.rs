@@ -14,9 +14,6 @@
 
 mod found;
 mod mutation;
-#[allow(dead_code, reason = "shared with tests of the program")]
-#[path = "../../../motorcade-cli/tests/common/onnx.rs"]
-mod onnx;
 mod samples;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -36,6 +33,7 @@ use motorcade::perception::{
 use motorcade::{Config, RunRecord};
 use motorcade_graph::g2o;
 use motorcade_shape::ShapePrior;
+use motorcade_testing::onnx;
 use mutation::damaged;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

@@ -1,0 +1,23 @@
+//! Tests of the command line. One program: it links once.
+
+mod bad_input;
+mod batch;
+mod calibrate;
+mod common;
+mod draw;
+mod evaluate;
+mod export;
+mod full_disk;
+mod graph;
+mod help;
+mod hostile;
+mod lenses;
+mod live;
+mod map;
+mod networks;
+mod outputs;
+mod perception;
+mod resume;
+mod run;
+mod simulate;
+mod tables;
