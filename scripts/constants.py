@@ -24,7 +24,7 @@ CONSTANTS = [
     ("vehicles.advanced.kinematic_state.common_depth_share", 0.05, [0.03, 0.08]),
     ("vehicles.advanced.kinematic_state.even_odds_sigmas", 3.0, [2.0, 4.5]),
     ("vehicles.advanced.kinematic_state.logistic_slope", 2.0, [1.3, 3.0]),
-    ("vehicles.advanced.hypothesis.least_mean_score", 0.15, [0.0, 0.25]),
+    ("vehicles.advanced.hypothesis.least_mean_score_ratio", 1.0, [0.0, 1.67]),
     ("road.half_width_heights", 1.7, [1.2, 2.5]),
     ("road.advanced.height.half_width_heights", 1.9, [1.3, 2.8]),
 ]

@@ -22,18 +22,18 @@ impl Adjustment {
 
     /// Levenberg–Marquardt in place.
     pub fn solve(&mut self, prior: &LensPrior, options: &CalibrateOptions) {
-        let kernel = RobustKernel::Cauchy(options.kernel_px);
+        let kernel = RobustKernel::Cauchy(options.advanced.kernel_px);
         let behind_px = options.advanced.behind_px;
         let mut cost = self.cost(prior, kernel, behind_px);
         let mut damping = 1e-3;
-        for _ in 0..options.max_iterations {
+        for _ in 0..options.advanced.max_iterations {
             let Some(next) = self.step(prior, kernel, damping) else {
                 damping *= 10.0;
                 continue;
             };
             let new_cost = next.cost(prior, kernel, behind_px);
             if new_cost < cost {
-                let converged = cost - new_cost < options.relative_decrease * cost
+                let converged = cost - new_cost < options.advanced.relative_decrease * cost
                     && (next.lens.focal_px / self.lens.focal_px).ln().abs() < 1e-4;
                 *self = next;
                 cost = new_cost;
@@ -71,7 +71,7 @@ impl Adjustment {
 
     /// Reduced equations of the lens at the solution, by window: information \[1/px²\] and gradient.
     pub fn votes(&self, options: &CalibrateOptions) -> Vec<(Matrix4<f64>, Vector4<f64>)> {
-        let kernel = RobustKernel::Cauchy(options.kernel_px);
+        let kernel = RobustKernel::Cauchy(options.advanced.kernel_px);
         let one = |w: &Window| w.reduce(&self.lens, kernel, 1e-9).map(|r| (r.information, r.gradient));
         self.windows.iter().filter_map(one).collect()
     }

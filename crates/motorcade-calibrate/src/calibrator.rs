@@ -46,7 +46,7 @@ impl Calibrator {
             prior,
             lens: guess,
             passes: 0,
-            kernel_px: options.kernel_px,
+            kernel_px: options.advanced.kernel_px,
             bent: false,
             estimate: None,
         }
@@ -59,7 +59,9 @@ impl Calibrator {
 
     /// Takes a pass that is through; true when no other is needed.
     pub fn take(&mut self, pass: Pass) -> bool {
-        let options = &CalibrateOptions { kernel_px: self.kernel_px, ..self.options };
+        let mut options = self.options;
+        options.advanced.kernel_px = self.kernel_px;
+        let options = &options;
         self.passes += 1;
         let windows = pass.windows(options);
         if windows.is_empty() {
@@ -74,7 +76,7 @@ impl Calibrator {
         self.lens = estimate.lens;
         self.kernel_px = kernel_px(estimate.noise_px(), options);
         self.estimate = Some(estimate);
-        let settled = change < options.converged || self.passes >= options.passes;
+        let settled = change < options.advanced.converged || self.passes >= options.advanced.passes;
         if settled && !self.bent {
             (self.bent, self.passes) = (true, 0);
             return false;

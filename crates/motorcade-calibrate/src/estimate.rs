@@ -52,7 +52,7 @@ impl LensEstimate {
         let mut covariance = inverse * (noise * inflation);
         // An error of the turns is an error of the focal length: f times angle is what pixels measure.
         let turned_rad: f64 = windows.iter().map(Window::turn_rad).sum();
-        let by_turns = options.turn_sigma_rad / turned_rad.max(1e-6);
+        let by_turns = options.advanced.turn_sigma_rad / turned_rad.max(1e-6);
         if by_turns > prior.log_focal_sigma() {
             // The turns determine less than what was known before: each counts by its share of the estimate.
             let known = (inverse[(0, 0)] * prior.information(lens)[(0, 0)]).clamp(0.0, 1.0);
@@ -60,15 +60,17 @@ impl LensEstimate {
             covariance.fill_row(0, 0.0);
             covariance.fill_column(0, 0.0);
             covariance[(0, 0)] = (known * prior.log_focal_sigma()).powi(2) + (1.0 - known).powi(2) * by_drive;
-            covariance[(0, 0)] += options.common_focal_sigma.powi(2);
+            covariance[(0, 0)] += options.advanced.common_focal_sigma.powi(2);
         } else {
-            covariance[(0, 0)] += options.common_focal_sigma.powi(2) + by_turns.powi(2);
+            covariance[(0, 0)] += options.advanced.common_focal_sigma.powi(2) + by_turns.powi(2);
         }
         // The prior of k1 has a peak at zero, which holds a drive that says little of distortion whatever the lens is: that is no knowledge of it.
         let open = (prior.information_of_any_lens(options) + of_drive).try_inverse();
-        let by_drive = open.map_or(options.any_lens_k1_sigma.powi(2), |o| o[(1, 1)] * noise * inflation);
+        let by_drive =
+            open.map_or(options.advanced.any_lens_k1_sigma.powi(2), |o| o[(1, 1)] * noise * inflation);
         covariance[(1, 1)] = covariance[(1, 1)].max(by_drive);
-        covariance[(1, 1)] += options.common_k1_sigma.powi(2) + (options.common_k1_share * lens.k1).powi(2);
+        covariance[(1, 1)] +=
+            options.advanced.common_k1_sigma.powi(2) + (options.advanced.common_k1_share * lens.k1).powi(2);
         Self {
             lens: *lens,
             covariance,

@@ -59,7 +59,7 @@ impl FocalCheck {
         let (segment, keyframe) = newest;
         let begins = self.last.is_none_or(|(before, _)| before != segment);
         // The bundle adjustment moves the poses of the newest keyframes.
-        let settling = odometry.options().window.free_keyframes;
+        let settling = odometry.options().advanced.window.free_keyframes;
         if begins || keyframe >= self.first + self.options.window_keyframes + settling {
             self.close(odometry);
             self.first = if begins { 0 } else { keyframe };
@@ -109,8 +109,8 @@ impl FocalCheck {
         if self.windows.is_empty() {
             return None;
         }
-        let mut options =
-            CalibrateOptions { max_iterations: self.options.max_iterations, ..CalibrateOptions::default() };
+        let mut options = CalibrateOptions::default();
+        options.advanced.max_iterations = self.options.max_iterations;
         let prior = LensPrior::new(
             self.stated,
             [self.options.log_focal_sigma, options.k1_sigma],
@@ -120,7 +120,7 @@ impl FocalCheck {
         let mut adjustment = Adjustment { lens: self.stated, windows: self.windows };
         adjustment.solve(&prior, &options);
         let noise_px = LensEstimate::new(&adjustment, &prior, &options).noise_px();
-        options.kernel_px = kernel_px(noise_px, &options);
+        options.advanced.kernel_px = kernel_px(noise_px, &options);
         adjustment.solve(&prior, &options);
         Some(LensEstimate::new(&adjustment, &prior, &options))
     }

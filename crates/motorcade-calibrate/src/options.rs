@@ -38,12 +38,26 @@ impl ViewPrior {
 pub struct CalibrateOptions {
     /// Frames at most, from the first on; more take longer.
     pub most_frames: usize,
+    /// Windows at most; those in which the camera turns most are taken.
+    pub most_windows: usize,
+    /// Standard deviation of k1 before the drive, of a lens without distortion. Errors of tracking are alike in neighbouring frames and pass for
+    /// a few thousandths, or for two hundredths on a drive that turns little. A smaller one holds a lens with distortion at zero where pictures are poor,
+    /// and its focal length is then 11 % too long (BENCHMARK, A camera nobody calibrated).
+    pub k1_sigma: f64,
+    /// Standard deviation of ln f above which the drive does not determine it.
+    pub most_focal_sigma: f64,
+    /// Windows, passes, bounds of the adjustment, priors, and the mounting.
+    pub advanced: AdvancedCalibrateOptions,
+}
+
+/// Windows, passes, bounds of the adjustment, priors, and the mounting.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct AdvancedCalibrateOptions {
     /// Keyframes adjusted together: some seconds of a turn.
     pub window_keyframes: usize,
     /// Fewer keyframes are no window.
     pub least_keyframes: usize,
-    /// Windows at most; those in which the camera turns most are taken.
-    pub most_windows: usize,
     /// Passes over the drive at most without distortion, and again with it.
     pub passes: usize,
     /// Change of ln f below which another pass is not needed.
@@ -58,10 +72,6 @@ pub struct CalibrateOptions {
     pub outlier_px: f64,
     /// Noise of a tracked corner \[px\], for the weight of what was known before.
     pub noise_px: f64,
-    /// Standard deviation of k1 before the drive, of a lens without distortion. Errors of tracking are alike in neighbouring frames and pass for
-    /// a few thousandths, or for two hundredths on a drive that turns little. A smaller one holds a lens with distortion at zero where pictures are poor,
-    /// and its focal length is then 11 % too long (BENCHMARK, A camera nobody calibrated).
-    pub k1_sigma: f64,
     /// Cauchy scale of k1 \[`k1_sigma`\]: a lens with distortion is free to have it.
     pub k1_kernel: f64,
     /// Standard deviation of k1 of any lens, for the uncertainty that is stated: wide-angle dash-cams have -0.4 to 0. A larger one says more plainly that
@@ -85,16 +95,6 @@ pub struct CalibrateOptions {
     pub exif_focal_plane_sigma: f64,
     /// Standard deviation of ln f by a video's tag `focal_length.35mm_equivalent`: videos are cropped from what the lens shows, stabilised ones by a tenth and more.
     pub container_film_sigma: f64,
-    /// Standard deviation of ln f above which the drive does not determine it.
-    pub most_focal_sigma: f64,
-    /// Bounds of the adjustment, and the mounting.
-    pub advanced: AdvancedCalibrateOptions,
-}
-
-/// Bounds of the adjustment, and the mounting.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct AdvancedCalibrateOptions {
     /// Least Cauchy scale of a reprojection error in later passes \[px\]. Chosen, not measured: a smaller one leaves more corners out
     /// where the noise comes out small.
     pub least_kernel_px: f64,
@@ -110,6 +110,25 @@ pub struct AdvancedCalibrateOptions {
 impl Default for AdvancedCalibrateOptions {
     fn default() -> Self {
         Self {
+            window_keyframes: 40,
+            least_keyframes: 6,
+            passes: 6,
+            converged: 0.01,
+            max_iterations: 40,
+            relative_decrease: 1e-6,
+            kernel_px: 1.0,
+            outlier_px: 8.0,
+            noise_px: 0.5,
+            k1_kernel: 4.0,
+            centre_sigma: 0.01,
+            common_focal_sigma: 0.01,
+            turn_sigma_rad: 0.6_f64.to_radians(),
+            any_lens_k1_sigma: 0.2,
+            common_k1_sigma: 0.01,
+            common_k1_share: 0.4,
+            exif_film_sigma: 0.08,
+            exif_focal_plane_sigma: 0.08,
+            container_film_sigma: 0.15,
             least_kernel_px: 0.15,
             behind_px: 100.0,
             least_corners: 50,
@@ -143,32 +162,33 @@ impl CalibrateOptions {
     /// # Errors
     /// The name of the setting and its range.
     pub fn validate(&self) -> Result<(), String> {
+        let advanced = &self.advanced;
         for (name, value, least) in [
             ("most_frames", self.most_frames, 1),
-            ("least_keyframes", self.least_keyframes, 3),
-            ("window_keyframes", self.window_keyframes, self.least_keyframes),
+            ("advanced.least_keyframes", advanced.least_keyframes, 3),
+            ("advanced.window_keyframes", advanced.window_keyframes, advanced.least_keyframes),
             ("most_windows", self.most_windows, 1),
-            ("passes", self.passes, 1),
-            ("advanced.least_corners", self.advanced.least_corners, 10),
+            ("advanced.passes", advanced.passes, 1),
+            ("advanced.least_corners", advanced.least_corners, 10),
         ] {
             if value < least {
                 return Err(format!("{name} must be at least {least}, got {value}"));
             }
         }
         for (name, value) in [
-            ("kernel_px", self.kernel_px),
-            ("outlier_px", self.outlier_px),
-            ("noise_px", self.noise_px),
+            ("advanced.kernel_px", advanced.kernel_px),
+            ("advanced.outlier_px", advanced.outlier_px),
+            ("advanced.noise_px", advanced.noise_px),
             ("k1_sigma", self.k1_sigma),
-            ("any_lens_k1_sigma", self.any_lens_k1_sigma),
-            ("k1_kernel", self.k1_kernel),
-            ("centre_sigma", self.centre_sigma),
-            ("exif_film_sigma", self.exif_film_sigma),
-            ("exif_focal_plane_sigma", self.exif_focal_plane_sigma),
-            ("container_film_sigma", self.container_film_sigma),
-            ("advanced.least_kernel_px", self.advanced.least_kernel_px),
-            ("advanced.behind_px", self.advanced.behind_px),
-            ("advanced.mounting.correlation_time_s", self.advanced.mounting.correlation_time_s),
+            ("advanced.any_lens_k1_sigma", advanced.any_lens_k1_sigma),
+            ("advanced.k1_kernel", advanced.k1_kernel),
+            ("advanced.centre_sigma", advanced.centre_sigma),
+            ("advanced.exif_film_sigma", advanced.exif_film_sigma),
+            ("advanced.exif_focal_plane_sigma", advanced.exif_focal_plane_sigma),
+            ("advanced.container_film_sigma", advanced.container_film_sigma),
+            ("advanced.least_kernel_px", advanced.least_kernel_px),
+            ("advanced.behind_px", advanced.behind_px),
+            ("advanced.mounting.correlation_time_s", advanced.mounting.correlation_time_s),
         ] {
             if value <= 0.0 {
                 return Err(format!("{name} must be positive, got {value}"));
@@ -182,27 +202,8 @@ impl Default for CalibrateOptions {
     fn default() -> Self {
         Self {
             most_frames: 1500,
-            window_keyframes: 40,
-            least_keyframes: 6,
             most_windows: 40,
-            passes: 6,
-            converged: 0.01,
-            max_iterations: 40,
-            relative_decrease: 1e-6,
-            kernel_px: 1.0,
-            outlier_px: 8.0,
-            noise_px: 0.5,
             k1_sigma: 0.05,
-            k1_kernel: 4.0,
-            centre_sigma: 0.01,
-            common_focal_sigma: 0.01,
-            turn_sigma_rad: 0.6_f64.to_radians(),
-            any_lens_k1_sigma: 0.2,
-            common_k1_sigma: 0.01,
-            common_k1_share: 0.4,
-            exif_film_sigma: 0.08,
-            exif_focal_plane_sigma: 0.08,
-            container_film_sigma: 0.15,
             most_focal_sigma: 0.08,
             advanced: AdvancedCalibrateOptions::default(),
         }

@@ -19,10 +19,10 @@ impl Pass {
     pub(crate) fn new(lens: Lens, width: u32, height: u32, options: &CalibrateOptions) -> Self {
         let mut wide = OdometryOptions::default();
         // With a wrong lens a static point is off by more than the noise; what is left out here is missed by the adjustment.
-        wide.window.outlier_px = options.outlier_px;
-        wide.pose.inlier_px = options.outlier_px;
-        wide.pose.kernel_px = 2.0 * options.kernel_px;
-        wide.policy.advanced.two_view_noise_px = 2.0 * options.kernel_px;
+        wide.advanced.window.outlier_px = options.advanced.outlier_px;
+        wide.advanced.pose.inlier_px = options.advanced.outlier_px;
+        wide.advanced.pose.kernel_px = 2.0 * options.advanced.kernel_px;
+        wide.advanced.policy.two_view_noise_px = 2.0 * options.advanced.kernel_px;
         let odometry = Odometry::new(lens.pinhole(width, height), wide);
         Self { lens, odometry, recorder: TrackRecorder::default() }
     }
@@ -44,9 +44,9 @@ impl Pass {
         let mut windows = Vec::new();
         for map in &recorder.finish(odometry) {
             let total = map.poses.len();
-            let count = total.div_ceil(options.window_keyframes).max(1);
+            let count = total.div_ceil(options.advanced.window_keyframes).max(1);
             let ranges = (0..count).map(|k| total * k / count..total * (k + 1) / count);
-            let long_enough = ranges.filter(|range| range.len() >= options.least_keyframes);
+            let long_enough = ranges.filter(|range| range.len() >= options.advanced.least_keyframes);
             windows.extend(
                 long_enough
                     .filter_map(|range| Window::new(map, range, &lens, options.advanced.least_corners)),

@@ -24,12 +24,12 @@ impl LensPrior {
         width: u32,
         options: &CalibrateOptions,
     ) -> Self {
-        let centre = options.centre_sigma * f64::from(width);
+        let centre = options.advanced.centre_sigma * f64::from(width);
         Self {
             mean,
             sigmas: Vector4::new(log_focal_sigma, k1_sigma, centre, centre),
-            noise: options.noise_px * options.noise_px,
-            k1_kernel: RobustKernel::Cauchy(options.k1_kernel),
+            noise: options.advanced.noise_px * options.advanced.noise_px,
+            k1_kernel: RobustKernel::Cauchy(options.advanced.k1_kernel),
         }
     }
 
@@ -69,7 +69,7 @@ impl LensPrior {
     /// Information at the mean where k1 may be that of any lens.
     pub fn information_of_any_lens(&self, options: &CalibrateOptions) -> Matrix4<f64> {
         let mut sigmas = self.sigmas;
-        sigmas[1] = sigmas[1].max(options.any_lens_k1_sigma);
+        sigmas[1] = sigmas[1].max(options.advanced.any_lens_k1_sigma);
         Matrix4::from_diagonal(&sigmas.map(|s| self.noise / (s * s)))
     }
 

@@ -58,7 +58,8 @@ fn tracks(poses: &[Pose<Camera, World>], lens: &Lens) -> MapTracks {
 fn adjusted(turn: f64, truth: &Lens, factor: f64) -> LensEstimate {
     let map = MapTracks { poses: drive(turn / factor), ..tracks(&drive(turn), truth) };
     let start = Lens::centred(truth.focal_px * factor, SIZE.0, SIZE.1);
-    let options = CalibrateOptions { common_focal_sigma: 0.0, ..CalibrateOptions::default() };
+    let mut options = CalibrateOptions::default();
+    options.advanced.common_focal_sigma = 0.0;
     let windows = vec![Window::new(&map, 0..map.poses.len(), &start, 50).unwrap()];
     let mut adjustment = Adjustment { lens: start, windows };
     let prior = LensPrior::new(start, [0.5, options.k1_sigma], SIZE.0, &options);

@@ -6,7 +6,7 @@ use std::path::Path;
 use motorcade::output::{OutputDirectory, io_error};
 use motorcade::{Error, RecordedRun, RunRecord};
 use motorcade_dataset::{Geodetic, GpsTrack};
-use motorcade_map::{Alignment, Anchor, Placed, Scenario, align};
+use motorcade_map::{AlignOptions, Alignment, Anchor, Placed, Scenario, ScenarioOptions, align};
 
 use crate::arguments::ExportArguments;
 use crate::drive::command_line;
@@ -45,7 +45,7 @@ pub fn export(arguments: &ExportArguments) -> anyhow::Result<u8> {
 
 fn find(arguments: &ExportArguments, run: &RecordedRun) -> anyhow::Result<Found> {
     if let Some(path) = &arguments.track {
-        let alignment = align(run, &GpsTrack::read(path)?, arguments.clock_offset)?;
+        let alignment = align(run, &GpsTrack::read(path)?, arguments.clock_offset, &AlignOptions::default())?;
         return Ok(Found { anchor: alignment.anchor, alignment: Some(alignment), on_earth: true });
     }
     let nowhere = Anchor {
@@ -66,7 +66,7 @@ fn write(folder: &Path, found: &Found, placed: &Placed<'_>, height_m: f64) -> an
         let path = folder.join(name);
         fs::write(&path, text).map_err(|e| io_error(&path, &e))
     };
-    put("drive.xosc", motorcade_map::xosc(&Scenario::new(placed, height_m)))?;
+    put("drive.xosc", motorcade_map::xosc(&Scenario::new(placed, height_m, &ScenarioOptions::default())))?;
     if found.on_earth {
         put("drive.geojson", motorcade_map::geojson(placed))?;
         put("drive.gpx", motorcade_map::gpx(placed))?;

@@ -9,14 +9,38 @@ use nalgebra::{Vector2, Vector3};
 use crate::anchor::{Anchor, level_axes};
 use crate::error::Error;
 
-/// Largest standard deviation of the heading that is a result \[deg\].
-const MOST_HEADING_SIGMA_DEG: f64 = 15.0;
-/// Errors of a receiver last about this long: fixes that are nearer in time count as one \[s\].
-const CORRELATED_S: f64 = 10.0;
-/// Step of the search for the clock offset \[s\].
-const COARSE_S: f64 = 0.5;
-/// Iterations of the reweighting.
-const ITERATIONS: usize = 15;
+/// Settings of the alignment with a track. None of these numbers was measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AlignOptions {
+    /// Largest standard deviation of the heading that is a result \[deg\]. A larger one also places drives whose direction is nearly unknown.
+    pub most_heading_sigma_deg: f64,
+    /// Time for which the errors of a receiver last \[s\]: fixes that are nearer in time count as one. A longer one widens the standard deviations.
+    pub correlated_s: f64,
+    /// Step of the search for the clock offset \[s\]; finer ones follow around its best. A longer one is quicker and may miss it on winding roads.
+    pub coarse_s: f64,
+    /// Iterations of the reweighting.
+    pub iterations: usize,
+    /// Scale of the Cauchy kernel [standard deviations of a fix]: fixes between houses. A smaller one trusts the middle of the fixes more.
+    pub kernel_sigmas: f64,
+    /// Share of the run that the fixes must cover. A smaller one aligns drives of which the track holds a part.
+    pub least_covered: f64,
+    /// Half of the interval over which a velocity is taken \[s\]: 0.25 are five frames at 10 frames/s. A longer one smooths speeds that change.
+    pub half_velocity_s: f64,
+}
+
+impl Default for AlignOptions {
+    fn default() -> Self {
+        Self {
+            most_heading_sigma_deg: 15.0,
+            correlated_s: 10.0,
+            coarse_s: 0.5,
+            iterations: 15,
+            kernel_sigmas: 2.0,
+            least_covered: 0.4,
+            half_velocity_s: 0.25,
+        }
+    }
+}
 
 /// The result.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,18 +85,23 @@ struct Fit {
 ///
 /// # Errors
 /// A track that does not overlap, or a drive too short or slow to determine its heading.
-pub fn align(run: &RecordedRun, track: &GpsTrack, known: Option<ClockOffset>) -> Result<Alignment, Error> {
+pub fn align(
+    run: &RecordedRun,
+    track: &GpsTrack,
+    known: Option<ClockOffset>,
+    options: &AlignOptions,
+) -> Result<Alignment, Error> {
     let wrong = |problem: String| Error::Alignment(problem);
     let origin = track.points.first().ok_or_else(|| wrong("the track is empty".into()))?.at;
     let fixes: Vec<Fix> = track.points.iter().map(|p| fix(&origin, p)).collect();
     let trajectory = trajectory(run).ok_or_else(|| wrong("the run has no frames".into()))?;
-    let best = search(&trajectory, &fixes, known).ok_or_else(|| {
+    let best = search(&trajectory, &fixes, known, options).ok_or_else(|| {
         wrong("no clock offset puts three or more fixes into the time of the run; is it the track of this drive?".into())
     })?;
     let prior_s = known.map_or_else(|| uniform_sigma_s(&trajectory, &fixes), |clock| clock.sigma_s);
-    let result = deviations::with_deviations(&trajectory, &fixes, &origin, &best, prior_s);
+    let result = deviations::with_deviations(&trajectory, (&fixes, &origin), &best, prior_s, options);
     let heading_sigma = result.anchor.sigma.map_or(f64::INFINITY, |(_, heading)| heading);
-    if heading_sigma.is_nan() || heading_sigma > MOST_HEADING_SIGMA_DEG {
+    if heading_sigma.is_nan() || heading_sigma > options.most_heading_sigma_deg {
         return Err(wrong(format!(
             "the fixes do not determine the heading of this drive (standard deviation {heading_sigma:.0} degrees): it is short, or bends \
              at constant speed, which a clock offset explains as well; give the clock offset and its standard deviation, or the start \
@@ -110,12 +139,17 @@ impl LevelTrajectory {
 }
 
 /// The best clock offset: a coarse search, then ever finer ones around its best.
-fn search(trajectory: &LevelTrajectory, fixes: &[Fix], known: Option<ClockOffset>) -> Option<Fit> {
+fn search(
+    trajectory: &LevelTrajectory,
+    fixes: &[Fix],
+    known: Option<ClockOffset>,
+    options: &AlignOptions,
+) -> Option<Fit> {
     let (low, high) = offsets(trajectory, fixes, known)?;
     let mut best: Option<Fit> = None;
-    let steps = ((high - low) / COARSE_S).ceil().max(1.0) as usize;
+    let steps = ((high - low) / options.coarse_s).ceil().max(1.0) as usize;
     let consider = |offset: f64, best: &mut Option<Fit>| {
-        let Some(mut fit) = fit(trajectory, fixes, offset) else { return };
+        let Some(mut fit) = fit(trajectory, fixes, offset, options) else { return };
         if let Some(clock) = known {
             fit.cost += 0.5 * ((offset - clock.offset_s) / clock.sigma_s).powi(2);
         }
@@ -124,9 +158,9 @@ fn search(trajectory: &LevelTrajectory, fixes: &[Fix], known: Option<ClockOffset
         }
     };
     for k in 0..=steps {
-        consider(low + k as f64 * COARSE_S, &mut best);
+        consider(low + k as f64 * options.coarse_s, &mut best);
     }
-    let mut step = COARSE_S;
+    let mut step = options.coarse_s;
     while step > 1e-3 {
         step *= 0.5;
         let middle = best.as_ref()?.offset_s;
@@ -149,7 +183,7 @@ fn offsets(trajectory: &LevelTrajectory, fixes: &[Fix], known: Option<ClockOffse
 
 /// Heading and shift at a clock offset by iteratively reweighted least squares (Cauchy); `None` with fewer than three fixes, or
 /// with so few that most of the run has none.
-fn fit(trajectory: &LevelTrajectory, fixes: &[Fix], offset_s: f64) -> Option<Fit> {
+fn fit(trajectory: &LevelTrajectory, fixes: &[Fix], offset_s: f64, options: &AlignOptions) -> Option<Fit> {
     let pairs: Vec<(usize, Vector2<f64>)> = fixes
         .iter()
         .enumerate()
@@ -158,15 +192,16 @@ fn fit(trajectory: &LevelTrajectory, fixes: &[Fix], offset_s: f64) -> Option<Fit
     let [(first, _), .., (last, _)] = pairs[..] else { return None };
     let covered = fixes[last].time_s - fixes[first].time_s;
     let whole = trajectory.times_s.last()? - trajectory.times_s.first()?;
-    if pairs.len() < 3 || covered < 0.4 * whole {
+    if pairs.len() < 3 || covered < options.least_covered * whole {
         return None;
     }
     let mut weights: Vec<f64> = pairs.iter().map(|(k, _)| fixes[*k].sigma.powi(-2)).collect();
     let (mut heading, mut shift) = (0.0, Vector2::zeros());
+    let kernel = options.kernel_sigmas.powi(2);
     let residual = |heading: f64, shift: &Vector2<f64>, k: usize, p: &Vector2<f64>| {
         (fixes[k].at - turned(p, heading) - shift).norm() / fixes[k].sigma
     };
-    for _ in 0..ITERATIONS {
+    for _ in 0..options.iterations {
         let sum: f64 = weights.iter().sum();
         let mean = |of: &dyn Fn(usize) -> Vector2<f64>| {
             (0..pairs.len()).fold(Vector2::zeros(), |m, k| m + of(k) * weights[k]) / sum
@@ -181,13 +216,13 @@ fn fit(trajectory: &LevelTrajectory, fixes: &[Fix], offset_s: f64) -> Option<Fit
         heading = cross.atan2(dot);
         shift = q0 - turned(&p0, heading);
         for ((k, p), w) in pairs.iter().zip(&mut weights) {
-            *w = fixes[*k].sigma.powi(-2) / (1.0 + residual(heading, &shift, *k, p).powi(2) / 4.0);
+            *w = fixes[*k].sigma.powi(-2) / (1.0 + residual(heading, &shift, *k, p).powi(2) / kernel);
         }
     }
-    let costs = pairs.iter().map(|(k, p)| (residual(heading, &shift, *k, p).powi(2) / 4.0).ln_1p());
+    let costs = pairs.iter().map(|(k, p)| (residual(heading, &shift, *k, p).powi(2) / kernel).ln_1p());
     let used: Vec<usize> = pairs.iter().map(|(k, _)| *k).collect();
-    // Cauchy's kernel of width 2, as a negative logarithm of a likelihood; that of the whole run, so that fewer fixes are no gain.
-    let cost = 2.0 * costs.sum::<f64>() / pairs.len() as f64 * (whole / CORRELATED_S + 1.0);
+    // Cauchy's kernel as a negative logarithm of a likelihood; that of the whole run, so that fewer fixes are no gain.
+    let cost = 2.0 * costs.sum::<f64>() / pairs.len() as f64 * (whole / options.correlated_s + 1.0);
     Some(Fit { offset_s, heading, shift, cost, weights, used })
 }
 
@@ -197,9 +232,9 @@ fn uniform_sigma_s(trajectory: &LevelTrajectory, fixes: &[Fix]) -> f64 {
 }
 
 /// Number of independent fixes among these.
-fn independent(fixes: &[Fix], used: &[usize]) -> f64 {
+fn independent(fixes: &[Fix], used: &[usize], options: &AlignOptions) -> f64 {
     let [first, .., last] = used else { return used.len() as f64 };
-    ((fixes[*last].time_s - fixes[*first].time_s) / CORRELATED_S + 1.0).min(used.len() as f64)
+    ((fixes[*last].time_s - fixes[*first].time_s) / options.correlated_s + 1.0).min(used.len() as f64)
 }
 
 /// Right and forward turned into east and north.

@@ -10,8 +10,8 @@ mod error;
 mod scenario;
 mod write;
 
-pub use align::{Alignment, align};
+pub use align::{AlignOptions, Alignment, align};
 pub use anchor::{Anchor, Placed};
 pub use error::Error;
-pub use scenario::Scenario;
+pub use scenario::{Scenario, ScenarioOptions};
 pub use write::{geojson, gpx, kml, oxts, places_geojson, xosc};

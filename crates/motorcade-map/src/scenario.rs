@@ -6,12 +6,22 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::anchor::Placed;
 
-/// Size of the car that carries the camera, which nobody measured: a middle-sized one \[m\].
-const OWN_SIZE_M: [f64; 3] = [4.5, 1.8, 1.5];
-/// Distance from the rear axle to the camera in it, as a share of the wheelbase: behind the windscreen.
-const CAMERA_SHARE: f64 = 0.6;
-/// Wheelbase of road vehicles as a share of their length.
-const WHEELBASE_SHARE: f64 = 0.6;
+/// Shapes of the vehicles that a simulator is told and nobody measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScenarioOptions {
+    /// Length, width and height of the car that carries the camera: a middle-sized one \[m\].
+    pub own_size_m: [f64; 3],
+    /// Distance from the rear axle to the camera in it, as a share of the wheelbase: behind the windscreen.
+    pub camera_share: f64,
+    /// Wheelbase of road vehicles as a share of their length.
+    pub wheelbase_share: f64,
+}
+
+impl Default for ScenarioOptions {
+    fn default() -> Self {
+        Self { own_size_m: [4.5, 1.8, 1.5], camera_share: 0.6, wheelbase_share: 0.6 }
+    }
+}
 
 /// A drive to be replayed.
 pub struct Scenario {
@@ -30,6 +40,8 @@ pub(crate) struct Actor {
     pub category: &'static str,
     /// Length, width, height \[m\].
     pub size_m: [f64; 3],
+    /// Distance between the axles \[m\].
+    pub wheelbase_m: f64,
     pub poses: Vec<ActorPose>,
 }
 
@@ -44,13 +56,9 @@ pub(crate) struct ActorPose {
 }
 
 impl Actor {
-    pub fn wheelbase_m(&self) -> f64 {
-        WHEELBASE_SHARE * self.size_m[0]
-    }
-
     /// The middle of the box ahead of the rear axle: overhangs are taken to be equal.
     pub fn centre_x_m(&self) -> f64 {
-        0.5 * self.wheelbase_m()
+        0.5 * self.wheelbase_m
     }
 
     /// Larger wheels on larger vehicles \[m\].
@@ -69,17 +77,18 @@ impl Actor {
 
 impl Scenario {
     /// The vehicles of a run in its place; `height_m` is that of the camera above the road.
-    pub fn new(placed: &Placed<'_>, height_m: f64) -> Self {
+    pub fn new(placed: &Placed<'_>, height_m: f64, options: &ScenarioOptions) -> Self {
         let run = placed.run;
         let start_ns = run.frames.first().map_or(0, |f| f.timestamp_ns);
         let seconds = |row: usize| run.frames.get(row).map(|f| (f.timestamp_ns - start_ns) as f64 * 1e-9);
         let down = Vector3::new(0.0, 0.0, height_m);
-        let mut actors = vec![own(placed, height_m)];
+        let mut actors = vec![own(placed, height_m, options)];
         for vehicle in &run.vehicles {
             let mut actor = Actor {
                 name: format!("{} {}", vehicle.class, vehicle.id),
                 category: category(&vehicle.class),
                 size_m: vehicle.size_m,
+                wheelbase_m: options.wheelbase_share * vehicle.size_m[0],
                 poses: Vec::new(),
             };
             let behind = Vector3::new(actor.centre_x_m(), 0.0, 0.0);
@@ -105,11 +114,12 @@ impl Scenario {
 }
 
 /// The car with the camera: its axes are those of the road under it.
-fn own(placed: &Placed<'_>, height_m: f64) -> Actor {
+fn own(placed: &Placed<'_>, height_m: f64, options: &ScenarioOptions) -> Actor {
     let run: &RecordedRun = placed.run;
     let start_ns = run.frames.first().map_or(0, |f| f.timestamp_ns);
-    let mut own = Actor { name: "ego".into(), category: "car", size_m: OWN_SIZE_M, poses: Vec::new() };
-    let ahead = CAMERA_SHARE * own.wheelbase_m();
+    let (size_m, wheelbase_m) = (options.own_size_m, options.wheelbase_share * options.own_size_m[0]);
+    let mut own = Actor { name: "ego".into(), category: "car", size_m, wheelbase_m, poses: Vec::new() };
+    let ahead = options.camera_share * wheelbase_m;
     let down = Vector3::new(0.0, 0.0, height_m);
     own.poses = run
         .frames

@@ -2,10 +2,28 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::kernel::GraphKernel;
+
 /// Settings of the multi-object graph that rarely need to change: unit, source and trade-off of each.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AdvancedGraphOptions {
+    /// Depth up to which camera–vehicle edges are the trusted ones \[m\] (the paper's 45 m).
+    pub near_limit_m: f64,
+    /// Robust kernel of camera–vehicle edges.
+    pub kernel: GraphKernel,
+    /// Its scale \[standard deviations, as inflated by the correlation time at 10 frames/s\]: boxes have heavy-tailed errors.
+    pub kernel_scale: f64,
+    /// One variable for the scale of a vehicle's size, shared by its camera–vehicle edges; false puts the size's
+    /// uncertainty into the covariance of each edge.
+    pub shared_size: bool,
+    /// Rounds in which the covariances of each class of camera–vehicle edges are re-estimated from residuals; 0 leaves
+    /// them. Not used online, where windows are too short, nor with constant weights.
+    pub variance_rounds: usize,
+    /// Tracks start at the medoid of their camera–vehicle measurements; false starts them at the front end's poses.
+    pub medoid_start: bool,
+    /// Most iterations of a solve.
+    pub max_iterations: usize,
     /// P(moving) below which a vehicle is static: one landmark node seen from many cameras. Half: the more probable
     /// hypothesis. Higher makes slow vehicles static, lower makes parked ones drift.
     pub static_below_p_moving: f64,
@@ -73,6 +91,13 @@ pub struct AdvancedGraphOptions {
 impl Default for AdvancedGraphOptions {
     fn default() -> Self {
         Self {
+            near_limit_m: 45.0,
+            kernel: GraphKernel::Cauchy,
+            kernel_scale: 1.0,
+            shared_size: true,
+            variance_rounds: 3,
+            medoid_start: true,
+            max_iterations: 100,
             static_below_p_moving: 0.5,
             rear_axle_share: 0.3,
             guessed_scale_sigma: 0.2,

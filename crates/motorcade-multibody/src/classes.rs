@@ -54,8 +54,8 @@ impl EdgeClass {
             return RobustKernel::None;
         }
         let reference = options.inflation(options.advanced.reference_interval_s);
-        let scale = options.kernel_scale * (reference / options.inflation(interval_s)).sqrt();
-        options.kernel.at_scale(scale)
+        let scale = options.advanced.kernel_scale * (reference / options.inflation(interval_s)).sqrt();
+        options.advanced.kernel.at_scale(scale)
     }
 }
 

@@ -61,7 +61,8 @@ impl MultibodyGraph {
     /// # Errors
     /// Options out of their range.
     pub fn drive(options: &GraphOptions, threads: usize) -> Result<Self, GraphError> {
-        let solver = Options { max_iterations: options.max_iterations, threads, ..Options::default() };
+        let solver =
+            Options { max_iterations: options.advanced.max_iterations, threads, ..Options::default() };
         Self::new(options, options.camera, solver, true)
     }
 
@@ -303,7 +304,7 @@ impl MultibodyGraph {
     fn solve(&mut self, mean_interval_s: f64) -> Result<Report, GraphError> {
         let mut report = self.window.optimise()?;
         let re_estimated = self.whole_drive && !self.options.constant_weights;
-        for _ in 0..if re_estimated { self.options.variance_rounds } else { 0 } {
+        for _ in 0..if re_estimated { self.options.advanced.variance_rounds } else { 0 } {
             let (graph, groups) = (self.window.graph_mut(), &self.groups);
             let before = groups.factors(graph);
             self.variance_factors =

@@ -1,39 +1,8 @@
 //! Settings of the multi-object graph.
 
-use motorcade_geometry::robust::RobustKernel;
 use serde::{Deserialize, Serialize};
 
 use crate::advanced::AdvancedGraphOptions;
-
-/// Robust kernels of camera–vehicle edges.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum GraphKernel {
-    /// Least squares.
-    None,
-    /// Huber.
-    Huber,
-    /// Cauchy.
-    #[default]
-    Cauchy,
-    /// Geman–McClure.
-    GemanMcClure,
-    /// Dynamic covariance scaling.
-    Dcs,
-}
-
-impl GraphKernel {
-    /// The kernel with a scale of c standard deviations.
-    pub fn at_scale(self, c: f64) -> RobustKernel {
-        match self {
-            Self::None => RobustKernel::None,
-            Self::Huber => RobustKernel::Huber(c),
-            Self::Cauchy => RobustKernel::Cauchy(c),
-            Self::GemanMcClure => RobustKernel::GemanMcClure(c),
-            Self::Dcs => RobustKernel::Dcs(c * c),
-        }
-    }
-}
 
 /// Influence of vehicles on the camera's trajectory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -73,25 +42,9 @@ pub struct GraphOptions {
     pub lambda_trusted: f64,
     /// λ of the less trusted vehicle edges.
     pub lambda_doubted: f64,
-    /// Depth up to which camera–vehicle edges are the trusted ones \[m\] (the paper's 45 m).
-    pub near_limit_m: f64,
-    /// Robust kernel of camera–vehicle edges.
-    pub kernel: GraphKernel,
-    /// Its scale \[standard deviations, as inflated by the correlation time at 10 frames/s\]: boxes have heavy-tailed errors.
-    pub kernel_scale: f64,
     /// Time for which errors of camera–vehicle edges are correlated \[s\]. Their variances are multiplied by this time over
     /// the interval between frames, at least by 1. Larger values trust single frames less.
     pub correlation_time_s: f64,
-    /// One variable for the scale of a vehicle's size, shared by its camera–vehicle edges; false puts the size's
-    /// uncertainty into the covariance of each edge.
-    pub shared_size: bool,
-    /// Rounds in which the covariances of each class of camera–vehicle edges are re-estimated from residuals; 0 leaves
-    /// them. Not used online, where windows are too short, nor with constant weights.
-    pub variance_rounds: usize,
-    /// Tracks start at the medoid of their camera–vehicle measurements; false starts them at the front end's poses.
-    pub medoid_start: bool,
-    /// Most iterations of a solve.
-    pub max_iterations: usize,
     /// Settings that rarely need to change.
     pub advanced: AdvancedGraphOptions,
 }
@@ -108,14 +61,7 @@ impl Default for GraphOptions {
             lambda_camera: 1e4,
             lambda_trusted: 1e2,
             lambda_doubted: 1.0,
-            near_limit_m: 45.0,
-            kernel: GraphKernel::Cauchy,
-            kernel_scale: 1.0,
             correlation_time_s: 0.4,
-            shared_size: true,
-            variance_rounds: 3,
-            medoid_start: true,
-            max_iterations: 100,
             advanced: AdvancedGraphOptions::default(),
         }
     }
@@ -133,7 +79,7 @@ impl GraphOptions {
         let a = &self.advanced;
         for (name, value) in [
             ("correlation_time_s", self.correlation_time_s),
-            ("kernel_scale", self.kernel_scale),
+            ("advanced.kernel_scale", a.kernel_scale),
             ("advanced.reference_interval_s", a.reference_interval_s),
             ("advanced.held_rad", a.held_rad),
             ("advanced.held_m", a.held_m),

@@ -129,7 +129,7 @@ pub(crate) fn poses(
     times: &FrameTimes<'_>,
     options: &GraphOptions,
 ) -> Vec<Pose<World, Vehicle>> {
-    if options.medoid_start && !options.constant_weights {
+    if options.advanced.medoid_start && !options.constant_weights {
         medoid_poses(vehicle, ego, times, options)
     } else {
         vehicle.states.iter().map(|s| s.world_from_vehicle).collect()

@@ -41,12 +41,9 @@ mod time;
 mod tracking;
 mod trajectory;
 
-pub use map::{
-    AdvancedBundleOptions, AdvancedPoseOnlyOptions, AdvancedWindowOptions, BundleOptions, Carrier, Landmark,
-    PictureShiftOptions, PoseOnlyOptions, WindowOptions,
-};
+pub use map::{BundleOptions, Carrier, Landmark, PictureShiftOptions, PoseOnlyOptions, WindowOptions};
 pub use odometry::{
-    AdvancedPolicyOptions, FeedbackOptions, Odometry, OdometryOptions, PolicyOptions, RoadFeedback,
+    AdvancedOdometryOptions, FeedbackOptions, Odometry, OdometryOptions, PolicyOptions, RoadFeedback,
     ShiftedFrame,
 };
 pub use road::{

@@ -3,8 +3,7 @@
 use image::{GrayImage, Luma};
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_odometry::{
-    EgoTrajectory, FrameStatus, MetricOptions, Odometry, OdometryOptions, OdometryTrajectory, PolicyOptions,
-    StaticMask,
+    EgoTrajectory, FrameStatus, MetricOptions, Odometry, OdometryOptions, OdometryTrajectory, StaticMask,
 };
 use motorcade_testing::street_image::{CAMERA, StreetPose, street_image};
 use nalgebra::Vector6;
@@ -94,9 +93,8 @@ fn initialises_within_a_second_of_driving() {
 /// The test above can fail: with ten times the parallax required a second is too short.
 #[test]
 fn waits_for_the_required_parallax() {
-    let policy = PolicyOptions::default();
-    let policy = PolicyOptions { begin_flow_rad: 10.0 * policy.begin_flow_rad, ..policy };
-    let options = OdometryOptions { policy, ..OdometryOptions::default() };
+    let mut options = OdometryOptions::default();
+    options.advanced.policy.begin_flow_rad *= 10.0;
     let (began, _) = drive(&[STRAIGHT; SECOND], options);
     assert_eq!(began, None);
 }

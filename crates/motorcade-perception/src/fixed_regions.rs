@@ -15,6 +15,11 @@ pub struct FixedRegionOptions {
     pub least_frames: usize,
     /// Frames that are enough.
     pub most_frames: usize,
+    /// Least time between two frames that are used while the camera drives \[s\]: the scene must have moved. Chosen; a longer one finds the mask later.
+    pub interval_s: f64,
+    /// First frames of a drive that are looked through before it is estimated as a whole, of which at most `most_frames` are used. More see more of the
+    /// scene go by and take time.
+    pub surveyed_frames: usize,
     /// Mean change of the picture against the frame used before, below which a frame is not used \[grey levels\]: the camera stands.
     pub least_change: f64,
     /// Pixels between two of that comparison \[px\].
@@ -55,6 +60,8 @@ impl Default for FixedRegionOptions {
         Self {
             least_frames: 15,
             most_frames: 60,
+            interval_s: 0.1,
+            surveyed_frames: 150,
             least_change: 2.0,
             change_step_px: 8,
             first_row: 0.1,

@@ -83,12 +83,12 @@ pub use manifest::{
 };
 pub use models::{ModelSet, ModelSource};
 pub use network::{
-    BoxDetector, CropOptions, DetectorOptions, Engine, KeypointNetwork, ModelOptions, Network, RoadNetwork,
-    SceneNetwork, SuppressionOptions, suppress,
+    AdvancedDetectorOptions, BoxDetector, CropOptions, DetectorOptions, Engine, KeypointNetwork,
+    ModelOptions, Network, RoadNetwork, SceneNetwork, SuppressionOptions, suppress,
 };
 pub use observations::Observations;
 
 pub use perception::{Perception, PerceptionOptions};
 pub use recording::Recording;
-pub use road::RoadMask;
+pub use road::{RoadBelowOptions, RoadMask};
 pub use trial::try_models;

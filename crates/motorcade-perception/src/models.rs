@@ -133,7 +133,7 @@ impl ModelSet {
                 }
                 OutputSpec::Keypoints { variance, presence } => {
                     let network =
-                        KeypointNetwork::new(network, *variance, *presence, options.detectors.crops);
+                        KeypointNetwork::new(network, *variance, *presence, options.detectors.advanced.crops);
                     keep(&mut keypoints, 0.0, Box::new(network));
                 }
                 OutputSpec::Yolox { .. } | OutputSpec::Ssd { .. } | OutputSpec::CentrePoint { .. } => {}

@@ -41,15 +41,18 @@ impl RoadMask {
     pub fn is_road(&self, x: f64, y: f64) -> bool {
         self.probability(x, y) > 0.5
     }
-    /// Mean probability of road in the strip below a box, a quarter as high as the box and no thinner than three cells of the mask: what
-    /// a vehicle stands on. Points for which `shows` is false are left out, as those on other vehicles are. `None` where less than two fifths of the strip
-    /// show.
-    pub fn share_below(&self, bbox: &BoundingBox, shows: impl Fn(&Point2<f64>) -> bool) -> Option<f64> {
+    /// Mean probability of road in the strip below a box: what a vehicle stands on. Points for which `shows` is false are left out, as those on other
+    /// vehicles are. `None` where too little of the strip shows.
+    pub fn share_below(
+        &self,
+        bbox: &BoundingBox,
+        options: &RoadBelowOptions,
+        shows: impl Fn(&Point2<f64>) -> bool,
+    ) -> Option<f64> {
         const COLUMNS: u32 = 16;
         const ROWS: u32 = 6;
-        const LEAST_SHOWN: f64 = 0.4;
         let cell_px = f64::from(self.image_height) / f64::from(self.probability.height().max(1));
-        let depth_px = (0.25 * bbox.height()).max(3.0 * cell_px);
+        let depth_px = (options.height_share * bbox.height()).max(options.least_cells * cell_px);
         let share = |k: u32, count: u32| (f64::from(k) + 0.5) / f64::from(count);
         let (right, bottom) = (f64::from(self.image_width) - 0.5, f64::from(self.image_height) - 0.5);
         let inside = |p: &Point2<f64>| p.x > -0.5 && p.x < right && p.y > -0.5 && p.y < bottom;
@@ -59,12 +62,30 @@ impl RoadMask {
         };
         let shown = (0..ROWS).flat_map(row).filter(|p| inside(p) && shows(p));
         let (sum, count) = shown.fold((0.0, 0_u32), |(sum, n), p| (sum + self.probability(p.x, p.y), n + 1));
-        (f64::from(count) >= LEAST_SHOWN * f64::from(ROWS * COLUMNS)).then(|| sum / f64::from(count))
+        (f64::from(count) >= options.least_shown * f64::from(ROWS * COLUMNS)).then(|| sum / f64::from(count))
     }
     /// Part of the image that is road, 0 to 1.
     pub fn road_fraction(&self) -> f64 {
         let road = self.probability.pixels().filter(|p| p.0[0] > 127).count();
         road as f64 / self.probability.len().max(1) as f64
+    }
+}
+
+/// Strip below a box whose road tells what a vehicle stands on. None of these numbers was measured.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct RoadBelowOptions {
+    /// Height of the strip \[heights of the box\]. A larger one sees past what the vehicle stands on.
+    pub height_share: f64,
+    /// Least height of the strip \[cells of the mask\]: thinner ones are the edge of the vehicle.
+    pub least_cells: f64,
+    /// Share of the strip that must show. A larger one leaves more vehicles without an answer.
+    pub least_shown: f64,
+}
+
+impl Default for RoadBelowOptions {
+    fn default() -> Self {
+        Self { height_share: 0.25, least_cells: 3.0, least_shown: 0.4 }
     }
 }
 
@@ -95,11 +116,12 @@ mod tests {
         let road = RoadMask::new(mask, 200, 200);
         let at = |x1: f64, y2: f64| BoundingBox { x1, y1: y2 - 40.0, x2: x1 + 40.0, y2 };
         let everywhere = |_: &Point2<f64>| true;
-        assert_eq!(road.share_below(&at(120.0, 130.0), everywhere), Some(1.0));
-        assert_eq!(road.share_below(&at(20.0, 130.0), everywhere), Some(0.0));
-        assert_eq!(road.share_below(&at(80.0, 130.0), everywhere), Some(0.5));
+        let options = &RoadBelowOptions::default();
+        assert_eq!(road.share_below(&at(120.0, 130.0), options, everywhere), Some(1.0));
+        assert_eq!(road.share_below(&at(20.0, 130.0), options, everywhere), Some(0.0));
+        assert_eq!(road.share_below(&at(80.0, 130.0), options, everywhere), Some(0.5));
         // Below the picture, or hidden by another vehicle: not known.
-        assert_eq!(road.share_below(&at(120.0, 198.0), everywhere), None);
-        assert_eq!(road.share_below(&at(120.0, 130.0), |p| p.x > 150.0), None);
+        assert_eq!(road.share_below(&at(120.0, 198.0), options, everywhere), None);
+        assert_eq!(road.share_below(&at(120.0, 130.0), options, |p| p.x > 150.0), None);
     }
 }

@@ -60,7 +60,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let keyframes: Vec<PlacedKeyframe> = (0..count).map(|k| keyframe(k, &mut rng)).collect();
     let landmarks: usize = keyframes.iter().map(|k| k.landmarks.len()).sum();
     // Blocks of seven entries and a link.
-    let index = landmarks * (36 + 32 * options.search.tables / 7);
+    let index = landmarks * (36 + 32 * options.advanced.search.tables / 7);
     println!(
         "{count} keyframes, {:.0} landmarks each: {:.1} kB a keyframe, of which the index {:.1} kB; {:.0} bytes a landmark",
         landmarks as f64 / count as f64,

@@ -61,7 +61,7 @@ impl PlaceSearch {
     /// A search without any keyframe.
     pub fn new(camera: PinholeCamera, options: PlaceOptions) -> Self {
         let (keyframes, verified, report) = (Vec::new(), Vec::new(), SearchReport::default());
-        Self { camera, options, index: Index::new(options.search), keyframes, verified, report }
+        Self { camera, options, index: Index::new(options.advanced.search), keyframes, verified, report }
     }
 
     /// Keyframes so far.
@@ -83,7 +83,8 @@ impl PlaceSearch {
     ) {
         // Keyframes enter once the camera has left them, or their map has ended.
         let left = |k: &PlacedKeyframe| {
-            k.segment != keyframe.segment || keyframe.way_m - k.way_m >= self.options.search.least_way_m
+            k.segment != keyframe.segment
+                || keyframe.way_m - k.way_m >= self.options.advanced.search.least_way_m
         };
         while let Some(next) = self.keyframes.get(self.index.len()).filter(|k| left(k)) {
             self.index.push(descriptors(next));
@@ -108,13 +109,13 @@ impl PlaceSearch {
 
     /// The matches so far that others along the way agree with.
     pub fn supported(&self) -> Vec<PlaceMatch> {
-        supported(&self.keyframes, self.verified.clone(), &self.options.sequence)
+        supported(&self.keyframes, self.verified.clone(), &self.options.advanced.sequence)
     }
 
     /// As [`supported`](Self::supported), of keyframes from `first` on alone: those shortly after it lack the others before them.
     pub fn supported_since(&self, first: usize) -> Vec<PlaceMatch> {
         let since = self.verified.partition_point(|m| m.query < first);
-        supported(&self.keyframes, self.verified[since..].to_vec(), &self.options.sequence)
+        supported(&self.keyframes, self.verified[since..].to_vec(), &self.options.advanced.sequence)
     }
 
     /// Keyframes so far with a candidate that geometry verified.
@@ -129,7 +130,7 @@ impl PlaceSearch {
 
     /// Ends the search: the matches that others along the way agree with.
     pub fn finish(mut self) -> FoundPlaces {
-        let matches = supported(&self.keyframes, self.verified, &self.options.sequence);
+        let matches = supported(&self.keyframes, self.verified, &self.options.advanced.sequence);
         self.report.supported = matches.len();
         FoundPlaces { keyframes: self.keyframes, matches, report: self.report }
     }
@@ -146,13 +147,13 @@ fn best(scores: &[f32], landmarks: usize, options: &PlaceOptions) -> Vec<usize> 
         let around = &scores[k.saturating_sub(1)..(k + 2).min(scores.len())];
         around.iter().sum::<f32>()
     };
-    let least = (options.search.least_score * landmarks as f64) as f32;
+    let least = (options.advanced.search.least_score * landmarks as f64) as f32;
     let mut all: Vec<(f32, usize)> = (0..scores.len()).map(|k| (with_neighbours(k), k)).collect();
     all.retain(|(score, _)| *score > least.max(1e-3));
     all.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     let mut chosen: Vec<usize> = Vec::new();
     for (_, k) in all {
-        if chosen.len() == options.search.candidates {
+        if chosen.len() == options.advanced.search.candidates {
             break;
         }
         // Neighbours of a chosen one say the same.

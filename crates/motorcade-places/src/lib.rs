@@ -50,7 +50,8 @@ pub use finder::{FoundPlaces, PlaceSearch, SearchReport, find_places};
 pub use keyframe::{Landmark, PlaceKeyframe, PlacedKeyframe};
 pub use map::{MapError, MapSummary, PlaceMap};
 pub use options::{
-    FeatureOptions, LandmarkOptions, PlaceOptions, SearchOptions, SequenceOptions, VerificationOptions,
+    AdvancedPlaceOptions, FeatureOptions, LandmarkOptions, PlaceOptions, SearchOptions, SequenceOptions,
+    VerificationOptions,
 };
 pub use placement::{FramePlacement, place_keyframe, place_keyframes};
 pub use verification::PlaceMatch;

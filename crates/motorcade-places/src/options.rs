@@ -182,6 +182,14 @@ impl Default for SequenceOptions {
 pub struct PlaceOptions {
     /// Corners and descriptors.
     pub features: FeatureOptions,
+    /// Positions of features, search, verification and agreement of matches.
+    pub advanced: AdvancedPlaceOptions,
+}
+
+/// Positions of features, search, verification and agreement of matches.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct AdvancedPlaceOptions {
     /// Positions of features.
     pub landmarks: LandmarkOptions,
     /// Search for keyframes that look alike.
@@ -198,7 +206,8 @@ impl PlaceOptions {
     /// # Errors
     /// Name and range of that setting.
     pub fn validate(&self) -> Result<(), String> {
-        let Self { features, landmarks, search, verification, sequence } = self;
+        let AdvancedPlaceOptions { landmarks, search, verification, sequence } = &self.advanced;
+        let features = &self.features;
         let positive = |name: &str, value: f64| {
             if value.is_finite() && value > 0.0 {
                 Ok(())
@@ -219,34 +228,34 @@ impl PlaceOptions {
             return Err("places.features.level_scale must lie between 1.05 and 2".into());
         }
         within("features.threshold", usize::from(features.threshold), 1, 200)?;
-        within("landmarks.neighbours", landmarks.neighbours, 1, 5)?;
-        within("search.tables", search.tables, 1, 16)?;
-        within("search.key_bits", search.key_bits, 8, 20)?;
-        within("search.tables × search.key_bits", search.tables * search.key_bits, 8, 256)?;
-        within("search.candidates", search.candidates, 1, 50)?;
-        within("verification.least_inliers", verification.least_inliers, 6, 10_000)?;
+        within("advanced.landmarks.neighbours", landmarks.neighbours, 1, 5)?;
+        within("advanced.search.tables", search.tables, 1, 16)?;
+        within("advanced.search.key_bits", search.key_bits, 8, 20)?;
+        within("advanced.search.tables × advanced.search.key_bits", search.tables * search.key_bits, 8, 256)?;
+        within("advanced.search.candidates", search.candidates, 1, 50)?;
+        within("advanced.verification.least_inliers", verification.least_inliers, 6, 10_000)?;
         for (name, value) in [
-            ("landmarks.most_error_px", landmarks.most_error_px),
-            ("landmarks.sigma_px", landmarks.sigma_px),
-            ("landmarks.most_depth_sigma", landmarks.most_depth_sigma),
-            ("search.least_way_m", search.least_way_m),
-            ("verification.inlier_px", verification.inlier_px),
-            ("verification.most_rotation_rad", verification.most_rotation_rad),
-            ("verification.most_shift_depths", verification.most_shift_depths),
-            ("verification.most_turn_rad", verification.most_turn_rad),
-            ("sequence.reach_m", sequence.reach_m),
-            ("sequence.least_join_m", sequence.least_join_m),
-            ("sequence.most_shift_m", sequence.most_shift_m),
-            ("sequence.most_turn_rad", sequence.most_turn_rad),
+            ("advanced.landmarks.most_error_px", landmarks.most_error_px),
+            ("advanced.landmarks.sigma_px", landmarks.sigma_px),
+            ("advanced.landmarks.most_depth_sigma", landmarks.most_depth_sigma),
+            ("advanced.search.least_way_m", search.least_way_m),
+            ("advanced.verification.inlier_px", verification.inlier_px),
+            ("advanced.verification.most_rotation_rad", verification.most_rotation_rad),
+            ("advanced.verification.most_shift_depths", verification.most_shift_depths),
+            ("advanced.verification.most_turn_rad", verification.most_turn_rad),
+            ("advanced.sequence.reach_m", sequence.reach_m),
+            ("advanced.sequence.least_join_m", sequence.least_join_m),
+            ("advanced.sequence.most_shift_m", sequence.most_shift_m),
+            ("advanced.sequence.most_turn_rad", sequence.most_turn_rad),
         ] {
             positive(name, value)?;
         }
         for (name, value) in [
-            ("landmarks.ratio", landmarks.ratio),
-            ("verification.ratio", verification.ratio),
-            ("verification.least_share", verification.least_share),
-            ("verification.least_spread", verification.least_spread),
-            ("search.least_score", search.least_score),
+            ("advanced.landmarks.ratio", landmarks.ratio),
+            ("advanced.verification.ratio", verification.ratio),
+            ("advanced.verification.least_share", verification.least_share),
+            ("advanced.verification.least_spread", verification.least_spread),
+            ("advanced.search.least_score", search.least_score),
         ] {
             if !(0.0..=1.0).contains(&value) {
                 return Err(format!("places.{name} must lie between 0 and 1"));
@@ -264,10 +273,10 @@ mod tests {
     fn values_out_of_range_are_named() {
         assert_eq!(PlaceOptions::default().validate(), Ok(()));
         let mut options = PlaceOptions::default();
-        options.search.tables = 17;
+        options.advanced.search.tables = 17;
         assert!(options.validate().unwrap_err().contains("search.tables"));
         options = PlaceOptions::default();
-        options.verification.inlier_px = f64::NAN;
+        options.advanced.verification.inlier_px = f64::NAN;
         assert!(options.validate().unwrap_err().contains("verification.inlier_px"));
     }
 }

@@ -31,7 +31,7 @@ pub fn place_keyframes(
 }
 
 /// The keyframe `k` of some that follow each other, as [`place_keyframes`] places it; `None` where there is none. Landmarks are known as well
-/// as among all once `options.landmarks.neighbours` keyframes follow it.
+/// as among all once `options.advanced.landmarks.neighbours` keyframes follow it.
 pub fn place_keyframe(
     camera: &PinholeCamera,
     keyframes: &[PlaceKeyframe],
@@ -51,7 +51,7 @@ fn landmarks_of(
     placement: &impl Fn(usize) -> FramePlacement,
     options: &PlaceOptions,
 ) -> Vec<Landmark> {
-    let (keyframe, reach) = (&keyframes[k], options.landmarks.neighbours);
+    let (keyframe, reach) = (&keyframes[k], options.advanced.landmarks.neighbours);
     let own = placement(keyframe.frame);
     let around = k.saturating_sub(reach)..(k + reach + 1).min(keyframes.len());
     let neighbours: Vec<Neighbour<'_>> = around
@@ -62,7 +62,7 @@ fn landmarks_of(
                 * own.world_from_camera,
         })
         .collect();
-    landmarks(camera, &keyframe.features, &neighbours, (&options.landmarks, &options.features))
+    landmarks(camera, &keyframe.features, &neighbours, (&options.advanced.landmarks, &options.features))
 }
 
 fn placed(

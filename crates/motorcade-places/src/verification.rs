@@ -44,19 +44,22 @@ pub(crate) fn verify(
     (candidate, c): (usize, &PlacedKeyframe),
     options: &PlaceOptions,
 ) -> Option<PlaceMatch> {
-    let verifier =
-        Verifier { camera, level_scale: options.features.level_scale, options: &options.verification };
+    let verifier = Verifier {
+        camera,
+        level_scale: options.features.level_scale,
+        options: &options.advanced.verification,
+    };
     let first = verifier.look_alikes(q, c);
-    let pose = verifier.pose(&first, options.verification.least_inliers.div_ceil(2))?.0;
+    let pose = verifier.pose(&first, options.advanced.verification.least_inliers.div_ceil(2))?.0;
     let (pairs, in_view) = verifier.guided(q, c, &pose);
-    let (pose, inliers) = verifier.pose(&pairs, options.verification.least_inliers)?;
+    let (pose, inliers) = verifier.pose(&pairs, options.advanced.verification.least_inliers)?;
     let agreeing: Vec<Pair<'_>> = pairs.iter().zip(&inliers).filter(|(_, i)| **i).map(|(p, _)| *p).collect();
     let share = agreeing.len() as f64 / in_view.max(1) as f64;
-    if share < options.verification.least_share || !verifier.plausible(&pose, &agreeing) {
+    if share < options.advanced.verification.least_share || !verifier.plausible(&pose, &agreeing) {
         return None;
     }
     let rms_px = verifier.rms_px(&pose, &agreeing);
-    let sigma_px = rms_px.max(options.landmarks.sigma_px);
+    let sigma_px = rms_px.max(options.advanced.landmarks.sigma_px);
     let covariance = verifier.covariance(&pose, &agreeing, sigma_px)?;
     let inliers = agreeing.len();
     Some(PlaceMatch { query, candidate, query_from_candidate: pose, covariance, inliers, share, rms_px })

@@ -6,7 +6,7 @@ use nalgebra::{Point2, Point3, Vector3};
 use crate::prior::ShapePrior;
 
 /// Smallest cosine between the outward normal of a visible face and the direction to the camera: at grazing angles (below about
-/// 5°) a face is not visible.
+/// 5°) a face is not visible. No option: labels of rendered pictures, which networks learn from, and projections of estimates have to agree.
 pub const VISIBLE_COSINE: f64 = 0.08;
 
 /// One keypoint in an image.

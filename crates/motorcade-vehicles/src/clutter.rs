@@ -17,16 +17,16 @@ use crate::track::{Track, boxes_of};
 use crate::trajectory::{Source, VehicleState, VehicleTrajectory};
 
 /// The vehicles without clutter at the beginning and end of their tracks; those that had some are estimated anew from the boxes that
-/// remain. Tracks that are nothing else are left out.
+/// remain. Tracks that are nothing else are left out. `least_score` is what a single box must reach.
 pub fn without_clutter(
     vehicles: Vec<VehicleTrajectory>,
     tracks: &[Track],
     camera: &PinholeCamera,
     grounds: &[GroundFrame],
-    options: &VehicleOptions,
+    (options, least_score): (&VehicleOptions, f64),
     estimate: impl Fn(&Track) -> Option<VehicleTrajectory>,
 ) -> Vec<VehicleTrajectory> {
-    let seen = seen_frames(&vehicles, tracks, camera, grounds, options);
+    let seen = seen_frames(&vehicles, tracks, camera, grounds, (options, least_score));
     let cleaned = |(vehicle, frames): (VehicleTrajectory, Option<RangeInclusive<usize>>)| {
         let frames = frames?;
         if vehicle.states.iter().all(|s| frames.contains(&s.frame)) {
@@ -50,9 +50,10 @@ fn seen_frames(
     tracks: &[Track],
     camera: &PinholeCamera,
     grounds: &[GroundFrame],
-    options: &VehicleOptions,
+    (options, least_score): (&VehicleOptions, f64),
 ) -> Vec<Option<RangeInclusive<usize>>> {
     let hypothesis = &options.advanced.hypothesis;
+    let least_mean = hypothesis.least_mean_score_ratio * least_score;
     let boxes = boxes_by_frame(vehicles);
     let pictures = Pictures::new(vehicles, camera, grounds);
     let seen = |(index, vehicle): (usize, &VehicleTrajectory)| {
@@ -65,8 +66,8 @@ fn seen_frames(
                 *score = Some(0.0);
             }
         }
-        let end = scores.len() - clutter(scores.iter().rev(), hypothesis.least_mean_score)?;
-        let start = clutter(scores.iter().take(end), hypothesis.least_mean_score)?;
+        let end = scores.len() - clutter(scores.iter().rev(), least_mean)?;
+        let start = clutter(scores.iter().take(end), least_mean)?;
         let states = vehicle.states.get(start..end)?;
         let (first, last) = (states.first()?.frame, states.last()?.frame);
         let time_s = |frame: usize| grounds.get(frame).map_or(0.0, |g| g.time_s);
@@ -182,7 +183,8 @@ mod tests {
 
     /// The frames of the first of these vehicles.
     fn frames(vehicles: &[VehicleTrajectory]) -> Option<RangeInclusive<usize>> {
-        seen_frames(vehicles, &[], &CAMERA, &level_grounds(40), &VehicleOptions::default()).swap_remove(0)
+        let options = (&VehicleOptions::default(), 0.15);
+        seen_frames(vehicles, &[], &CAMERA, &level_grounds(40), options).swap_remove(0)
     }
 
     #[test]
@@ -249,7 +251,8 @@ mod tests {
                     state.bbox.map(|b| BoundingBox::new([b.x1 - 20.0, b.y1, b.x1 + 10.0, b.y1 + 20.0]));
             }
             let (tracks, grounds) = ([track_of(&car, [true, true, false, false])], level_grounds(10));
-            seen_frames(&[car], &tracks, &CAMERA, &grounds, &VehicleOptions::default()).swap_remove(0)
+            let options = (&VehicleOptions::default(), 0.15);
+            seen_frames(&[car], &tracks, &CAMERA, &grounds, options).swap_remove(0)
         };
         assert_eq!(kept(|_| false), Some(0..=9));
         assert_eq!(kept(|k| k % 3 == 1), Some(0..=9));

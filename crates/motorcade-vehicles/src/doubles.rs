@@ -65,7 +65,7 @@ fn is_part(part: &BoundingBox, whole: &BoundingBox, options: &HypothesisOptions)
 /// True when a box holds most of another one and ends no lower: a vehicle with what stands above it far behind, taken for a lorry. The box of a lorry that
 /// drives ahead of the vehicle ends at its roof, or scores more.
 fn is_around(around: &BoundingBox, vehicle: &BoundingBox, options: &HypothesisOptions) -> bool {
-    around.y2 <= vehicle.y2 && around.intersection(vehicle) > options.double_iou * vehicle.area()
+    around.y2 <= vehicle.y2 && around.intersection(vehicle) > options.double_around * vehicle.area()
 }
 
 #[cfg(test)]

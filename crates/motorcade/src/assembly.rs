@@ -60,10 +60,10 @@ impl RunResult {
             planned_frames: record.planned_frames,
         };
         let repaired = finite::keep_finite(&mut result);
-        let speeds = plausibility::of_speeds(&result, &checks.plausibility);
+        let speeds = plausibility::of_speeds(&result, &checks.advanced.plausibility);
         let summary = summary_warnings(&result, metric);
-        let swapped = swapped_frames::of(&result.frames, &result.ego.frames, &checks.swapped_frames);
-        let jumps = clock_jumps::of(&result.frames, &result.ego.frames, &checks.clock);
+        let swapped = swapped_frames::of(&result.frames, &result.ego.frames, &checks.advanced.swapped_frames);
+        let jumps = clock_jumps::of(&result.frames, &result.ego.frames, &checks.advanced.clock);
         for warning in
             warnings.into_iter().chain(repaired).chain(swapped).chain(jumps).chain(speeds).chain(summary)
         {

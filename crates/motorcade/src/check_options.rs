@@ -9,6 +9,14 @@ use crate::picture_faults::PictureFaultOptions;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct CheckOptions {
+    /// Limits of each check.
+    pub advanced: AdvancedCheckOptions,
+}
+
+/// Limits of each check.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct AdvancedCheckOptions {
     /// Times of the frames.
     pub clock: ClockJumpOptions,
     /// Focal length, in drives that are estimated as a whole.
@@ -26,22 +34,26 @@ pub struct CheckOptions {
 impl CheckOptions {
     /// The first setting out of its range, with what it must be.
     pub(crate) fn validate(&self) -> Result<(), String> {
-        let clock = &self.clock;
+        let advanced = &self.advanced;
+        let clock = &advanced.clock;
         for (name, value) in [("late_intervals", clock.late_intervals), ("late_s", clock.late_s)] {
             if value <= 0.0 {
-                return Err(format!("checks.clock.{name} must be positive"));
+                return Err(format!("checks.advanced.clock.{name} must be positive"));
             }
         }
         if clock.named == 0 {
-            return Err("checks.clock.named must be at least 1".to_owned());
+            return Err("checks.advanced.clock.named must be at least 1".to_owned());
         }
-        self.focal_length.validate().map_err(|problem| format!("checks.focal_length.{problem}"))?;
-        self.pictures.validate().map_err(|problem| format!("checks.pictures.{problem}"))?;
-        if self.repeated_frames.step_px == 0 {
-            return Err("checks.repeated_frames.step_px must be at least 1".to_owned());
+        advanced
+            .focal_length
+            .validate()
+            .map_err(|problem| format!("checks.advanced.focal_length.{problem}"))?;
+        advanced.pictures.validate().map_err(|problem| format!("checks.advanced.pictures.{problem}"))?;
+        if advanced.repeated_frames.step_px == 0 {
+            return Err("checks.advanced.repeated_frames.step_px must be at least 1".to_owned());
         }
-        if self.swapped_frames.named == 0 {
-            return Err("checks.swapped_frames.named must be at least 1".to_owned());
+        if advanced.swapped_frames.named == 0 {
+            return Err("checks.advanced.swapped_frames.named must be at least 1".to_owned());
         }
         Ok(())
     }

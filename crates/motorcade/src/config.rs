@@ -17,6 +17,7 @@ use crate::check_options::CheckOptions;
 use crate::error::{Error, Result};
 use crate::estimator_options::{DistanceOptions, OnlineOptions, UnitOptions, VehicleHeightOptions};
 use crate::output_options::OutputOptions;
+use crate::setting_names::{ADVANCED, current};
 
 /// Ready-made configurations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -93,16 +94,26 @@ pub struct ScaleOptions {
     pub average: ScaleAverage,
     /// False takes each frame's scale as it was measured, as the paper does.
     pub smoothed: bool,
-    /// Road corners of the closed form and their matches; rarely need a change.
-    pub matching: AdvancedClosedFormOptions,
-    /// Unit of an external trajectory, from static vehicles; rarely needs a change.
-    pub unit: UnitOptions,
     /// Height of the camera by vehicles.
     pub height: VehicleHeightOptions,
     /// Distances by another sensor.
     pub distances: DistanceOptions,
-    /// Settings that rarely need a change.
-    pub advanced: MetricOptions,
+    /// Scale and road over time, matches of the closed form, the unit of an external trajectory.
+    pub advanced: AdvancedScaleOptions,
+}
+
+/// Scale and road over time, matches of the closed form, the unit of an external trajectory. Names that it does not know are refused by
+/// [`Config::overlay`], because flattened fields exclude serde's own check.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(default)]
+pub struct AdvancedScaleOptions {
+    /// Metric scale and road over time.
+    #[serde(flatten)]
+    pub metric: MetricOptions,
+    /// Road corners of the closed form and their matches.
+    pub matching: AdvancedClosedFormOptions,
+    /// Unit of an external trajectory, from static vehicles.
+    pub unit: UnitOptions,
 }
 
 impl Default for ScaleOptions {
@@ -114,11 +125,9 @@ impl Default for ScaleOptions {
             farthest_m: 12.0,
             average: ScaleAverage::Mean,
             smoothed: true,
-            matching: AdvancedClosedFormOptions::default(),
-            unit: UnitOptions::default(),
             height: VehicleHeightOptions::default(),
             distances: DistanceOptions::default(),
-            advanced: MetricOptions::default(),
+            advanced: AdvancedScaleOptions::default(),
         }
     }
 }
@@ -215,7 +224,8 @@ impl Config {
 
     fn overlay_table(self, table: &Table, origin: &str) -> Result<Self> {
         let mut whole = Table::try_from(self).map_err(|e| Error::Config(e.to_string()))?;
-        merge(&mut whole, table, "", origin)?;
+        let named = current(table, &whole, origin)?;
+        merge(&mut whole, &named, "", origin)?;
         let config: Self = whole.try_into().map_err(|e| Error::Config(format!("{origin}: {e}")))?;
         config.validate().map_err(|problem| Error::Config(format!("{origin}: {problem}")))?;
         Ok(config)
@@ -243,10 +253,11 @@ impl Config {
             self.road.unmasked_half_width_heights > 0.3,
             "road.unmasked_half_width_heights must be more than 0.3",
         )?;
-        check(self.road.baseline_heights > 0.05, "road.baseline_heights must be more than 0.05")?;
-        check(self.road.oldest_s > 0.0, "road.oldest_s must be more than 0")?;
+        let road = &self.road.advanced;
+        check(road.baseline_heights > 0.05, "road.advanced.baseline_heights must be more than 0.05")?;
+        check(road.oldest_s > 0.0, "road.advanced.oldest_s must be more than 0")?;
         check((0.0..=0.2).contains(&self.road.readout_s), "road.readout_s must lie between 0 and 0.2")?;
-        self.road.advanced.height.validate().map_err(|problem| format!("road.advanced.height.{problem}"))?;
+        road.height.validate().map_err(|problem| format!("road.advanced.height.{problem}"))?;
         check(
             self.scale.farthest_m > 5.0,
             "scale.farthest_m must be more than 5 (the road nearer is hidden)",
@@ -272,8 +283,11 @@ impl Config {
 }
 
 /// Settings that earlier versions wrote into `run.json` and that follow from others now, or have no effect; a run of an earlier version can be repeated.
-const REMOVED: [&str; 4] = [
+const REMOVED: [&str; 7] = [
     "checks.focal_length.settling_keyframes",
+    "loops.most_correlated_frames",
+    "scale.advanced.profile.reach_heights",
+    "vehicles.advanced.hypothesis.least_mean_score",
     "vehicles.advanced.keypoints.fit.advanced.box_edge_scale",
     "vehicles.advanced.keypoints.fit.advanced.box_edge_sigma_px",
     "vehicles.advanced.keypoints.fit.advanced.box_edge_share",
@@ -337,10 +351,15 @@ fn merge(into: &mut Table, from: &Table, path: &str, origin: &str) -> Result<()>
 }
 
 fn unknown(table: &Table, key: &str, path: &str, origin: &str) -> Error {
-    let nearest =
-        table.keys().max_by(|a, b| strsim::jaro_winkler(a, key).total_cmp(&strsim::jaro_winkler(b, key)));
+    let alike = |name: &str| strsim::jaro_winkler(name, key);
+    let advanced = table.get(ADVANCED).and_then(Value::as_table);
+    let below = advanced.into_iter().flat_map(Table::keys).map(|name| (alike(name), ADVANCED, name));
+    let here = table.keys().map(|name| (alike(name), "", name));
+    let nearest = below.chain(here).max_by(|a, b| a.0.total_cmp(&b.0));
     let place = if path.is_empty() { "at the top".to_owned() } else { format!("in `{path}`") };
-    let hint = nearest.map(|n| format!("; did you mean `{n}`?")).unwrap_or_default();
+    let dot = |section: &str| if section.is_empty() { "" } else { "." };
+    let hint =
+        nearest.map(|(_, s, name)| format!("; did you mean `{s}{}{name}`?", dot(s))).unwrap_or_default();
     Error::Config(format!("{origin}: unknown key `{key}` {place}{hint}"))
 }
 
@@ -351,11 +370,11 @@ mod tests {
 
     #[test]
     fn settings_overlay_and_unknown_keys_name_the_nearest() {
-        let config = Config::default().set("odometry.policy.keyframe_flow_rad=0.03").unwrap();
-        assert_eq!(config.odometry.policy.keyframe_flow_rad, 0.03);
+        let config = Config::default().set("odometry.advanced.policy.keyframe_flow_rad=0.03").unwrap();
+        assert_eq!(config.odometry.advanced.policy.keyframe_flow_rad, 0.03);
         let config = config.set("vehicles.traffic_side=left").unwrap();
         assert_eq!(config.vehicles.traffic_side, TrafficSide::Left);
-        let error = config.set("odometry.policy.keyframe_flow=1").unwrap_err().to_string();
+        let error = config.set("odometry.advanced.policy.keyframe_flow=1").unwrap_err().to_string();
         assert!(error.contains("did you mean `keyframe_flow_rad`?"), "{error}");
         let error = config.overlay("[roda]\nfar_heights = 3.0", "my.toml").unwrap_err().to_string();
         assert!(error.contains("my.toml") && error.contains("`road`"), "{error}");
@@ -363,8 +382,8 @@ mod tests {
         for assignment in [
             "odometry.klt.max_iterations=1000000000",
             "odometry.klt.advanced.pyramid_levels=4000000000",
-            "road.oldest_s=1e300",
-            "road.oldest_s=nan",
+            "road.advanced.oldest_s=1e300",
+            "road.advanced.oldest_s=nan",
             "scale.advanced.smoother.drifts=[0.1, inf, 0.1, 0.1, 0.1, 0.1, 0.1]",
         ] {
             let error = config.set(assignment).unwrap_err().to_string();
@@ -375,8 +394,8 @@ mod tests {
         assert!(config.set("road.far_heights=1").unwrap_err().to_string().contains("more than 4"));
         for (setting, problem) in [
             ("odometry.corners.columns=2", "odometry.corners.columns must lie between 4 and 200"),
-            ("odometry.pose.kernel_px=0", "odometry.pose.kernel_px must be positive"),
-            ("odometry.window.advanced.depth_neighbours=17", "must lie between 1 and 16"),
+            ("odometry.advanced.pose.kernel_px=0", "odometry.advanced.pose.kernel_px must be positive"),
+            ("odometry.advanced.window.depth_neighbours=17", "must lie between 1 and 16"),
             ("road.advanced.height.step=1e-9", "road.advanced.height.step must lie between 0.001 and 0.2"),
             ("road.readout_s=-0.01", "road.readout_s must lie between 0 and 0.2"),
             ("odometry.readout_s=30", "odometry.readout_s must lie between 0 and 0.2"),

@@ -44,8 +44,8 @@ impl Default for OnlineOptions {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AdvancedOnlineOptions {
-    /// Time beyond the longest window after which a frame is forgotten \[s\]: the road looks back less at the begin of the window (`road.oldest_s`). A
-    /// longer one needs more memory.
+    /// Time beyond the longest window after which a frame is forgotten \[s\]: the road looks back less at the begin of the window
+    /// (`road.advanced.oldest_s`). A longer one needs more memory.
     pub forget_after_s: f64,
     /// Way driven between two corrections by places seen again \[m\]: each solves the graph of its keyframes. A shorter one corrects sooner and costs
     /// time.
@@ -113,9 +113,27 @@ pub struct VehicleHeightOptions {
     /// True combines a stated height with the one by cars, by their variances, in drives that are estimated as a whole. Little
     /// changes where the height was measured (`scale.advanced.bias_sigma` is its standard deviation); a wrong one widens the answer.
     pub combined: bool,
+    /// Standard deviation of the logarithm of the mean size of a country's cars, and of a detector's habit to draw boxes large or
+    /// small: KITTI's labelled cars are 6 % smaller than the European models behind the shape prior.
+    pub common_sigma: f64,
+    /// Height from which an unknown one is sought, and the guess where few vehicles or none determine it \[m\]: a dash-cam's in a car.
+    pub guess_m: f64,
+    /// Standard deviation of the logarithm of a guessed height, where vehicles do not determine it: from a low car's 1.1 m to a lorry's 2.5 m.
+    pub guess_sigma: f64,
+    /// Choice of the cars, their scatter, and the comparison with a stated height.
+    pub advanced: AdvancedVehicleHeightOptions,
+}
+
+/// Choice of the cars, their scatter, and the comparison with a stated height.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct AdvancedVehicleHeightOptions {
     /// Cars from which an estimate stands alone. One by fewer is combined with the guess, and has twice the deviation: among so few no outlier is
     /// told from the others.
     pub least_vehicles: usize,
+    /// Factor on the standard deviation where cars are fewer than `least_vehicles`, too few to tell outliers. A guess: a van that passes for a car is
+    /// a quarter larger, two of `vehicle_sigma`.
+    pub few_vehicles_factor: f64,
     /// Cars needed to doubt a stated height.
     pub least_for_disagreement: usize,
     /// Boxes of a car, at least, counted as at most one per correlation time (`vehicles.advanced.correlation_time_s`): half a second. Chosen, not
@@ -128,34 +146,40 @@ pub struct VehicleHeightOptions {
     pub vehicle_sigma: f64,
     /// Standard deviation of the road's slope from the own lane to a car beside it \[rad\]: parallel roads lie higher or lower.
     pub cross_fall_sigma_rad: f64,
-    /// Standard deviation of the logarithm of the mean size of a country's cars, and of a detector's habit to draw boxes large or
-    /// small: KITTI's labelled cars are 6 % smaller than the European models behind the shape prior.
-    pub common_sigma: f64,
     /// Scale of the Cauchy kernel [standard deviations]: vans that pass for cars.
     pub kernel_sigmas: f64,
     /// Deviation from a stated height that is reported [standard deviations].
     pub disagreement_sigmas: f64,
-    /// Height from which an unknown one is sought, and the guess where few vehicles or none determine it \[m\]: a dash-cam's in a car.
-    pub guess_m: f64,
-    /// Standard deviation of the logarithm of a guessed height, where vehicles do not determine it: from a low car's 1.1 m to a lorry's 2.5 m.
-    pub guess_sigma: f64,
+    /// Estimates of an unknown height, each from the one before: sizes are linear in the height only near the right one. Chosen, not measured: more take
+    /// longer and start from worse guesses.
+    pub rounds: usize,
+}
+
+impl Default for AdvancedVehicleHeightOptions {
+    fn default() -> Self {
+        Self {
+            least_vehicles: 3,
+            few_vehicles_factor: 2.0,
+            least_for_disagreement: 8,
+            least_views: 5.0,
+            most_sigma: 0.3,
+            vehicle_sigma: 0.12,
+            cross_fall_sigma_rad: 0.04,
+            kernel_sigmas: 2.0,
+            disagreement_sigmas: 3.0,
+            rounds: 4,
+        }
+    }
 }
 
 impl Default for VehicleHeightOptions {
     fn default() -> Self {
         Self {
             combined: false,
-            least_vehicles: 3,
-            least_for_disagreement: 8,
-            least_views: 5.0,
-            most_sigma: 0.3,
-            vehicle_sigma: 0.12,
-            cross_fall_sigma_rad: 0.04,
             common_sigma: 0.05,
-            kernel_sigmas: 2.0,
-            disagreement_sigmas: 3.0,
             guess_m: 1.5,
             guess_sigma: 0.35,
+            advanced: AdvancedVehicleHeightOptions::default(),
         }
     }
 }
@@ -168,17 +192,33 @@ pub struct DistanceOptions {
     pub speed_sigma: f64,
     /// Relative error that all distances between fixes of GPS share, one standard deviation: errors that last for minutes cancel, slopes and bends leave a rest.
     pub gps_sigma: f64,
-    /// Shorter distances are left out \[m\]: at walking pace a speed says little.
-    pub least_m: f64,
     /// Distance of a GPS antenna from the camera \[m\]; it moves otherwise in bends.
     pub lever_m: f64,
+    /// Standard deviation of the offset between the clocks of frames and sensor where none is stated \[s\]: both begin together. Chosen, not measured: a
+    /// larger one finds greater offsets, and wrong ones in steady drives.
+    pub clock_sigma_s: f64,
+    /// Limits, outliers, and the search of the offset between clocks.
+    pub advanced: AdvancedDistanceOptions,
+}
+
+/// Limits, outliers, and the search of the offset between clocks.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct AdvancedDistanceOptions {
+    /// Shorter distances are left out \[m\]: at walking pace a speed says little.
+    pub least_m: f64,
     /// Scale of the Cauchy kernel [standard deviations]: fixes between houses.
     pub kernel_sigmas: f64,
     /// Deviation from the height that is reported [standard deviations].
     pub disagreement_sigmas: f64,
-    /// Standard deviation of the offset between the clocks of frames and sensor where none is stated \[s\]: both begin together. Chosen, not measured: a
-    /// larger one finds greater offsets, and wrong ones in steady drives.
-    pub clock_sigma_s: f64,
+    /// Steps in which clock offsets are tried \[s\], half a frame at 10 frames/s. Shorter ones take longer and find the offset more exactly.
+    pub clock_step_s: f64,
+}
+
+impl Default for AdvancedDistanceOptions {
+    fn default() -> Self {
+        Self { least_m: 2.0, kernel_sigmas: 2.0, disagreement_sigmas: 3.0, clock_step_s: 0.05 }
+    }
 }
 
 impl Default for DistanceOptions {
@@ -186,11 +226,9 @@ impl Default for DistanceOptions {
         Self {
             speed_sigma: 0.02,
             gps_sigma: 0.005,
-            least_m: 2.0,
             lever_m: 1.5,
-            kernel_sigmas: 2.0,
-            disagreement_sigmas: 3.0,
             clock_sigma_s: 1.0,
+            advanced: AdvancedDistanceOptions::default(),
         }
     }
 }

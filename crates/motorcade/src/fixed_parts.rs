@@ -6,9 +6,6 @@ use image::GrayImage;
 use motorcade_geometry::PinholeCamera;
 use motorcade_perception::{BoundingBox, FixedRegionOptions, FixedRegions, connected_regions};
 
-/// Time between two frames that are used \[ns\].
-const INTERVAL_NS: i64 = 100_000_000;
-
 /// Search for what is fixed to the camera, and its result so far.
 #[derive(Debug, Default)]
 pub(crate) struct FixedParts {
@@ -34,7 +31,8 @@ impl FixedParts {
 
     /// Takes a frame of the drive; the mask is renewed every `least_frames` frames used.
     pub(crate) fn observe(&mut self, image: &GrayImage, timestamp_ns: i64, camera: &PinholeCamera) {
-        let early = self.last_ns.is_some_and(|last| timestamp_ns - last < INTERVAL_NS);
+        let interval_ns = (self.regions.options().interval_s * 1e9).round() as i64;
+        let early = self.last_ns.is_some_and(|last| timestamp_ns - last < interval_ns);
         if self.settled || early || !self.regions.observe(image) {
             return;
         }

@@ -61,7 +61,7 @@ impl FrontEnd {
             scale: ScaleSource::new(settings.camera, &settings.config),
             places: PlaceRecorder::new(&settings.config, settings.external.trajectory.is_none()),
             // An online run has no end at which the estimate would still help.
-            focal: FocalCheck::new(&settings.camera, settings.config.checks.focal_length)
+            focal: FocalCheck::new(&settings.camera, settings.config.checks.advanced.focal_length)
                 .filter(|_| !settings.config.online.enabled),
             record: FrontEndRecord::new(settings),
             away: PutAway::default(),
@@ -120,8 +120,9 @@ impl FrontEnd {
             record.stopwatch.time("places", || places.observe(&candidate, |p| hidden.allows(p)));
         }
         if let Some(road) = &observations.road {
+            let options = &settings.config.perception.advanced.road_below;
             for detection in &mut observations.detections {
-                detection.road_below = road.share_below(&detection.bbox, |p| hidden.allows(p));
+                detection.road_below = road.share_below(&detection.bbox, options, |p| hidden.allows(p));
             }
         }
         self.push(FrameInfo::of(frame), observations);

@@ -64,7 +64,7 @@ pub struct MapUse {
     pub matches: Vec<MapMatch>,
     /// In an online run the first frame (row) that is estimated in the world of the map; `None` before it was met, and of whole drives, which
     /// are estimated in it from their beginning.
-    pub told_from: Option<usize>,
+    pub first_estimated_frame: Option<usize>,
 }
 
 impl MapUse {
@@ -74,7 +74,7 @@ impl MapUse {
             digest: kept.digest.clone(),
             keyframes: kept.map.keyframes.len(),
             matches: Vec::new(),
-            told_from: None,
+            first_estimated_frame: None,
         }
     }
 

@@ -62,6 +62,7 @@ mod result;
 mod revision;
 mod run;
 mod scale_source;
+mod setting_names;
 mod settings;
 mod speeds;
 mod swapped_frames;
@@ -69,16 +70,18 @@ mod timing;
 
 pub use calibration::{CameraCalibration, FocalPrior, Mounting, PriorOrigin, calibrate};
 pub use check_options::{
-    CheckOptions, ClockJumpOptions, PlausibilityOptions, RepeatedFrameOptions, SwappedFrameOptions,
+    AdvancedCheckOptions, CheckOptions, ClockJumpOptions, PlausibilityOptions, RepeatedFrameOptions,
+    SwappedFrameOptions,
 };
 pub use closed_loop::{ClosedLoop, Loops};
-pub use config::{Config, Preset, RunOptions, ScaleOptions, VehicleMask};
+pub use config::{AdvancedScaleOptions, Config, Preset, RunOptions, ScaleOptions, VehicleMask};
 pub use distances::{DistanceSensor, Distances};
 pub use error::{Error, Result};
 pub use estimate::{Estimate, VehicleEstimate};
 pub use estimator::{SlidingEstimator, estimate_drive};
 pub use estimator_options::{
-    AdvancedOnlineOptions, DistanceOptions, OnlineOptions, UnitOptions, VehicleHeightOptions,
+    AdvancedDistanceOptions, AdvancedOnlineOptions, AdvancedVehicleHeightOptions, DistanceOptions,
+    OnlineOptions, UnitOptions, VehicleHeightOptions,
 };
 pub use external::External;
 pub use external_files::ExternalFiles;

@@ -10,11 +10,6 @@ use nalgebra::Matrix6;
 use crate::config::Config;
 use crate::error::{Error, Result};
 
-/// Time between keyframes that the uncertainty of their steps is estimated for \[ns\]: 3.3 m at 10 m/s.
-const STEP_NS: i64 = 330_000_000;
-/// Height of a camera whose map states none that a camera has \[m\].
-const USUAL_HEIGHT_M: f64 = 1.65;
-
 /// Two maps as one.
 #[derive(Clone, Debug)]
 pub struct MergedMap {
@@ -49,8 +44,9 @@ pub fn merge_maps(first: &PlaceMap, second: &PlaceMap, config: &Config) -> Resul
     }
     let mut ego = way(&keyframes[own..], second.height_m, config);
     let before: Vec<Pose<World, Camera>> = ego.frames.iter().map(|f| f.world_from_camera).collect();
-    let report = close_loops(&mut ego, &edges, &config.loops, &config.graph, 1)
-        .map_err(|e| apart(&format!("their graph was not solved ({e})")))?;
+    let report =
+        close_loops(&mut ego, &edges, &config.loops, &config.graph, config.loops.advanced.map_step_s, 1)
+            .map_err(|e| apart(&format!("their graph was not solved ({e})")))?;
     let held: Vec<_> =
         matches.iter().zip(&report.map).filter(|(_, (_, holds))| *holds).map(|(m, _)| m).collect();
     if held.is_empty() {
@@ -97,10 +93,13 @@ fn search(first: &PlaceMap, second: &PlaceMap, free: usize, config: &Config) -> 
 /// The keyframes as a drive; between maps that no place joined nothing was measured.
 fn way(keyframes: &[PlacedKeyframe], height_m: f64, config: &Config) -> EgoTrajectory {
     let poses: Vec<Pose<World, Camera>> = keyframes.iter().map(|k| k.world_from_camera).collect();
-    let times_ns: Vec<i64> = (0..poses.len() as i64).map(|k| k * STEP_NS).collect();
-    let height_m = Some(height_m).filter(|h| HEIGHT_RANGE_M.contains(h)).unwrap_or(USUAL_HEIGHT_M);
-    let advanced = &config.scale.advanced;
-    let odometry = OdometryTrajectory::from_poses(&poses, &times_ns, &config.odometry.external);
+    let step_ns = (config.loops.advanced.map_step_s * 1e9).round() as i64;
+    let times_ns: Vec<i64> = (0..poses.len() as i64).map(|k| k * step_ns).collect();
+    // A map whose camera has a height that none has.
+    let height_m =
+        Some(height_m).filter(|h| HEIGHT_RANGE_M.contains(h)).unwrap_or(config.scale.height.guess_m);
+    let advanced = &config.scale.advanced.metric;
+    let odometry = OdometryTrajectory::from_poses(&poses, &times_ns, &config.odometry.advanced.external);
     let mut ego = EgoTrajectory::metric(&odometry, &[], height_m, advanced.bias_sigma, advanced);
     for (k, pair) in keyframes.windows(2).enumerate() {
         if pair[0].segment != pair[1].segment {

@@ -69,9 +69,9 @@ impl MotionSource {
     pub(crate) fn external(trajectory: &ExternalTrajectory, options: &OdometryOptions) -> Self {
         Self::External {
             poses: trajectory.unit_poses(),
-            trajectory: OdometryTrajectory::from_poses(&[], &[], &options.external),
+            trajectory: OdometryTrajectory::from_poses(&[], &[], &options.advanced.external),
             pyramid_levels: options.klt.advanced.pyramid_levels,
-            options: options.external,
+            options: options.advanced.external,
         }
     }
     pub(crate) fn process(

@@ -131,7 +131,7 @@ impl Motorcade {
             front_end.skip(frame.number, frame.timestamp_ns, "repeats the frame before".to_owned());
             return Ok(());
         }
-        let checks = &settings.config.checks.pictures;
+        let checks = &settings.config.checks.advanced.pictures;
         front_end.record_mut().stopwatch.time("picture checks", || {
             pictures.observe(&gray, frame.number, frame.timestamp_ns, checks);
         });
@@ -148,7 +148,7 @@ impl Motorcade {
         if !self.settings.config.run.fixed_regions {
             return;
         }
-        let mut regions = FixedRegions::new(self.settings.config.perception.fixed);
+        let mut regions = FixedRegions::new(self.settings.config.perception.advanced.fixed);
         for image in images {
             regions.observe(&image);
         }
@@ -246,7 +246,7 @@ impl Motorcade {
             .chain(self.front_end.describe_shifts())
             .chain(self.front_end.describe_renewals())
             .chain(self.front_end.describe_mirror())
-            .chain(self.front_end.check_focal_length(&self.settings.config.checks.focal_length))
+            .chain(self.front_end.check_focal_length(&self.settings.config.checks.advanced.focal_length))
             .collect();
         found.iter().for_each(|text| progress.warn(text));
         self.front_end.record_mut().warnings.extend(found);
@@ -417,8 +417,9 @@ impl MotorcadeBuilder {
         })?;
         camera.validate().map_err(|e| Error::Config(e.to_string()))?;
         config.validate().map_err(Error::Config)?;
-        let bias_sigma = &mut config.scale.advanced.bias_sigma;
-        *bias_sigma = bias_sigma.hypot(focal_sigma);
+        let metric = &mut config.scale.advanced.metric;
+        metric.bias_sigma = metric.bias_sigma.hypot(focal_sigma);
+        metric.profile.reach_heights = config.road.far_heights;
         let in_metres = external.trajectory.as_ref().is_some_and(|trajectory| trajectory.metric);
         if external.distances.is_some() && (in_metres || !config.scale.smoothed) {
             return Err(Error::Config(
@@ -438,13 +439,13 @@ impl MotorcadeBuilder {
             front_end.trust_focal_length();
         }
         front_end.record_mut().detects_vehicles |= perception.detects_vehicles();
-        let checks = &settings.config.checks;
+        let checks = &settings.config.checks.advanced;
         let doubts = plausibility::of_camera(&settings.camera, settings.height_m, &checks.plausibility);
         front_end.record_mut().warnings.extend(doubts);
-        let repeated = RepeatedFrames::new(checks.repeated_frames);
+        let (repeated, pictures) = (RepeatedFrames::new(checks.repeated_frames), PictureFaults::default());
         let sliding = SlidingEstimator::new(&settings);
-        let fixed = FixedParts::new(settings.config.run.fixed_regions, settings.config.perception.fixed);
-        let pictures = PictureFaults::default();
+        let Config { run, perception: detectors, .. } = &settings.config;
+        let fixed = FixedParts::new(run.fixed_regions, detectors.advanced.fixed);
         Ok(Motorcade { settings, perception, front_end, fixed, repeated, pictures, sliding })
     }
 }

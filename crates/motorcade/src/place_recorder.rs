@@ -69,9 +69,11 @@ impl PlaceRecorder {
         let far = match candidate.plane {
             // |m| is 1 over the camera's height.
             Some(plane) => step.translation().norm() * plane.norm() >= self.options.spacing_heights,
-            None => (candidate.timestamp_ns - last.timestamp_ns) as f64 * 1e-9 >= self.options.spacing_s,
+            None => {
+                (candidate.timestamp_ns - last.timestamp_ns) as f64 * 1e-9 >= self.options.advanced.spacing_s
+            }
         };
-        far || step.rotation().angle() >= self.options.spacing_rad
+        far || step.rotation().angle() >= self.options.advanced.spacing_rad
     }
 
     /// The keyframes so far.

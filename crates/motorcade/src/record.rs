@@ -30,8 +30,14 @@ impl FrameInfo {
 
 /// Mean interval of frames \[s\]; a tenth of a second where there are not two, or their times do not grow.
 pub(crate) fn mean_interval_s(frames: &[FrameInfo]) -> f64 {
-    let ends = frames.first().zip(frames.last()).map(|(first, last)| last.timestamp_ns - first.timestamp_ns);
-    ends.filter(|ns| *ns > 0).map_or(0.1, |ns| ns as f64 * 1e-9 / (frames.len() - 1) as f64)
+    let ends = frames.first().zip(frames.last());
+    mean_interval_between(ends.map(|(first, last)| [first.timestamp_ns, last.timestamp_ns]), frames.len())
+}
+
+/// The same by the times of the first and the last of some frames \[ns\].
+pub(crate) fn mean_interval_between(ends: Option<[i64; 2]>, frames: usize) -> f64 {
+    let duration_ns = ends.map(|[first_ns, last_ns]| last_ns - first_ns).filter(|ns| *ns > 0);
+    duration_ns.map_or(0.1, |ns| ns as f64 * 1e-9 / (frames - 1) as f64)
 }
 
 /// Output of the front end over a drive. `frames`, `detections` and `keypoints` have one entry a frame.

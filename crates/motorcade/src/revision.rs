@@ -21,7 +21,7 @@ pub struct Revision {
     /// Keyframes that see a place of the kept map; `None` in runs without one. With any of them the corrected world is that of the map.
     pub by_map: Option<usize>,
     /// Difference between this frame's pose with and without the correction.
-    pub corrected_from_told: Pose<World, World>,
+    pub corrected_from_reported: Pose<World, World>,
     /// Keyframes that stand elsewhere than reported last.
     pub keyframes: Vec<RevisedKeyframe>,
 }
@@ -38,7 +38,7 @@ pub struct RevisedKeyframe {
 }
 
 impl Revision {
-    /// One line of JSON: `revision`, `frame`, `time_s`, `loops`, `corrected_from_told`, `keyframes`; `map` in runs with a kept map.
+    /// One line of JSON: `revision`, `frame`, `time_s`, `loops`, `corrected_from_reported`, `keyframes`; `map` in runs with a kept map.
     pub fn to_json(&self) -> String {
         let keyframe = |k: &RevisedKeyframe| {
             let mut out = estimate::pose(&k.world_from_camera, &k.covariance);
@@ -46,13 +46,13 @@ impl Revision {
             out
         };
         let keyframes: Vec<Value> = self.keyframes.iter().map(keyframe).collect();
-        let (t, q) = (self.corrected_from_told.translation(), self.corrected_from_told.rotation());
+        let (t, q) = (self.corrected_from_reported.translation(), self.corrected_from_reported.rotation());
         let mut line = json!({
             "revision": self.number,
             "frame": self.frame.number,
             "time_s": estimate::rounded(self.frame.timestamp_ns as f64 * 1e-9),
             "loops": {"closed": self.closed, "switched_off": self.switched_off},
-            "corrected_from_told": {
+            "corrected_from_reported": {
                 "position_m": ([t.x, t.y, t.z].map(estimate::rounded)),
                 "orientation_xyzw": ([q.i, q.j, q.k, q.w].map(estimate::rounded)),
             },

@@ -110,26 +110,26 @@ pub fn push_sequence(
     Ok(())
 }
 
-/// Frames looked through for what is fixed to the camera.
-const SURVEYED: usize = 150;
-
 /// Looks through the first frames of a sequence for what is fixed to the camera ([`Motorcade::survey`]): for drives that are
 /// estimated as a whole.
 pub fn survey_sequence(slam: &mut Motorcade, sequence: &Sequence, progress: &dyn Progress) {
-    slam.survey(surveyed(sequence, progress));
+    let options = slam.settings().config.perception.advanced.fixed;
+    slam.survey(surveyed(sequence, &options, progress));
 }
 
 /// Pictures from all over the first frames of a sequence; fewer when the progress is cancelled.
 pub(crate) fn surveyed<'a>(
     sequence: &Sequence,
+    options: &FixedRegionOptions,
     progress: &'a dyn Progress,
 ) -> impl Iterator<Item = Cow<'static, GrayImage>> + use<'a> {
     let stop = move || progress.cancelled();
-    let every = sequence.len().min(SURVEYED).div_ceil(FixedRegionOptions::default().most_frames).max(1);
+    let surveyed = options.surveyed_frames;
+    let every = sequence.len().min(surveyed).div_ceil(options.most_frames).max(1);
     let mut frames = sequence.frames();
     let mut number = 0;
     std::iter::from_fn(move || {
-        while number < SURVEYED && !stop() {
+        while number < surveyed && !stop() {
             let frame = frames.next_unless(&stop)?;
             number += 1;
             if let (Ok(frame), true) = (frame, (number - 1).is_multiple_of(every)) {

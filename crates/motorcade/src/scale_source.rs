@@ -60,7 +60,7 @@ impl ScaleSource {
             let options = ClosedFormOptions {
                 farthest_heights: scale.farthest_m / PAPER_HEIGHT_M,
                 average: scale.average,
-                advanced: scale.matching,
+                advanced: scale.advanced.matching,
             };
             ClosedFormScale::new(camera, options)
         };
@@ -170,10 +170,10 @@ pub(crate) fn ego(
     config: &Config,
 ) -> EgoTrajectory {
     if metric {
-        EgoTrajectory::metric(odometry, measurements, height_m, 0.0, &config.scale.advanced)
+        EgoTrajectory::metric(odometry, measurements, height_m, 0.0, &config.scale.advanced.metric)
     } else if config.scale.smoothed {
-        EgoTrajectory::new(odometry, measurements, height_m, &config.scale.advanced)
+        EgoTrajectory::new(odometry, measurements, height_m, &config.scale.advanced.metric)
     } else {
-        EgoTrajectory::unsmoothed(odometry, measurements, height_m, &config.scale.advanced)
+        EgoTrajectory::unsmoothed(odometry, measurements, height_m, &config.scale.advanced.metric)
     }
 }

@@ -37,14 +37,14 @@ pub fn odometry() -> Vec<Variant> {
         ),
         ("road aligned, normal (0, -1, 0), smoothed", &["road.free_normal=false"]),
         ("road aligned, normal free, each frame alone", &["scale.smoothed=false"]),
-        ("default without the road inside the adjustment", &["odometry.window.road_scale=false"]),
-        ("default without points on the road plane", &["odometry.window.road_plane=false"]),
-        ("default, vehicles of the earlier picture taken for road", &["road.both_pictures=false"]),
+        ("default without the road inside the adjustment", &["odometry.advanced.window.road_scale=false"]),
+        ("default without points on the road plane", &["odometry.advanced.window.road_plane=false"]),
+        ("default, vehicles of the earlier picture taken for road", &["road.advanced.both_pictures=false"]),
         ("default without a road mask", &["run.road_mask=false"]),
         ("default, all vehicles masked", &["run.vehicle_mask=all"]),
         ("default, no vehicle masked", &["run.vehicle_mask=none"]),
         ("default without the multi-object graph", &["graph.enabled=false"]),
-        ("default, a keyframe every 1.2°", &["odometry.policy.keyframe_flow_rad=0.0209"]),
+        ("default, a keyframe every 1.2°", &["odometry.advanced.policy.keyframe_flow_rad=0.0209"]),
     ];
     out.extend(rest.map(|(name, set)| variant(name, Preset::Default, set)));
     out
@@ -58,9 +58,9 @@ pub fn graph() -> Vec<Variant> {
         variant("default, camera held", Preset::Default, &["graph.camera=held"]),
         variant("default, lengths held", Preset::Default, &["graph.camera=lengths_held"]),
         variant("default, camera free", Preset::Default, &["graph.camera=free"]),
-        variant("default, sizes not shared", Preset::Default, &["graph.shared_size=false"]),
-        variant("default, started by the front end", Preset::Default, &["graph.medoid_start=false"]),
-        variant("default, covariances as measured", Preset::Default, &["graph.variance_rounds=0"]),
+        variant("default, sizes not shared", Preset::Default, &["graph.advanced.shared_size=false"]),
+        variant("default, started by the front end", Preset::Default, &["graph.advanced.medoid_start=false"]),
+        variant("default, covariances as measured", Preset::Default, &["graph.advanced.variance_rounds=0"]),
     ]);
     for share in ["1.0", "2.0", "8.0"] {
         let set = format!("graph.correlation_time_s={share}");
@@ -80,15 +80,15 @@ pub fn graph() -> Vec<Variant> {
         }
     }
     for limit in [15, 25, 35, 60] {
-        let set = format!("graph.near_limit_m={limit}");
+        let set = format!("graph.advanced.near_limit_m={limit}");
         out.push(variant(format!("paper, near limit {limit} m"), Preset::Paper, &[&set]));
     }
     for kernel in ["none", "huber", "geman_mc_clure", "dcs"] {
-        let set = format!("graph.kernel={kernel}");
+        let set = format!("graph.advanced.kernel={kernel}");
         out.push(variant(format!("default, kernel {kernel}"), Preset::Default, &[&set]));
     }
     for scale in ["3.5", "10.0"] {
-        let set = format!("graph.kernel_scale={scale}");
+        let set = format!("graph.advanced.kernel_scale={scale}");
         out.push(variant(format!("default, Cauchy at {scale} σ"), Preset::Default, &[&set]));
     }
     out

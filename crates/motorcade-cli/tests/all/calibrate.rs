@@ -80,8 +80,7 @@ fn exif_is_a_prior_of_the_focal_length() {
     let path = |name: &str| folder.path().join(name);
     with_exif(&path("frames"), &path("pictures"), 30);
     // The drive is straight: what is known before decides, and says how well.
-    let calibrate =
-        "calibrate pictures --fps 10 --models none --progress none --set calibration.exif_film_sigma";
+    let calibrate = "calibrate pictures --fps 10 --models none --progress none --set calibration.advanced.exif_film_sigma";
     let said =
         answer(folder.path(), &format!("{calibrate}=0.04 --out found.toml")).expect(0, &[]).stdout.clone();
     assert!(said.contains("by EXIF FocalLengthIn35mmFilm (30 mm)"), "{said}");

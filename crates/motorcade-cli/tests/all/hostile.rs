@@ -73,7 +73,7 @@ fn absurd_numbers_are_named() {
         ("--set odometry.klt.max_iterations=1000000000", 1, "odometry.klt.max_iterations"),
         ("--set odometry.klt.max_iterations=1e9", 1, "odometry.klt.max_iterations"),
         ("--set road.advanced.height.step=1e-9", 1, "road.advanced.height.step"),
-        ("--set road.oldest_s=1e300", 1, "road.oldest_s"),
+        ("--set road.advanced.oldest_s=1e300", 1, "road.advanced.oldest_s"),
         ("--frames 18446744073709551614..", 1, "18446744073709551614"),
     ] {
         let usual = if more.contains("--height") { RUN.replace("--height 1.5", "") } else { RUN.to_owned() };

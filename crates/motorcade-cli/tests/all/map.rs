@@ -59,7 +59,7 @@ fn an_online_run_is_in_the_world_of_the_map_from_the_frame_it_is_met() {
     assert!(revision["map"]["matches"].as_u64().unwrap() >= 5, "{revision}");
     let again = record(&at.join("again"));
     assert!(again["map"]["matches"].as_u64().unwrap() >= 5, "{}", again["map"]);
-    assert_eq!(again["map"]["told_from"], revision["frame"]);
+    assert_eq!(again["map"]["first_estimated_frame"], revision["frame"]);
     let z_m = |line: &serde_json::Value| line["camera"]["position_m"][2].as_f64().unwrap();
     let last = lines.iter().rev().find(|line| line["frame"] == 57).unwrap();
     let poses = fs::read_to_string(at.join("first/ego.kitti.txt")).unwrap();

@@ -3,21 +3,18 @@
 use motorcade_dataset::Geodetic;
 use nalgebra::{Matrix2x4, Matrix4, Vector2, Vector3};
 
-use super::{Alignment, Fit, Fix, LevelTrajectory, independent, turned};
+use super::{AlignOptions, Alignment, Fit, Fix, LevelTrajectory, independent, turned};
 use crate::anchor::Anchor;
-
-/// Half of the interval over which a velocity is taken \[s\].
-const HALF_S: f64 = 0.25;
 
 /// The result of a fit with its standard deviations: from the information of the fixes about heading, start and clock together (on a
 /// bend at constant speed they cannot be told apart), those near in time counted as one, and the larger of what the file says and
 /// what the residuals show. The clock was known with the standard deviation `prior_s`.
 pub(super) fn with_deviations(
     trajectory: &LevelTrajectory,
-    fixes: &[Fix],
-    origin: &Geodetic,
+    (fixes, origin): (&[Fix], &Geodetic),
     fit: &Fit,
     prior_s: f64,
+    options: &AlignOptions,
 ) -> Alignment {
     let at = |k: usize| trajectory.at(fixes[k].time_s - fit.offset_s).unwrap_or_default();
     let sum: f64 = fit.weights.iter().sum();
@@ -29,10 +26,10 @@ pub(super) fn with_deviations(
     let one = mean(&|k| fixes[k].sigma).max(rms_m / 2_f64.sqrt());
     let mut information = Matrix4::zeros();
     for (k, w) in fit.used.iter().zip(&fit.weights) {
-        let rows = jacobian(trajectory, &fixes[*k], fit);
+        let rows = jacobian(trajectory, &fixes[*k], fit, options.half_velocity_s);
         information += rows.transpose() * rows * (w / sum);
     }
-    information *= independent(fixes, &fit.used) / (one * one);
+    information *= independent(fixes, &fit.used, options) / (one * one);
     information[(3, 3)] += 1.0 / (prior_s * prior_s).max(1e-9);
     let covariance = information.try_inverse().unwrap_or_else(|| Matrix4::identity() * f64::INFINITY);
     let sigma = |k: usize| covariance[(k, k)].max(0.0).sqrt();
@@ -52,11 +49,11 @@ pub(super) fn with_deviations(
 }
 
 /// Derivative of the place of the camera at the time of a fix by heading \[rad\], start \[m\] and clock offset \[s\].
-fn jacobian(trajectory: &LevelTrajectory, fix: &Fix, fit: &Fit) -> Matrix2x4<f64> {
+fn jacobian(trajectory: &LevelTrajectory, fix: &Fix, fit: &Fit, half_s: f64) -> Matrix2x4<f64> {
     let time_s = fix.time_s - fit.offset_s;
     let at = trajectory.at(time_s).unwrap_or_default().xy();
-    let (before, after) = (trajectory.at(time_s - HALF_S), trajectory.at(time_s + HALF_S));
-    let velocity = before.zip(after).map_or_else(Vector2::zeros, |(a, b)| (b - a).xy() / (2.0 * HALF_S));
+    let (before, after) = (trajectory.at(time_s - half_s), trajectory.at(time_s + half_s));
+    let velocity = before.zip(after).map_or_else(Vector2::zeros, |(a, b)| (b - a).xy() / (2.0 * half_s));
     let by_heading = turned(&at, fit.heading + std::f64::consts::FRAC_PI_2);
     let by_clock = -turned(&velocity, fit.heading);
     Matrix2x4::new(by_heading.x, 1.0, 0.0, by_clock.x, by_heading.y, 0.0, 1.0, by_clock.y)

@@ -58,7 +58,7 @@ fn about(wrong_s: f64, sigma_s: f64) -> ClockOffset {
 #[test]
 fn heading_place_and_clock_are_found_among_outliers() {
     let run = run();
-    let found = align(&run, &track(&run, 1.0), None).unwrap();
+    let found = align(&run, &track(&run, 1.0), None, &AlignOptions::default()).unwrap();
     let (position_sigma, heading_sigma) = found.anchor.sigma.unwrap();
     let first =
         crate::Placed::new(&run, found.anchor).unwrap().place(&run.frames[0].world_from_camera.translation());
@@ -77,7 +77,7 @@ fn without_noise_it_is_exact() {
     let mut exact = track(&run, 0.0);
     exact.points =
         exact.points.into_iter().enumerate().filter(|(k, _)| k % 12 != 7).map(|(_, p)| p).collect();
-    let found = align(&run, &exact, Some(about(-1.0, 2.0))).unwrap();
+    let found = align(&run, &exact, Some(about(-1.0, 2.0)), &AlignOptions::default()).unwrap();
     assert!(found.rms_m < 0.05, "{}", found.rms_m);
     assert!((found.anchor.heading_deg - 315.0).abs() < 0.05, "{}", found.anchor.heading_deg);
 }
@@ -86,8 +86,9 @@ fn without_noise_it_is_exact() {
 fn what_does_not_fit_is_refused() {
     let run = run();
     let track = track(&run, 1.0);
-    let message =
-        |run: &RecordedRun, track: &GpsTrack, known| align(run, track, known).unwrap_err().to_string();
+    let message = |run: &RecordedRun, track: &GpsTrack, known| {
+        align(run, track, known, &AlignOptions::default()).unwrap_err().to_string()
+    };
     assert!(
         message(&run, &track, Some(ClockOffset { offset_s: 0.0, sigma_s: 1.0 })).contains("clock offset")
     );
@@ -111,10 +112,13 @@ fn what_the_fixes_cannot_tell_apart_is_wide() {
         frame.world_from_camera =
             Pose::from_parts(UnitQuaternion::from_axis_angle(&Vector3::y_axis(), turn), at);
     }
-    let message = align(&circle, &track(&circle, 1.0), Some(about(1.0, 3.0))).unwrap_err().to_string();
+    let message = align(&circle, &track(&circle, 1.0), Some(about(1.0, 3.0)), &AlignOptions::default())
+        .unwrap_err()
+        .to_string();
     assert!(message.contains("give the clock offset"), "{message}");
     // 10 m/s and 11.5 degrees a second.
-    let found = align(&circle, &track(&circle, 1.0), Some(about(0.3, 0.3))).unwrap();
+    let found =
+        align(&circle, &track(&circle, 1.0), Some(about(0.3, 0.3)), &AlignOptions::default()).unwrap();
     let (position_sigma, heading_sigma) = found.anchor.sigma.unwrap();
     assert!((0.2..0.4).contains(&found.clock_sigma_s), "{}", found.clock_sigma_s);
     assert!(position_sigma > 2.5 && heading_sigma > 2.5, "{position_sigma} {heading_sigma}");

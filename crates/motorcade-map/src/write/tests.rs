@@ -6,7 +6,7 @@ use motorcade_testing::{CAMERA, CAMERA_HEIGHT_M};
 use nalgebra::{Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3};
 
 use super::*;
-use crate::{Anchor, Scenario};
+use crate::{Anchor, Scenario, ScenarioOptions};
 
 /// Ten frames straight ahead at 10 m/s; from the fourth to the eighth a car 20 m ahead of the camera, which drives as fast.
 fn run() -> RecordedRun {
@@ -108,7 +108,7 @@ fn oxts_has_thirty_columns_in_their_units() {
 #[test]
 fn a_scenario_has_rear_axles_on_the_road_and_vehicles_for_the_time_they_are_seen() {
     let run = run();
-    let text = xosc(&Scenario::new(&placed(&run, Some(1e9)), 1.5));
+    let text = xosc(&Scenario::new(&placed(&run, Some(1e9)), 1.5, &ScenarioOptions::default()));
     assert!(text.contains(r#"date="2001-09-09T01:46:45.000Z""#));
     assert!(text.contains(r#"<Vehicle name="Van 7" vehicleCategory="van">"#));
     // 23 m ahead, its rear axle 0.3 of 5 m behind its middle; on the road, which is the origin's height; heading north.

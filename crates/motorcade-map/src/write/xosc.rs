@@ -45,7 +45,7 @@ fn entity(xml: &mut Xml, actor: &Actor) {
                 &[("maxSpeed", "70"), ("maxAcceleration", "10"), ("maxDeceleration", "10")],
             );
             xml.element("Axles", &[], |xml| {
-                axle(xml, "FrontAxle", "0.5", actor.wheelbase_m(), actor);
+                axle(xml, "FrontAxle", "0.5", actor.wheelbase_m, actor);
                 axle(xml, "RearAxle", "0", 0.0, actor);
             });
             xml.empty("Properties", &[]);

@@ -55,7 +55,7 @@ pub(crate) fn is_static(vehicle: &VehicleTrajectory, options: &GraphOptions) -> 
 
 /// True when all measurements of a vehicle share one variable for the scale of its size.
 pub(crate) fn shares_size(options: &GraphOptions) -> bool {
-    options.shared_size && !options.constant_weights
+    options.advanced.shared_size && !options.constant_weights
 }
 
 /// Information matrix of the paper's constant weights (eq. 15), Ω̄ = λ Ω with Ω = I.

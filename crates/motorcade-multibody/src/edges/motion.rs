@@ -67,7 +67,7 @@ pub(super) fn road_plane_steps(
     let mut out: Vec<Edge> = Vec::new();
     for (w, pair) in nodes.windows(2).zip(vehicle.states.windows(2)) {
         let (Some((a, _)), Some((b, seen))) = (place(&pair[0]), place(&pair[1])) else { continue };
-        let far = seen.camera_from_vehicle.translation().z > options.near_limit_m;
+        let far = seen.camera_from_vehicle.translation().z > options.advanced.near_limit_m;
         let lambda = if far { options.lambda_trusted } else { options.lambda_doubted };
         let step = *(a.inverse() * b).isometry();
         out.push(Edge::fixed(Between::new(w[0], w[1], step, weighted(lambda))?)); // (15)

@@ -108,7 +108,7 @@ fn measurement(
 ) -> Result<Edge, GraphError> {
     let (options, pose) = (context.options, *fused.camera_from_vehicle.isometry());
     if options.constant_weights {
-        let near = pose.translation.vector.z <= options.near_limit_m;
+        let near = pose.translation.vector.z <= options.advanced.near_limit_m;
         let lambda = if near { options.lambda_trusted } else { options.lambda_doubted };
         return Ok(Edge::fixed(Between::new(camera, vehicle, pose, weighted(lambda))?)); // (15)
     }

@@ -15,7 +15,7 @@ use crate::options::GraphOptions;
 
 /// Corrects a trajectory by edges between visits of the same places. Edges are switched off by graduated non-convexity where the others
 /// and the odometry contradict them (Yang et al., RA-L 2020), after the odometry's covariance was enlarged to what most of them show. Poses and covariances are written back; the road, which is known relative to
-/// the camera, moves with it. Without edges nothing changes. Where no edge to a map holds, the world stays that of the drive.
+/// the camera, moves with it. `interval_s` is the mean interval of the trajectory's frames. Without edges nothing changes. Where no edge to a map holds, the world stays that of the drive.
 ///
 /// # Errors
 /// A graph that cannot be solved, edges to frames that there are not. The trajectory then stays as it was.
@@ -24,6 +24,7 @@ pub fn close_loops(
     edges: &PlaceEdges,
     options: &LoopOptions,
     graph_options: &GraphOptions,
+    interval_s: f64,
     threads: usize,
 ) -> Result<LoopReport, GraphError> {
     if edges.is_empty() {
@@ -39,14 +40,14 @@ pub fn close_loops(
     let odometry = graph.add_group();
     for (nodes, frames) in cameras.windows(2).zip(ego.frames.windows(2)) {
         let step = frames[0].world_from_camera.inverse() * frames[1].world_from_camera;
-        let information = steps::information(&frames[1], &step, options, graph_options);
+        let information = steps::information(&frames[1], &step, options, graph_options, interval_s);
         let id = graph.add_factor(Between::new(nodes[0], nodes[1], *step.isometry(), information)?)?;
         if frames[1].step_measured {
             graph.assign(id, odometry)?;
         }
     }
     let group = graph.add_group();
-    let kernel = RobustKernel::GemanMcClure(options.kernel_scale);
+    let kernel = RobustKernel::GemanMcClure(options.advanced.kernel_scale);
     let node = |frame: usize| {
         let size = GraphError::Size { what: "frames of a loop", expected: cameras.len(), found: frame };
         cameras.get(frame).copied().ok_or(size)
@@ -64,14 +65,15 @@ pub fn close_loops(
         graph.assign(id, group)?;
         ids.push(id);
     }
-    let solver = Options { max_iterations: graph_options.max_iterations, threads, ..Options::default() };
+    let solver =
+        Options { max_iterations: graph_options.advanced.max_iterations, threads, ..Options::default() };
     graph.set_scale(group, LossScale::convexity(f64::INFINITY))?;
     let odometry_factor = loosen::odometry(&mut graph, odometry, &ids, options, &solver)?;
-    let schedule = GraduateOptions { c: options.kernel_scale, ..GraduateOptions::default() };
+    let schedule = GraduateOptions { c: options.advanced.kernel_scale, ..GraduateOptions::default() };
     graduate(&mut graph, group, &solver, &schedule, &Control::default())?;
     let mut weights: Vec<f64> =
         ids.iter().map(|id| graph.loss(*id).map(|l| l.weight)).collect::<Result<_, _>>()?;
-    let holds = |weight: &f64| *weight >= options.least_weight;
+    let holds = |weight: &f64| *weight >= options.advanced.least_weight;
     let map: Vec<(f64, bool)> =
         weights.split_off(edges.loops.len()).into_iter().map(|w| (w, holds(&w))).collect();
     let met = edges.map.iter().zip(&map).filter(|(_, (_, holds))| *holds);
@@ -79,7 +81,7 @@ pub fn close_loops(
     if !edges.map.is_empty() && met.is_empty() {
         // The map was the only anchor of that graph.
         let own = PlaceEdges { loops: edges.loops.clone(), map: Vec::new() };
-        let report = close_loops(ego, &own, options, graph_options, threads)?;
+        let report = close_loops(ego, &own, options, graph_options, interval_s, threads)?;
         return Ok(LoopReport { map, ..report });
     }
     let closed = weights.iter().map(holds).collect();

@@ -97,8 +97,9 @@ fn factor(
     covariance: &Matrix6<f64>,
     options: &LoopOptions,
 ) -> Result<Between, GraphError> {
-    let [turn, place] = [options.least_sigma_rad, options.least_sigma_m].map(|sigma| sigma * sigma);
+    let [turn, place] =
+        [options.advanced.least_sigma_rad, options.advanced.least_sigma_m].map(|sigma| sigma * sigma);
     let least = Matrix6::from_diagonal(&[turn, turn, turn, place, place, place].into());
-    let inflated = covariance * options.correlation + least;
+    let inflated = covariance * options.advanced.correlation + least;
     Between::new(later, earlier, *later_from_earlier.isometry(), inverse(&inflated))
 }

@@ -11,6 +11,14 @@ pub struct LoopOptions {
     /// Way between keyframes of places \[camera heights\]: 2 are 3.3 m under a car's camera. Shorter finds places a little more often;
     /// memory and time grow in proportion.
     pub spacing_heights: f64,
+    /// Keyframes, gates, weights, and agreement of edges with the odometry and with each other.
+    pub advanced: AdvancedLoopOptions,
+}
+
+/// Keyframes, gates, weights, and agreement of edges with the odometry and with each other.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct AdvancedLoopOptions {
     /// Rotation after which a keyframe is taken all the same \[rad\].
     pub spacing_rad: f64,
     /// Time between keyframes where the camera's height in units of the odometry is not known yet \[s\].
@@ -36,17 +44,8 @@ pub struct LoopOptions {
     /// Largest factor on the covariance of the odometry, which grows until `agreeing_share` of the edges agree with the corrected trajectory: a bias of
     /// heading adds up to more than independent errors of steps. Larger closes loops after more drift.
     pub most_odometry_factor: f64,
-    /// Longest correlation of errors of scale \[frames\]: 20 s at ten frames a second. In frames, as the correlation from frame to frame is that of the
-    /// frame rate at hand. Chosen, not measured: a larger one lets loops change the scale more.
-    pub most_correlated_frames: f64,
-    /// Agreement of edges with the odometry and with each other.
-    pub advanced: AdvancedLoopOptions,
-}
-
-/// Agreement of edges with the odometry and with each other.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct AdvancedLoopOptions {
+    /// Longest correlation of errors of scale \[s\]. Chosen, not measured: a larger one lets loops change the scale more.
+    pub most_correlated_s: f64,
     /// Share of the edges that must agree with the corrected trajectory. Chosen, not measured: a larger one trusts the odometry less where single
     /// edges are false, a smaller one leaves true edges out.
     pub agreeing_share: f64,
@@ -61,25 +60,14 @@ pub struct AdvancedLoopOptions {
     /// Distance between where an edge puts a camera and where a start of a map has it, beyond which the edge speaks no more against that start
     /// \[m\]. Chosen, not measured: a larger one gives false edges more weight, a smaller one takes true edges for false in a map that drifts.
     pub elsewhere_m: f64,
+    /// Time between keyframes of a map that is joined with another one \[s\], by which the uncertainty of their steps is estimated: 3.3 m at 10 m/s.
+    /// Chosen, not measured: maps do not hold the times of their keyframes. A longer one lets the second map bend more.
+    pub map_step_s: f64,
 }
 
 impl Default for AdvancedLoopOptions {
     fn default() -> Self {
         Self {
-            agreeing_share: 0.9,
-            agreeing_chi2: 10.64,
-            agreeing_margin: 4.0,
-            least_growth: 2.0,
-            elsewhere_m: 10.0,
-        }
-    }
-}
-
-impl Default for LoopOptions {
-    fn default() -> Self {
-        Self {
-            enabled: true,
-            spacing_heights: 2.0,
             spacing_rad: 0.15,
             spacing_s: 0.4,
             gate_m: 3.0,
@@ -91,9 +79,20 @@ impl Default for LoopOptions {
             least_sigma_m: 0.03,
             break_inflation: 25.0,
             most_odometry_factor: 1e4,
-            most_correlated_frames: 200.0,
-            advanced: AdvancedLoopOptions::default(),
+            most_correlated_s: 20.0,
+            agreeing_share: 0.9,
+            agreeing_chi2: 10.64,
+            agreeing_margin: 4.0,
+            least_growth: 2.0,
+            elsewhere_m: 10.0,
+            map_step_s: 0.33,
         }
+    }
+}
+
+impl Default for LoopOptions {
+    fn default() -> Self {
+        Self { enabled: true, spacing_heights: 2.0, advanced: AdvancedLoopOptions::default() }
     }
 }
 
@@ -103,40 +102,42 @@ impl LoopOptions {
     /// # Errors
     /// Name and range of that setting.
     pub fn validate(&self) -> Result<(), String> {
+        let advanced = &self.advanced;
         for (name, value) in [
             ("spacing_heights", self.spacing_heights),
-            ("spacing_rad", self.spacing_rad),
-            ("spacing_s", self.spacing_s),
-            ("gate_m", self.gate_m),
-            ("kernel_scale", self.kernel_scale),
-            ("least_sigma_rad", self.least_sigma_rad),
-            ("least_sigma_m", self.least_sigma_m),
-            ("advanced.agreeing_chi2", self.advanced.agreeing_chi2),
-            ("advanced.agreeing_margin", self.advanced.agreeing_margin),
-            ("advanced.elsewhere_m", self.advanced.elsewhere_m),
+            ("advanced.spacing_rad", advanced.spacing_rad),
+            ("advanced.spacing_s", advanced.spacing_s),
+            ("advanced.gate_m", advanced.gate_m),
+            ("advanced.kernel_scale", advanced.kernel_scale),
+            ("advanced.least_sigma_rad", advanced.least_sigma_rad),
+            ("advanced.least_sigma_m", advanced.least_sigma_m),
+            ("advanced.most_correlated_s", advanced.most_correlated_s),
+            ("advanced.map_step_s", advanced.map_step_s),
+            ("advanced.agreeing_chi2", advanced.agreeing_chi2),
+            ("advanced.agreeing_margin", advanced.agreeing_margin),
+            ("advanced.elsewhere_m", advanced.elsewhere_m),
         ] {
             if !(value.is_finite() && value > 0.0) {
                 return Err(format!("loops.{name} must be positive"));
             }
         }
         for (name, value) in [
-            ("correlation", self.correlation),
-            ("break_inflation", self.break_inflation),
-            ("most_odometry_factor", self.most_odometry_factor),
-            ("most_correlated_frames", self.most_correlated_frames),
+            ("advanced.correlation", advanced.correlation),
+            ("advanced.break_inflation", advanced.break_inflation),
+            ("advanced.most_odometry_factor", advanced.most_odometry_factor),
         ] {
             if !(value.is_finite() && value >= 1.0) {
                 return Err(format!("loops.{name} must be at least 1"));
             }
         }
         // Growth by less takes hundreds of solutions.
-        if !(self.advanced.least_growth.is_finite() && self.advanced.least_growth >= 1.1) {
+        if !(advanced.least_growth.is_finite() && advanced.least_growth >= 1.1) {
             return Err("loops.advanced.least_growth must be at least 1.1".to_owned());
         }
         for (name, value) in [
-            ("gate_share", self.gate_share),
-            ("least_weight", self.least_weight),
-            ("advanced.agreeing_share", self.advanced.agreeing_share),
+            ("advanced.gate_share", advanced.gate_share),
+            ("advanced.least_weight", advanced.least_weight),
+            ("advanced.agreeing_share", advanced.agreeing_share),
         ] {
             if !(0.0..=1.0).contains(&value) {
                 return Err(format!("loops.{name} must lie between 0 and 1"));

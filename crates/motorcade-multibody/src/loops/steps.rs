@@ -15,9 +15,10 @@ pub(super) fn information(
     step: &Pose<Camera, Camera>,
     options: &LoopOptions,
     graph: &GraphOptions,
+    interval_s: f64,
 ) -> Matrix6<f64> {
     if !frame.step_measured {
-        return inverse(&(frame.step_covariance * options.break_inflation));
+        return inverse(&(frame.step_covariance * options.advanced.break_inflation));
     }
     let (along, d) = motion_of(step);
     // Errors of consecutive poses are anti-correlated, but for those of scale.
@@ -27,7 +28,8 @@ pub(super) fn information(
     let alone = shrink * frame.step_covariance * shrink.transpose();
     // A first-order process of correlation ρ adds up as independent steps of (1 + ρ) / (1 − ρ) times its variance.
     let correlation = frame.scale_correlation.clamp(0.0, 0.999_9);
-    let together = ((1.0 + correlation) / (1.0 - correlation)).min(options.most_correlated_frames);
+    let most = (options.advanced.most_correlated_s / interval_s).max(1.0);
+    let together = ((1.0 + correlation) / (1.0 - correlation)).min(most);
     let own = frame.scale_sigma_alone.powi(2);
     let more = (frame.scale_sigma.powi(2) * together - own).max(0.0) * along.norm_squared();
     inverse(&(alone + d * d.transpose() * more))

@@ -53,7 +53,7 @@ fn edge(truth: &[Pose<World, Camera>], earlier: usize, later: usize, rng: &mut C
 
 fn close(ego: &mut EgoTrajectory, loops: &[LoopEdge], threads: usize) -> LoopReport {
     let edges = PlaceEdges { loops: loops.to_vec(), map: Vec::new() };
-    close_loops(ego, &edges, &LoopOptions::default(), &GraphOptions::default(), threads).unwrap()
+    close_loops(ego, &edges, &LoopOptions::default(), &GraphOptions::default(), 0.1, threads).unwrap()
 }
 
 fn ate_m(ego: &EgoTrajectory, truth: &[Pose<World, Camera>]) -> f64 {
@@ -176,7 +176,8 @@ fn a_map_moves_the_drive_into_its_world_and_takes_the_drift() {
     let mut rng = ChaCha8Rng::seed_from_u64(5);
     let (map_from_drive, map) = map_edges(&truth, (0..2 * ROUND).step_by(5), &mut rng);
     let edges = PlaceEdges { loops: Vec::new(), map };
-    let report = close_loops(&mut ego, &edges, &LoopOptions::default(), &GraphOptions::default(), 1).unwrap();
+    let report =
+        close_loops(&mut ego, &edges, &LoopOptions::default(), &GraphOptions::default(), 0.1, 1).unwrap();
     assert!(report.map.iter().all(|(_, holds)| *holds), "{report:?}");
     let there: Vec<Pose<World, Camera>> = truth.iter().map(|pose| map_from_drive * *pose).collect();
     let error = ate_m(&ego, &there);
@@ -194,7 +195,8 @@ fn a_false_edge_to_a_map_is_switched_off_and_false_ones_alone_change_nothing() {
     map[4].world_from_keyframe = map_from_drive * truth[200];
     let mut ego = drifted(&truth);
     let edges = PlaceEdges { loops: Vec::new(), map };
-    let report = close_loops(&mut ego, &edges, &LoopOptions::default(), &GraphOptions::default(), 1).unwrap();
+    let report =
+        close_loops(&mut ego, &edges, &LoopOptions::default(), &GraphOptions::default(), 0.1, 1).unwrap();
     let off: Vec<usize> = (0..edges.map.len()).filter(|k| !report.map[*k].1).collect();
     assert_eq!(off, [4], "{report:?}");
 }
@@ -226,7 +228,7 @@ fn poses_by_a_map_hold_the_covariance_of_the_map() {
             let none = |e: &MapEdge| MapEdge { keyframe_covariance: Matrix6::zeros(), ..e.clone() };
             let map = map.iter().map(|e| if known { e.clone() } else { none(e) }).collect();
             let edges = PlaceEdges { loops: Vec::new(), map };
-            close_loops(&mut ego, &edges, &options.0, &options.1, 1).unwrap();
+            close_loops(&mut ego, &edges, &options.0, &options.1, 0.1, 1).unwrap();
             let off = ego.frames[40].world_from_camera.inverse() * (map_from_drive * truth[40]);
             let off = motorcade_geometry::lie::se3::log(off.isometry());
             (off.transpose() * inverse(&ego.frames[40].covariance) * off)[(0, 0)]

@@ -144,7 +144,8 @@ fn a_reversed_or_distant_start_is_corrected() {
         let (place_m, turn_rad) = worst(&found, ahead);
         assert!(place_m < 0.6 && turn_rad < 0.2, "start {k}: {place_m} m, {turn_rad} rad");
         // No kernel corrects the front end's poses.
-        let left = GraphOptions { medoid_start: false, ..whole };
+        let mut left = whole;
+        left.advanced.medoid_start = false;
         let (lost, _) = solved(vehicle(start, external_with_outliers, 1.0), &left);
         let (place_m, turn_rad) = worst(&lost, ahead);
         assert!(place_m > 1.0 || turn_rad > 1.0, "start {k} is no test: {place_m} m, {turn_rad} rad");
@@ -173,7 +174,7 @@ fn a_start_that_is_right_stays() {
 
 #[test]
 fn covariances_that_are_too_small_are_made_larger() {
-    let options = GraphOptions { variance_rounds: 3, correlation_time_s: 0.1, ..GraphOptions::default() };
+    let options = GraphOptions { correlation_time_s: 0.1, ..GraphOptions::default() };
     for true_factor in [4.0_f64, 1.0, 0.25] {
         let noise = noise(11, true_factor.sqrt());
         let observations = |k: usize| vec![seen(Source::External, &ahead(k), k, &noise[k])];
@@ -189,7 +190,7 @@ fn covariances_that_are_too_small_are_made_larger() {
 
 #[test]
 fn few_residuals_leave_covariances_as_they_are() {
-    let options = GraphOptions { variance_rounds: 3, correlation_time_s: 0.1, ..GraphOptions::default() };
+    let options = GraphOptions { correlation_time_s: 0.1, ..GraphOptions::default() };
     let noise = noise(11, 3.0);
     let observations = |k: usize| {
         if k.is_multiple_of(10) { vec![seen(Source::External, &ahead(k), k, &noise[k])] } else { vec![] }
@@ -227,7 +228,8 @@ fn a_parked_car_seen_from_many_distances_has_its_size_estimated() {
     assert!((found.size.length_m / found.size.height_m - SIZE.length_m / SIZE.height_m).abs() < 1e-9);
     let (place_m, _) = worst(&found, |_| truth);
     // Without a common scale the views agree on a place that is too near for all of them.
-    let apart = GraphOptions { shared_size: false, ..GraphOptions::default() };
+    let mut apart = GraphOptions::default();
+    apart.advanced.shared_size = false;
     let (blind, _) = solved(standing(), &apart);
     assert!(place_m < 0.8 && (blind.size.height_m - SIZE.height_m).abs() < 1e-9, "{place_m} m");
 }

@@ -3,7 +3,7 @@
 use motorcade_geometry::{Camera, Pose, World, robust::RobustKernel};
 use nalgebra::{Vector3, Vector6};
 
-use super::options::AdvancedBundleOptions;
+use super::options::BundleOptions;
 
 type CameraFromWorld = Pose<Camera, World>;
 
@@ -42,7 +42,7 @@ impl BaselineLength {
     }
 
     /// Cost \[px²\].
-    pub(super) fn cost(&self, poses: &[CameraFromWorld], options: &AdvancedBundleOptions) -> f64 {
+    pub(super) fn cost(&self, poses: &[CameraFromWorld], options: &BundleOptions) -> f64 {
         let residual = self.linearise(poses).map_or(0.0, |(r, _, _)| r);
         let kernel = RobustKernel::Cauchy(options.length_kernel);
         options.pixel_sigma_px * options.pixel_sigma_px * kernel.cost(residual * residual)

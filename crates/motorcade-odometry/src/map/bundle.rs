@@ -25,7 +25,7 @@ pub struct BundleReport {
 impl BundleProblem {
     /// Solves in place.
     pub fn solve(&mut self, camera: &PinholeCamera, options: &BundleOptions) -> BundleReport {
-        let damping = &options.advanced;
+        let damping = options;
         let mut free = 0;
         let mut slot = |fixed: &bool| {
             (!fixed).then(|| {

@@ -45,7 +45,7 @@ impl BundleProblem {
         points: &[Point3<f64>],
     ) -> f64 {
         let kernel = RobustKernel::Cauchy(options.kernel_px);
-        let behind_px = options.advanced.behind_px;
+        let behind_px = options.behind_px;
         let one = |point: &Point3<f64>, s: &KeyframeObservation| {
             let projected = camera.project(&poses[s.pose].transform_point(point));
             kernel.cost(projected.map_or(behind_px * behind_px, |p| (p - s.pixel).norm_squared()))
@@ -55,9 +55,9 @@ impl BundleProblem {
             all.map(|(point, observations)| observations.iter().map(|s| one(point, s)).sum::<f64>()).sum();
         let constrained = points.iter().zip(&self.road_points);
         let road_points =
-            constrained.filter_map(|(point, o)| o.map(|o| o.cost(&poses[o.pose], point, &options.advanced)));
+            constrained.filter_map(|(point, o)| o.map(|o| o.cost(&poses[o.pose], point, options)));
         reprojections
             + road_points.sum::<f64>()
-            + self.lengths.iter().map(|l| l.cost(poses, &options.advanced)).sum::<f64>()
+            + self.lengths.iter().map(|l| l.cost(poses, options)).sum::<f64>()
     }
 }

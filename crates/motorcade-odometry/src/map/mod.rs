@@ -22,10 +22,7 @@ pub(crate) use keyframe::Keyframe;
 pub use landmark::{Carrier, Landmark};
 pub(crate) use nearby_depths::NearbyDepths;
 pub(crate) use options::MOST_NEIGHBOURS;
-pub use options::{
-    AdvancedBundleOptions, AdvancedPoseOnlyOptions, AdvancedWindowOptions, BundleOptions, PoseOnlyOptions,
-    WindowOptions,
-};
+pub use options::{BundleOptions, PoseOnlyOptions, WindowOptions};
 pub use picture_shift::PictureShiftOptions;
 pub(crate) use picture_shift::picture_shift;
 pub use pose_only::{Observation, PoseEstimate, PoseRefiner};

@@ -4,7 +4,7 @@ use motorcade_geometry::{Camera, Pose, World, robust::median};
 use nalgebra::Point2;
 
 use super::landmark::Landmark;
-use super::options::{AdvancedWindowOptions, MOST_NEIGHBOURS};
+use super::options::{MOST_NEIGHBOURS, WindowOptions};
 use crate::buffer::make_room;
 
 /// Depths of landmarks by their pixel: the initial guess for corners without a position.
@@ -28,7 +28,7 @@ impl NearbyDepths {
         make_room(&mut self.known, landmarks);
     }
     /// Median depth of the nearest landmarks.
-    pub(crate) fn around(&self, pixel: &Point2<f64>, options: &AdvancedWindowOptions) -> Option<f64> {
+    pub(crate) fn around(&self, pixel: &Point2<f64>, options: &WindowOptions) -> Option<f64> {
         let count = options.depth_neighbours.clamp(1, MOST_NEIGHBOURS);
         let row_weight = options.depth_row_weight * options.depth_row_weight;
         let mut nearest = [(f64::MAX, 0.0); MOST_NEIGHBOURS];

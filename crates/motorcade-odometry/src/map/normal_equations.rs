@@ -4,7 +4,7 @@ use motorcade_geometry::{PinholeCamera, robust::RobustKernel};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Matrix6x3, Vector3, Vector6};
 
 use super::bundle_problem::BundleProblem;
-use super::options::{AdvancedBundleOptions, BundleOptions};
+use super::options::BundleOptions;
 use super::reprojection::{add_outer, reprojection};
 
 struct PointBlock {
@@ -51,7 +51,7 @@ impl BundleProblem {
             }
             if let Some(road_point) = self.road_points.get(index).copied().flatten() {
                 let (r, w, j_pose, j_point) =
-                    road_point.linearise(&self.poses[road_point.pose], point, &options.advanced);
+                    road_point.linearise(&self.poses[road_point.pose], point, options);
                 hpp += j_point * j_point.transpose() * w;
                 gp += j_point * (r * w);
                 if let Some(slot) = slots[road_point.pose] {
@@ -81,7 +81,7 @@ impl BundleProblem {
             }
             reduced.fixed_view_mut::<6, 6>(6 * slot, 6 * slot).copy_from(&damped);
         }
-        self.add_lengths(slots, &mut reduced, &mut gradient, &options.advanced);
+        self.add_lengths(slots, &mut reduced, &mut gradient, options);
         for block in &blocks {
             for (a, (slot_a, cross_a)) in block.cross.iter().enumerate() {
                 let scaled: Matrix6x3<f64> = cross_a * block.inverse;
@@ -117,7 +117,7 @@ impl BundleProblem {
         slots: &[Option<usize>],
         reduced: &mut DMatrix<f64>,
         gradient: &mut DVector<f64>,
-        options: &AdvancedBundleOptions,
+        options: &BundleOptions,
     ) {
         let kernel = RobustKernel::Cauchy(options.length_kernel);
         for length in &self.lengths {

@@ -10,25 +10,6 @@ pub struct PoseOnlyOptions {
     pub kernel_px: f64,
     /// Limit of an inlier \[px\].
     pub inlier_px: f64,
-    /// Settings that rarely need a change.
-    pub advanced: AdvancedPoseOnlyOptions,
-}
-
-impl Default for PoseOnlyOptions {
-    fn default() -> Self {
-        Self {
-            max_iterations: 15,
-            kernel_px: 1.0,
-            inlier_px: 2.5,
-            advanced: AdvancedPoseOnlyOptions::default(),
-        }
-    }
-}
-
-/// Convergence of the pose refinement.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct AdvancedPoseOnlyOptions {
     /// First Cauchy scale over the last one: a prediction may be off by tens of pixels.
     pub initial_kernel_ratio: f64,
     /// Factor on the Cauchy scale after each iteration.
@@ -41,9 +22,12 @@ pub struct AdvancedPoseOnlyOptions {
     pub least_sigma_px: f64,
 }
 
-impl Default for AdvancedPoseOnlyOptions {
+impl Default for PoseOnlyOptions {
     fn default() -> Self {
         Self {
+            max_iterations: 15,
+            kernel_px: 1.0,
+            inlier_px: 2.5,
             initial_kernel_ratio: 16.0,
             kernel_decay: 0.4,
             converged_step: 1e-7,
@@ -63,25 +47,6 @@ pub struct BundleOptions {
     pub kernel_px: f64,
     /// Ends when the cost falls by less than this fraction.
     pub relative_decrease: f64,
-    /// Settings that rarely need a change.
-    pub advanced: AdvancedBundleOptions,
-}
-
-impl Default for BundleOptions {
-    fn default() -> Self {
-        Self {
-            max_iterations: 8,
-            kernel_px: 1.0,
-            relative_decrease: 1e-4,
-            advanced: AdvancedBundleOptions::default(),
-        }
-    }
-}
-
-/// Damping of Levenberg–Marquardt and weights of the road terms.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct AdvancedBundleOptions {
     /// First damping, relative to the diagonal.
     pub initial_damping: f64,
     /// Factor on the damping after a rejected step.
@@ -102,9 +67,12 @@ pub struct AdvancedBundleOptions {
     pub road_point_kernel: f64,
 }
 
-impl Default for AdvancedBundleOptions {
+impl Default for BundleOptions {
     fn default() -> Self {
         Self {
+            max_iterations: 8,
+            kernel_px: 1.0,
+            relative_decrease: 1e-4,
             initial_damping: 1e-4,
             damping_increase: 10.0,
             damping_decrease: 0.2,
@@ -136,32 +104,6 @@ pub struct WindowOptions {
     pub road_plane: bool,
     /// Bundle adjustment.
     pub bundle: BundleOptions,
-    /// Settings that rarely need a change.
-    pub advanced: AdvancedWindowOptions,
-}
-
-impl Default for WindowOptions {
-    fn default() -> Self {
-        Self {
-            free_keyframes: 10,
-            fixed_keyframes: 3,
-            least_parallax_rad: 0.5_f64.to_radians(),
-            outlier_px: 3.0,
-            road_scale: true,
-            road_plane: true,
-            bundle: BundleOptions::default(),
-            advanced: AdvancedWindowOptions::default(),
-        }
-    }
-}
-
-/// Largest `depth_neighbours`: they are kept on the stack.
-pub(crate) const MOST_NEIGHBOURS: usize = 16;
-
-/// Landmarks on the road plane, and depths for tracks without a position.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct AdvancedWindowOptions {
     /// Half width of the stretch of road whose points are constrained \[camera heights\]: the own lane without kerbs.
     pub road_half_width_heights: f64,
     /// Nearest road point used \[camera heights\].
@@ -183,9 +125,16 @@ pub struct AdvancedWindowOptions {
     pub depth_row_weight: f64,
 }
 
-impl Default for AdvancedWindowOptions {
+impl Default for WindowOptions {
     fn default() -> Self {
         Self {
+            free_keyframes: 10,
+            fixed_keyframes: 3,
+            least_parallax_rad: 0.5_f64.to_radians(),
+            outlier_px: 3.0,
+            road_scale: true,
+            road_plane: true,
+            bundle: BundleOptions::default(),
             road_half_width_heights: 1.2,
             road_near_heights: 1.0,
             road_far_heights: 15.0,
@@ -198,3 +147,6 @@ impl Default for AdvancedWindowOptions {
         }
     }
 }
+
+/// Largest `depth_neighbours`: they are kept on the stack.
+pub(crate) const MOST_NEIGHBOURS: usize = 16;

@@ -61,13 +61,13 @@ impl PoseRefiner {
         options: &PoseOnlyOptions,
     ) -> Option<PoseEstimate> {
         self.inliers.clear();
-        if observations.len() < options.advanced.least_observations {
+        if observations.len() < options.least_observations {
             return None;
         }
         let mut pose = *predicted;
         let mut information = Matrix6::zeros();
         // The kernel starts wide, because the prediction may be off by tens of pixels, and narrows as the pose converges.
-        let mut scale = (options.advanced.initial_kernel_ratio * options.kernel_px).max(self.residual_scale(
+        let mut scale = (options.initial_kernel_ratio * options.kernel_px).max(self.residual_scale(
             camera,
             &pose,
             observations,
@@ -85,11 +85,11 @@ impl PoseRefiner {
             information = h;
             let step = h.cholesky()?.solve(&-g);
             pose = pose.retract(&step);
-            let converged = step.norm() < options.advanced.converged_step;
+            let converged = step.norm() < options.converged_step;
             if converged && scale <= options.kernel_px {
                 break;
             }
-            scale = (scale * options.advanced.kernel_decay).max(options.kernel_px);
+            scale = (scale * options.kernel_decay).max(options.kernel_px);
         }
         let limit = options.inlier_px * options.inlier_px;
         let error = |o: &Observation| {

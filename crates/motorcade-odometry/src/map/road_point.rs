@@ -3,7 +3,7 @@
 use motorcade_geometry::{Camera, Pose, World, robust::RobustKernel};
 use nalgebra::{Matrix3, Point3, Vector3, Vector6};
 
-use super::options::{AdvancedBundleOptions, AdvancedWindowOptions};
+use super::options::{BundleOptions, WindowOptions};
 
 /// A point on the road as a keyframe sees it: residual `(mᵀ T X − 1) / sigma`, its height above the road in camera heights.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +22,7 @@ impl RoadPoint {
         pose: usize,
         m: &Vector3<f64>,
         point_in_camera: &Point3<f64>,
-        options: &AdvancedWindowOptions,
+        options: &WindowOptions,
     ) -> Option<Self> {
         let p = point_in_camera.coords * m.norm();
         let above = m.dot(&point_in_camera.coords) - 1.0;
@@ -37,7 +37,7 @@ impl RoadPoint {
     /// Constraint of one of `count` points that share the plane and its error: together they carry the plane's information
     /// once.
     #[must_use]
-    pub(crate) fn sharing_plane(self, count: usize, options: &AdvancedWindowOptions) -> Self {
+    pub(crate) fn sharing_plane(self, count: usize, options: &WindowOptions) -> Self {
         Self { sigma: self.sigma.hypot(options.plane_height_sigma * (count as f64).sqrt()), ..self }
     }
 
@@ -46,7 +46,7 @@ impl RoadPoint {
         &self,
         pose: &Pose<Camera, World>,
         point: &Point3<f64>,
-        options: &AdvancedBundleOptions,
+        options: &BundleOptions,
     ) -> f64 {
         let residual = (self.m.dot(&pose.transform_point(point).coords) - 1.0) / self.sigma;
         let kernel = RobustKernel::Cauchy(options.road_point_kernel);
@@ -59,7 +59,7 @@ impl RoadPoint {
         &self,
         pose: &Pose<Camera, World>,
         point: &Point3<f64>,
-        options: &AdvancedBundleOptions,
+        options: &BundleOptions,
     ) -> (f64, f64, Vector6<f64>, Vector3<f64>) {
         let residual = (self.m.dot(&pose.transform_point(point).coords) - 1.0) / self.sigma;
         // mᵀ T exp(δ) X: ∂/∂X = mᵀR, ∂/∂ω = −mᵀR X^, ∂/∂ν = mᵀR
@@ -82,7 +82,7 @@ mod tests {
 
     #[test]
     fn jacobians_match_differences() {
-        let options = AdvancedBundleOptions::default();
+        let options = BundleOptions::default();
         let pose = Pose::<Camera, World>::exp(&Vector6::new(0.02, -0.05, 0.01, 0.3, -0.2, 1.0));
         let point = Point3::new(0.4, 1.8, 9.0);
         let road_point = RoadPoint { pose: 0, m: Vector3::new(0.02, 0.55, -0.01), sigma: 0.05 };
@@ -100,7 +100,7 @@ mod tests {
     fn only_points_of_the_own_lane_near_the_plane_belong_to_the_road() {
         let m = Vector3::new(0.0, 0.5, 0.0);
         let belongs = |x: f64, y: f64, z: f64| {
-            RoadPoint::new(0, &m, &Point3::new(x, y, z), &AdvancedWindowOptions::default()).is_some()
+            RoadPoint::new(0, &m, &Point3::new(x, y, z), &WindowOptions::default()).is_some()
         };
         assert!(belongs(1.0, 2.05, 20.0) && belongs(-2.0, 1.9, 6.0));
         assert!(!belongs(1.0, 1.5, 20.0) && !belongs(4.0, 2.0, 10.0) && !belongs(0.0, 2.0, 40.0));

@@ -116,7 +116,7 @@ impl Window {
             chosen.iter().map(|i| self.road_point(&self.landmarks[*i])).collect();
         let mut counts = vec![0; self.keyframes.len()];
         all.iter().flatten().for_each(|p| counts[p.pose] += 1);
-        all.iter_mut().flatten().for_each(|p| *p = p.sharing_plane(counts[p.pose], &self.options.advanced));
+        all.iter_mut().flatten().for_each(|p| *p = p.sharing_plane(counts[p.pose], &self.options));
         all
     }
 
@@ -129,7 +129,7 @@ impl Window {
         let (pose, keyframe, m) =
             observers.map(|i| (i, &self.keyframes[i])).find_map(|(i, k)| Some((i, k, k.plane?)))?;
         let point_in_camera = keyframe.camera_from_world.transform_point(&landmark.point_in_world?);
-        RoadPoint::new(pose, &m, &point_in_camera, &self.options.advanced)
+        RoadPoint::new(pose, &m, &point_in_camera, &self.options)
     }
 
     /// Soft lengths between neighbouring keyframes.

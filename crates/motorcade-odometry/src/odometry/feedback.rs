@@ -33,10 +33,10 @@ impl Odometry {
     /// Constrains the scale by the road measurement of the last processed frame. The first measurement of a segment sets the
     /// height that is held; later ones measure how far the odometry's unit has drifted since.
     pub fn constrain_scale(&mut self, measured: &RoadMeasurement) {
-        if !self.options.window.road_scale {
+        if !self.options.advanced.window.road_scale {
             return;
         }
-        let options = self.options.feedback;
+        let options = self.options.advanced.feedback;
         let log_inverse_height = measured.state.log_inverse_height;
         let held = *self.held_log_height.get_or_insert(-log_inverse_height);
         let change = (log_inverse_height + held).abs();
@@ -59,7 +59,7 @@ impl Odometry {
     /// True when the road has contradicted the unit for so long that no later measurement would be admitted to correct it; `change` is
     /// that of log height against the held one.
     fn unit_is_lost(&mut self, frame: usize, change: f64) -> bool {
-        let options = &self.options.feedback;
+        let options = &self.options.advanced.feedback;
         let Some(now_ns) = self.trajectory.frames.get(frame).map(|f| f.timestamp_ns) else { return false };
         if change <= options.most_unit_change {
             self.contradicted_since_ns = None;
@@ -78,7 +78,7 @@ impl Odometry {
         let moved = camera_from_world * newest.camera_from_world.inverse();
         let m = -road_normal(measured.state.pitch_rad, measured.state.roll_rad) * (-held).exp();
         let along = 1.0 - m.dot(&moved.translation());
-        let least = 1.0 - self.options.feedback.most_climb_heights;
+        let least = 1.0 - self.options.advanced.feedback.most_climb_heights;
         newest.plane = (along > least).then(|| moved.rotation_matrix().tr_mul(&m) / along);
     }
 }

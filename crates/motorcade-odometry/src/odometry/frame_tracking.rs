@@ -27,7 +27,7 @@ impl Odometry {
         let mut standstill = self.test_standstill(frame.timestamp_ns, scratch);
         let mut located = self.locate(&predicted, &last_pose, scratch);
         // The pictures go on as before over a jump of the clock.
-        let late_intervals = self.options.policy.advanced.late_intervals;
+        let late_intervals = self.options.advanced.policy.late_intervals;
         let late = located.is_none() && self.velocity.is_outlasted_by(since_last_ns, late_intervals);
         if late {
             let next = self.velocity.once() * last_pose;
@@ -82,7 +82,7 @@ impl Odometry {
         depths.clear();
         depths.extend(seen.filter_map(|l| Some(pose.transform_point(&l.point_in_world?).z)));
         let (begun, most) =
-            (self.options.policy.advanced.median_depth, self.options.feedback.most_depth_ratio.ln());
+            (self.options.advanced.policy.median_depth, self.options.advanced.feedback.most_depth_ratio.ln());
         median(depths).is_some_and(|depth| (depth.max(1e-9) / begun).ln().abs() > most)
     }
 
@@ -90,7 +90,7 @@ impl Odometry {
     fn fail(&mut self, frame: &Frame<'_>) {
         self.failing_ns += self.since_last_record_ns(frame.timestamp_ns).max(0);
         self.bridge(frame.timestamp_ns);
-        if self.failing_ns >= nanoseconds(self.options.policy.give_up_s) {
+        if self.failing_ns >= nanoseconds(self.options.advanced.policy.give_up_s) {
             self.start_segment(frame);
         }
     }
@@ -113,8 +113,8 @@ impl Odometry {
                 .request_with_position(landmark, from, &template.camera_from_world, predicted)
                 .unwrap_or_else(|| {
                     let options = &self.options;
-                    let depth = depths.around(&from, &options.window.advanced);
-                    let depth = depth.unwrap_or(options.policy.advanced.far_depth);
+                    let depth = depths.around(&from, &options.advanced.window);
+                    let depth = depth.unwrap_or(options.advanced.policy.far_depth);
                     self.request_at_depth(from, depth, &template.camera_from_world, predicted)
                 });
             let to: &Pyramid = frame.pyramid;
@@ -203,19 +203,19 @@ impl Odometry {
         };
         observations.clear();
         observations.extend(self.window.landmarks.iter().zip(&*pixels).filter_map(observation));
-        let policy = &self.options.policy;
-        let least_share = policy.advanced.least_inlier_share * observations.len() as f64;
+        let policy = &self.options.advanced.policy;
+        let least_share = policy.least_inlier_share * observations.len() as f64;
         let good =
             |e: &PoseEstimate| e.inlier_count >= policy.least_inliers && e.inlier_count as f64 >= least_share;
         let mut refine =
-            |pose| refiner.refine(&self.camera, pose, observations, &self.options.pose).filter(good);
+            |pose| refiner.refine(&self.camera, pose, observations, &self.options.advanced.pose).filter(good);
         // After a sudden turn or stop the pose before is the better start.
         refine(predicted).or_else(|| refine(last_pose))
     }
 
     /// Commits the tracked pixels. `inliers` has a flag for each landmark that took part in the pose.
     fn commit_pixels(&mut self, pixels: &[Option<Point2<f64>>], inliers: &[bool], interval_ns: i64) {
-        let most_ns = nanoseconds(self.options.policy.advanced.outlier_s);
+        let most_ns = nanoseconds(self.options.advanced.policy.outlier_s);
         let mut flags = inliers.iter();
         for (landmark, pixel) in self.window.landmarks.iter_mut().zip(pixels) {
             if landmark.is_static() && landmark.point_in_world.is_some() && pixel.is_some() {
@@ -254,7 +254,7 @@ impl Odometry {
     /// frame rates is several frames. At standstill the reference stays, so that a creeping camera is recognised after a while
     /// however small its motion per frame.
     fn test_standstill(&self, timestamp_ns: i64, scratch: &mut Scratch) -> StandstillTest {
-        let policy = &self.options.policy;
+        let policy = &self.options.advanced.policy;
         let Scratch { pixels, values: motions, .. } = scratch;
         let tracked = self.window.landmarks.iter().zip(pixels).filter(|(l, _)| l.is_static());
         motions.clear();
@@ -262,7 +262,7 @@ impl Odometry {
         let enough = motions.len() >= policy.least_inliers;
         let still = enough && median(motions).is_some_and(|m| m < policy.standstill_px);
         let age_ns = timestamp_ns - self.standstill.reference_ns;
-        let old_enough = age_ns >= nanoseconds(policy.advanced.standstill_s) || age_ns < 0;
+        let old_enough = age_ns >= nanoseconds(policy.standstill_s) || age_ns < 0;
         let stands = still && (old_enough || self.standstill.stands);
         StandstillTest { stands, renew: old_enough && !stands }
     }

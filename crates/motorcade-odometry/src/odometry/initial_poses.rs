@@ -3,7 +3,7 @@
 use nalgebra::{Matrix6, Vector6};
 
 use super::initialisation::Initialisation;
-use super::{AdvancedPolicyOptions, CameraFromWorld, Frame, Odometry};
+use super::{CameraFromWorld, Frame, Odometry, PolicyOptions};
 use crate::map::{Landmark, Observation, PoseRefiner};
 use crate::time::{nanoseconds, ratio};
 use crate::trajectory::FrameStatus;
@@ -33,12 +33,12 @@ impl Odometry {
                     Some(Observation { point_in_world: l.point_in_world?, pixel: tracks.pixels[*i]? })
                 };
                 let observations: Vec<_> = landmarks.iter().filter_map(observation).collect();
-                refiner.refine(&self.camera, &guess, &observations, &self.options.pose)
+                refiner.refine(&self.camera, &guess, &observations, &self.options.advanced.pose)
             });
             let mut record = self.trajectory.frames[k].clone();
             record.segment = self.trajectory.keyframes.len() - 1;
             record.keyframe = 0;
-            match refined.filter(|r| r.inlier_count >= self.options.policy.least_inliers) {
+            match refined.filter(|r| r.inlier_count >= self.options.advanced.policy.least_inliers) {
                 Some(estimate) => {
                     before = estimate.camera_from_world;
                     record.status = FrameStatus::Tracked;
@@ -61,7 +61,7 @@ impl Odometry {
     /// Frames before the first one of the map (too dark, tracks lost) continue its velocity backwards for a limited time.
     fn extrapolate_backwards(&mut self, first: usize) {
         let segment = self.trajectory.keyframes.len() - 1;
-        let most_ns = nanoseconds(self.options.policy.advanced.backwards_s);
+        let most_ns = nanoseconds(self.options.advanced.policy.backwards_s);
         let first_ns = self.trajectory.frames.get(first).map_or(0, |f| f.timestamp_ns);
         for record in self.trajectory.frames[..first].iter_mut().rev() {
             if record.segment != usize::MAX {
@@ -76,7 +76,7 @@ impl Odometry {
 
     /// Adds what two views alone leave undetermined, shared by the steps between them in proportion to time.
     pub(super) fn add_two_view_covariance(&mut self, first: usize, last: usize, last_pose: &CameraFromWorld) {
-        let whole = two_view_covariance(last_pose, &self.options.policy.advanced);
+        let whole = two_view_covariance(last_pose, &self.options.advanced.policy);
         let frames = &mut self.trajectory.frames[first..=last];
         let times_ns: Vec<i64> = frames.iter().map(|f| f.timestamp_ns).collect();
         let elapsed_ns = times_ns[times_ns.len() - 1] - times_ns[0];
@@ -91,7 +91,7 @@ impl Odometry {
 
 /// Covariance of the motion between two views (6×6 `[ω, ν]`) from their geometry alone. Tracking against their map does not
 /// show it, because the points share the error.
-fn two_view_covariance(pose: &CameraFromWorld, options: &AdvancedPolicyOptions) -> Matrix6<f64> {
+fn two_view_covariance(pose: &CameraFromWorld, options: &PolicyOptions) -> Matrix6<f64> {
     let turn = options.two_view_rotation_sigma_rad;
     let aside = options.two_view_direction_sigma_rad * pose.translation().norm();
     let sigmas = Vector6::new(turn, turn, turn, aside, aside, aside);
@@ -105,7 +105,7 @@ mod tests {
     #[test]
     fn the_direction_error_grows_with_the_baseline() {
         let pose = CameraFromWorld::exp(&Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, -2.0));
-        let covariance = two_view_covariance(&pose, &AdvancedPolicyOptions::default());
+        let covariance = two_view_covariance(&pose, &PolicyOptions::default());
         assert!((covariance[(3, 3)].sqrt() / 2.0 - 0.4_f64.to_radians()).abs() < 1e-12);
         assert!((covariance[(0, 0)].sqrt() - 0.02_f64.to_radians()).abs() < 1e-12);
     }

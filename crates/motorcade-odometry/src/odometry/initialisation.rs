@@ -71,9 +71,9 @@ impl Odometry {
             self.restart_initialisation(frame);
             return;
         }
-        let policy = &self.options.policy;
+        let policy = &self.options.advanced.policy;
         let flow_px = initialisation.flow_px();
-        let needed_px = (policy.begin_flow_rad * self.camera.focal_px()).max(policy.advanced.begin_flow_px);
+        let needed_px = (policy.begin_flow_rad * self.camera.focal_px()).max(policy.begin_flow_px);
         self.last = Some(LastFrame::at(frame, CameraFromWorld::identity()));
         if flow_px < policy.standstill_px {
             self.trajectory.frames[frame.number].status = FrameStatus::Standstill;
@@ -103,9 +103,9 @@ impl Odometry {
 
     /// Tracks that must be left of the first corners.
     fn tracks_needed(&self, corners: usize) -> usize {
-        let policy = &self.options.policy;
-        let (least, most) = (policy.advanced.least_tracks, policy.begin_tracks);
-        ((policy.advanced.begin_kept * corners as f64) as usize).clamp(least, most.max(least))
+        let policy = &self.options.advanced.policy;
+        let (least, most) = (policy.least_tracks, policy.begin_tracks);
+        ((policy.begin_kept * corners as f64) as usize).clamp(least, most.max(least))
     }
 
     fn track_corners(
@@ -132,7 +132,7 @@ impl Odometry {
             (0..first.len()).filter_map(|i| Some((i, first[i], tracks.pixels[i]?))).collect();
         let rays: Vec<RayPair> =
             pairs.iter().map(|(_, a, b)| (self.camera.ray(a), self.camera.ray(b))).collect();
-        let advanced = &self.options.policy.advanced;
+        let advanced = &self.options.advanced.policy;
         let options = RelativePoseOptions {
             seed: self.options.seed,
             ..RelativePoseOptions::for_pixel_noise(advanced.two_view_noise_px, self.camera.focal_px())
@@ -143,7 +143,7 @@ impl Odometry {
         }
         let mut landmarks = self.triangulate_pairs(&pairs, &rays, &found);
         let positioned = landmarks.iter().filter(|(_, l)| l.point_in_world.is_some()).count();
-        if positioned < self.options.policy.least_inliers {
+        if positioned < self.options.advanced.policy.least_inliers {
             return false;
         }
         // Unit of length: the road gives the true scale later.
@@ -173,7 +173,7 @@ impl Odometry {
         rays: &[RayPair],
         found: &RelativePose<Camera, World>,
     ) -> Vec<(usize, Landmark)> {
-        let cosine_limit = self.options.window.least_parallax_rad.cos();
+        let cosine_limit = self.options.advanced.window.least_parallax_rad.cos();
         let landmark = |(((i, a, b), ray), inlier): ((&PixelPair, &RayPair), &bool)| {
             let triangulated =
                 inlier.then(|| triangulate_midpoint(&ray.0, &ray.1, &found.b_from_a)).flatten();
@@ -192,7 +192,7 @@ impl Odometry {
 
     /// A map of two keyframes, the first frame and the present one.
     fn start_map(&mut self, frame: &Frame<'_>, landmarks: Vec<Landmark>, last_pose: CameraFromWorld) {
-        self.window = Window::new(self.options.window);
+        self.window = Window::new(self.options.advanced.window);
         (self.held_log_height, self.contradicted_since_ns) = (None, None);
         self.window.push(Keyframe::new(0, CameraFromWorld::identity(), self.row_motion()));
         self.window.landmarks = landmarks;

@@ -12,7 +12,7 @@ impl Odometry {
     /// True when the image has moved far, or too few landmarks are left. `flow` is scratch.
     pub(super) fn needs_keyframe(&self, flow: &mut Vec<f64>) -> bool {
         let Some(newest) = self.window.newest() else { return false };
-        let policy = &self.options.policy;
+        let policy = &self.options.advanced.policy;
         let in_newest = self.window.landmarks.iter().filter(|l| l.is_static()).filter_map(|l| {
             l.observations.last().filter(|(n, _)| *n == newest.number).map(|(_, then)| (l.pixel, then))
         });

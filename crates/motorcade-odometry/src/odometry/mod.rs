@@ -19,7 +19,7 @@ use image::GrayImage;
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
 
 pub use feedback::RoadFeedback;
-pub use options::{AdvancedPolicyOptions, FeedbackOptions, OdometryOptions, PolicyOptions};
+pub use options::{AdvancedOdometryOptions, FeedbackOptions, OdometryOptions, PolicyOptions};
 pub use picture_shifts::ShiftedFrame;
 
 use crate::map::{Landmark, Window};
@@ -100,7 +100,7 @@ impl Odometry {
             camera,
             options,
             trajectory: OdometryTrajectory { frames: Rows::default(), keyframes: Vec::new() },
-            window: Window::new(options.window),
+            window: Window::new(options.advanced.window),
             corners: 0,
             initialisation: None,
             last: None,
@@ -197,7 +197,7 @@ impl Odometry {
     /// Ends the segment with frame `newest`; the next frame starts a map with a unit of its own. A unit that drifts on leaves the range in
     /// which the road is looked for, and no scale would be measured ever again.
     fn renew_map(&mut self, newest: usize) {
-        self.window = Window::new(self.options.window);
+        self.window = Window::new(self.options.advanced.window);
         self.failing_ns = 0;
         self.initialisation = None;
         self.renewals.push(newest);
@@ -205,7 +205,7 @@ impl Odometry {
 
     /// Ends the segment and starts initialisation with this frame.
     fn start_segment(&mut self, frame: &Frame<'_>) {
-        self.window = Window::new(self.options.window);
+        self.window = Window::new(self.options.advanced.window);
         self.failing_ns = 0;
         self.restart_initialisation(frame);
         self.mark_newest_initialising();

@@ -17,6 +17,21 @@ pub struct OdometryOptions {
     pub corners: CornerOptions,
     /// Tracking.
     pub klt: KltOptions,
+    /// Time in which the rows of a picture are read, from the first to the last \[s\]; 0 for a global shutter. The `readout_ms` of a camera
+    /// file sets it.
+    pub readout_s: f64,
+    /// Seed of the two-view sampling.
+    pub seed: u64,
+    /// Steps of the odometry.
+    pub advanced: AdvancedOdometryOptions,
+}
+
+/// Steps of the odometry.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
+)]
+#[serde(default, deny_unknown_fields)]
+pub struct AdvancedOdometryOptions {
     /// Pose against the map.
     pub pose: PoseOnlyOptions,
     /// Local map.
@@ -29,11 +44,6 @@ pub struct OdometryOptions {
     pub picture_shift: PictureShiftOptions,
     /// A trajectory from elsewhere in place of the odometry.
     pub external: ExternalTrajectoryOptions,
-    /// Time in which the rows of a picture are read, from the first to the last \[s\]; 0 for a global shutter. The `readout_ms` of a camera
-    /// file sets it.
-    pub readout_s: f64,
-    /// Seed of the two-view sampling.
-    pub seed: u64,
 }
 
 impl OdometryOptions {
@@ -45,17 +55,18 @@ impl OdometryOptions {
         if !READOUT_RANGE_S.contains(&self.readout_s) {
             return Err("odometry.readout_s must lie between 0 and 0.2".to_owned());
         }
-        let (policy, window, feedback) = (&self.policy, &self.window, &self.feedback);
+        let AdvancedOdometryOptions { pose, window, policy, feedback, picture_shift, external } =
+            &self.advanced;
         for (name, value, least, most) in [
             ("corners.columns", self.corners.columns, 4, 200),
             ("corners.per_cell", self.corners.per_cell, 1, 100),
             ("klt.max_iterations", self.klt.max_iterations, 1, 1000),
             ("klt.advanced.pyramid_levels", self.klt.advanced.pyramid_levels, 1, 16),
-            ("pose.max_iterations", self.pose.max_iterations, 1, 1000),
-            ("window.free_keyframes", window.free_keyframes, 3, 1000),
-            ("window.fixed_keyframes", window.fixed_keyframes, 2, 1000),
-            ("picture_shift.iterations", self.picture_shift.iterations, 1, 100),
-            ("window.advanced.depth_neighbours", window.advanced.depth_neighbours, 1, MOST_NEIGHBOURS),
+            ("advanced.pose.max_iterations", pose.max_iterations, 1, 1000),
+            ("advanced.window.free_keyframes", window.free_keyframes, 3, 1000),
+            ("advanced.window.fixed_keyframes", window.fixed_keyframes, 2, 1000),
+            ("advanced.picture_shift.iterations", picture_shift.iterations, 1, 100),
+            ("advanced.window.depth_neighbours", window.depth_neighbours, 1, MOST_NEIGHBOURS),
         ] {
             if !(least..=most).contains(&value) {
                 return Err(format!("odometry.{name} must lie between {least} and {most}"));
@@ -63,25 +74,25 @@ impl OdometryOptions {
         }
         for (name, value) in [
             ("corners.distance_px", self.corners.distance_px),
-            ("pose.kernel_px", self.pose.kernel_px),
-            ("picture_shift.least_px", self.picture_shift.least_px),
-            ("picture_shift.most_rest", self.picture_shift.most_rest),
-            ("picture_shift.least_sigmas", self.picture_shift.least_sigmas),
-            ("pose.inlier_px", self.pose.inlier_px),
-            ("window.outlier_px", window.outlier_px),
-            ("window.bundle.kernel_px", window.bundle.kernel_px),
-            ("window.advanced.depth_row_weight", window.advanced.depth_row_weight),
-            ("policy.begin_flow_rad", policy.begin_flow_rad),
-            ("policy.keyframe_flow_rad", policy.keyframe_flow_rad),
-            ("policy.give_up_s", policy.give_up_s),
-            ("policy.advanced.median_depth", policy.advanced.median_depth),
-            ("feedback.height_sigma", feedback.height_sigma),
-            ("feedback.most_unit_change", feedback.most_unit_change),
-            ("feedback.unit_lost_s", feedback.unit_lost_s),
-            ("feedback.most_depth_ratio", feedback.most_depth_ratio),
-            ("feedback.most_climb_heights", feedback.most_climb_heights),
-            ("external.rotation_sigma_rad", self.external.rotation_sigma_rad),
-            ("external.step_sigma_share", self.external.step_sigma_share),
+            ("advanced.pose.kernel_px", pose.kernel_px),
+            ("advanced.picture_shift.least_px", picture_shift.least_px),
+            ("advanced.picture_shift.most_rest", picture_shift.most_rest),
+            ("advanced.picture_shift.least_sigmas", picture_shift.least_sigmas),
+            ("advanced.pose.inlier_px", pose.inlier_px),
+            ("advanced.window.outlier_px", window.outlier_px),
+            ("advanced.window.bundle.kernel_px", window.bundle.kernel_px),
+            ("advanced.window.depth_row_weight", window.depth_row_weight),
+            ("advanced.policy.begin_flow_rad", policy.begin_flow_rad),
+            ("advanced.policy.keyframe_flow_rad", policy.keyframe_flow_rad),
+            ("advanced.policy.give_up_s", policy.give_up_s),
+            ("advanced.policy.median_depth", policy.median_depth),
+            ("advanced.feedback.height_sigma", feedback.height_sigma),
+            ("advanced.feedback.most_unit_change", feedback.most_unit_change),
+            ("advanced.feedback.unit_lost_s", feedback.unit_lost_s),
+            ("advanced.feedback.most_depth_ratio", feedback.most_depth_ratio),
+            ("advanced.feedback.most_climb_heights", feedback.most_climb_heights),
+            ("advanced.external.rotation_sigma_rad", external.rotation_sigma_rad),
+            ("advanced.external.step_sigma_share", external.step_sigma_share),
         ] {
             if !(value.is_finite() && value > 0.0) {
                 return Err(format!("odometry.{name} must be positive"));
@@ -110,29 +121,6 @@ pub struct PolicyOptions {
     pub least_inliers: usize,
     /// Time of failed frames after which a new segment starts \[s\].
     pub give_up_s: f64,
-    /// Settings that rarely need a change.
-    pub advanced: AdvancedPolicyOptions,
-}
-
-impl Default for PolicyOptions {
-    fn default() -> Self {
-        Self {
-            begin_flow_rad: 0.0111,
-            begin_tracks: 60,
-            keyframe_flow_rad: 0.0416,
-            keyframe_kept: 0.5,
-            standstill_px: 0.25,
-            least_inliers: 15,
-            give_up_s: 0.45,
-            advanced: AdvancedPolicyOptions::default(),
-        }
-    }
-}
-
-/// Gates of initialisation and tracking.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct AdvancedPolicyOptions {
     /// Share of the landmarks that must agree with a pose.
     pub least_inlier_share: f64,
     /// Time for which a landmark may be an outlier before it is removed \[s\].
@@ -165,9 +153,16 @@ pub struct AdvancedPolicyOptions {
     pub two_view_direction_sigma_rad: f64,
 }
 
-impl Default for AdvancedPolicyOptions {
+impl Default for PolicyOptions {
     fn default() -> Self {
         Self {
+            begin_flow_rad: 0.0111,
+            begin_tracks: 60,
+            keyframe_flow_rad: 0.0416,
+            keyframe_kept: 0.5,
+            standstill_px: 0.25,
+            least_inliers: 15,
+            give_up_s: 0.45,
             least_inlier_share: 0.4,
             outlier_s: 0.25,
             standstill_s: 0.095,

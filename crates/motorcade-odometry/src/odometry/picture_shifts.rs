@@ -23,13 +23,13 @@ impl Odometry {
         estimate: &PoseEstimate,
         observations: &[Observation],
     ) {
-        let options = &self.options.picture_shift;
+        let options = &self.options.advanced.picture_shift;
         let turn = estimate.camera_from_world.rotation() * predicted.rotation().inverse();
         if self.camera.fx.max(self.camera.fy) * turn.angle() < 0.5 * options.least_px {
             return;
         }
-        let pose = &self.options.pose;
-        let noise_px = estimate.inlier_rms_px.clamp(pose.advanced.least_sigma_px, pose.inlier_px);
+        let pose = &self.options.advanced.pose;
+        let noise_px = estimate.inlier_rms_px.clamp(pose.least_sigma_px, pose.inlier_px);
         let poses = (predicted, &estimate.camera_from_world);
         let found = picture_shift(&self.camera, poses, observations, noise_px, pose.kernel_px, options);
         self.shifted.extend(found.map(|shift_px| ShiftedFrame { frame, shift_px }));

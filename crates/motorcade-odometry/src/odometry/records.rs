@@ -53,7 +53,7 @@ impl Odometry {
     pub(super) fn fill_estimate(&self, record: &mut FrameRecord, estimate: &PoseEstimate, interval_ns: i64) {
         record.inliers = estimate.inlier_count;
         record.rms_px = estimate.inlier_rms_px;
-        let sigma = estimate.inlier_rms_px.max(self.options.pose.advanced.least_sigma_px);
+        let sigma = estimate.inlier_rms_px.max(self.options.advanced.pose.least_sigma_px);
         let against_map = estimate.information.try_inverse().unwrap_or_else(Matrix6::zeros) * (sigma * sigma);
         record.covariance = against_map * calibrated(interval_ns);
     }

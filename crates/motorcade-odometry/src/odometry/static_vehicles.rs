@@ -42,7 +42,7 @@ impl Odometry {
             let class = self.motion_class(bbox, landmarks, plane, depths);
             for landmark in own() {
                 let carrier = &mut self.window.landmarks[landmark].carrier;
-                *carrier = updated(*carrier, class, interval_ns, &self.options.feedback);
+                *carrier = updated(*carrier, class, interval_ns, &self.options.advanced.feedback);
             }
         }
         self.scratch = scratch;
@@ -64,7 +64,7 @@ impl Odometry {
         plane: &Vector3<f64>,
         depths: &mut Vec<f64>,
     ) -> MotionClass {
-        let options = &self.options.feedback;
+        let options = &self.options.advanced.feedback;
         let Some(last) = &self.last else { return MotionClass::Unknown };
         let bottom = Point2::new(0.5 * (bbox.x1 + bbox.x2), bbox.y2);
         // Eq. (1): 1/z = mᵀ K⁻¹x.

@@ -34,7 +34,8 @@ struct LastFrame {
 impl ClosedFormScale {
     /// An estimator without measurements.
     pub fn new(camera: PinholeCamera, options: ClosedFormOptions) -> Self {
-        let klt = KltOptions { least_eigenvalue: options.advanced.least_eigenvalue, ..KltOptions::default() };
+        let mut klt = KltOptions::default();
+        klt.advanced.least_eigenvalue = options.advanced.least_eigenvalue;
         Self { camera, options, klt, last: None, height_units: None, measurements: Vec::new() }
     }
 

@@ -15,10 +15,6 @@ pub struct RoadOptions {
     /// Half width without a mask \[camera heights\]: 0.7 heights are 1.15 m, the path of the car itself. Kerbs and verges
     /// beyond would tilt and lower the plane.
     pub unmasked_half_width_heights: f64,
-    /// Least distance between the two frames \[camera heights\]. Longer baselines are more precise and align less often.
-    pub baseline_heights: f64,
-    /// Largest age of the earlier frame \[s\].
-    pub oldest_s: f64,
     /// Least time between two aligned frames \[s\]: frames in between share heave, texture and noise, and cost time.
     pub interval_s: f64,
     /// Standard deviation of the road's vertical curvature times the camera's height: 0.001 is a radius of 1650 m under a
@@ -28,8 +24,6 @@ pub struct RoadOptions {
     /// Time in which the rows of a picture are read, from the first to the last \[s\]; 0 for a global shutter. The `readout_ms` of a camera
     /// file sets it.
     pub readout_s: f64,
-    /// True compares only pixels that were road in the earlier picture, too; false accepts vehicles there.
-    pub both_pictures: bool,
     /// False holds the normal at (0, −1, 0), a level road and a camera looking along it, as the paper does.
     pub free_normal: bool,
     /// Settings that rarely need a change.
@@ -42,30 +36,44 @@ impl Default for RoadOptions {
             far_heights: 15.0,
             half_width_heights: 1.7,
             unmasked_half_width_heights: 0.7,
-            baseline_heights: 1.2,
-            oldest_s: 1.55,
             interval_s: 0.08,
             curvature_sigma: 0.001,
             readout_s: 0.0,
-            both_pictures: true,
             free_normal: true,
             advanced: AdvancedRoadOptions::default(),
         }
     }
 }
 
-/// Alignment and tracking of the road plane, and search of the camera's height.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
-)]
+/// Pairs of frames, alignment and tracking of the road plane, and search of the camera's height.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AdvancedRoadOptions {
+    /// Least distance between the two frames \[camera heights\]. Longer baselines are more precise and align less often.
+    pub baseline_heights: f64,
+    /// Largest age of the earlier frame \[s\].
+    pub oldest_s: f64,
+    /// True compares only pixels that were road in the earlier picture, too; false accepts vehicles there.
+    pub both_pictures: bool,
     /// Alignment of two frames.
     pub alignment: AlignmentOptions,
     /// The camera's height by accumulated likelihood.
     pub height: HeightOptions,
     /// Tracking of a known plane.
     pub tracking: PlaneTrackingOptions,
+}
+
+impl Default for AdvancedRoadOptions {
+    fn default() -> Self {
+        Self {
+            baseline_heights: 1.2,
+            oldest_s: 1.55,
+            both_pictures: true,
+            alignment: AlignmentOptions::default(),
+            height: HeightOptions::default(),
+            tracking: PlaneTrackingOptions::default(),
+        }
+    }
 }
 
 /// Alignment of two frames.
@@ -195,8 +203,9 @@ impl Default for PlaneTrackingOptions {
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ProfileOptions {
-    /// Distance ahead and back over which the trajectory is used \[camera heights\]: as far as the road is aligned by default (`road.far_heights`). A
-    /// number of its own, to be changed with that one: the scale does not see the options of the road. A longer one smooths crests and dips.
+    /// Distance ahead and back over which the trajectory is used \[camera heights\]: as far as the road is aligned. Not a setting of its own in the
+    /// configuration of a run, where it is `road.far_heights`.
+    #[serde(skip)]
     pub reach_heights: f64,
     /// Heave of the body and unevenness of the road over one camera height driven \[camera heights\]: 1.6 cm for a car.
     pub unevenness_heights: f64,

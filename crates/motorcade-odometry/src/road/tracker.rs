@@ -142,7 +142,7 @@ impl RoadTracker {
         if !is_first && (0..nanoseconds(self.options.interval_s)).contains(&elapsed_ns) {
             return None;
         }
-        self.history.remove_before(input.timestamp_ns - nanoseconds(self.options.oldest_s));
+        self.history.remove_before(input.timestamp_ns - nanoseconds(self.options.advanced.oldest_s));
         let road = self.road_pixels(input, usable);
         let measured = pose_of(input.frame).and_then(|camera_from_world| {
             let current = Current { input, camera_from_world, elapsed_ns: elapsed_ns.max(0), road: &road };
@@ -219,7 +219,7 @@ impl RoadTracker {
         pose_of: &impl Fn(usize) -> Option<Pose<Camera, World>>,
     ) -> Option<RoadMeasurement> {
         // A shorter baseline, at standstill or walking pace, has too little parallax.
-        let least_baseline = self.options.baseline_heights / plane.norm();
+        let least_baseline = self.options.advanced.baseline_heights / plane.norm();
         let (earlier, motion) =
             self.history.reference(&current.camera_from_world, pose_of, least_baseline)?;
         let mut scratch = std::mem::take(&mut self.scratch);
@@ -310,7 +310,7 @@ impl RoadTracker {
         reference_from_current: Pose<Camera, Camera>,
         guess: Vector3<f64>,
     ) -> RoadView<'a> {
-        let both = self.options.both_pictures;
+        let both = self.options.advanced.both_pictures;
         RoadView {
             camera: &self.camera,
             current: current.input.pyramid,

@@ -70,7 +70,7 @@ fn iterate(
         if !(at.x.is_finite() && at.y.is_finite()) {
             return None;
         }
-        if step.norm() < options.epsilon_px {
+        if step.norm() < options.advanced.epsilon_px {
             break;
         }
     }
@@ -88,7 +88,7 @@ pub fn track(from: &Pyramid, to: &Pyramid, request: &Request, options: &KltOptio
         let scale = 1.0 / (1 << level) as f32;
         let centre: Point2<f32> = Point2::from(request.from.coords.cast::<f32>() * scale);
         // A coarse level may lack texture or touch the border; the finest one must succeed.
-        let template = Template::new(from.level(level), centre, &warp, options.least_eigenvalue);
+        let template = Template::new(from.level(level), centre, &warp, options.advanced.least_eigenvalue);
         let found = template.and_then(|t| {
             iterate(&t, (to.level(level), gain), Point2::from(at.coords * scale), options, &mut patch)
         });
@@ -101,7 +101,7 @@ pub fn track(from: &Pyramid, to: &Pyramid, request: &Request, options: &KltOptio
             None => return None,
         }
     }
-    (rms <= options.max_rms).then(|| at.cast())
+    (rms <= options.advanced.max_rms).then(|| at.cast())
 }
 
 /// [`track`] with a forward–backward check. The backward pass starts with the error of the prediction: started at the true
@@ -123,7 +123,7 @@ pub fn track_checked(
         top_level: request.top_level.min(return_level),
     };
     let returned = track(to, from, &back, options)?;
-    ((returned - request.from).norm() <= options.max_return_px).then_some(there)
+    ((returned - request.from).norm() <= options.advanced.max_return_px).then_some(there)
 }
 
 #[cfg(test)]

@@ -28,6 +28,20 @@ impl Default for CornerOptions {
 pub struct KltOptions {
     /// Iterations on each level.
     pub max_iterations: usize,
+    /// Settings that rarely need a change.
+    pub advanced: AdvancedKltOptions,
+}
+
+impl Default for KltOptions {
+    fn default() -> Self {
+        Self { max_iterations: 12, advanced: AdvancedKltOptions::default() }
+    }
+}
+
+/// Acceptance of a patch, pyramid levels, the use of predictions, contrast, and the border of boxes.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct AdvancedKltOptions {
     /// Steps shorter than this end the iteration \[px\].
     pub epsilon_px: f32,
     /// Largest root-mean-square grey difference of an accepted patch, after removing the mean \[grey levels\].
@@ -36,27 +50,6 @@ pub struct KltOptions {
     pub least_eigenvalue: f32,
     /// Largest forward–backward distance \[px\].
     pub max_return_px: f64,
-    /// Settings that rarely need a change.
-    pub advanced: AdvancedKltOptions,
-}
-
-impl Default for KltOptions {
-    fn default() -> Self {
-        Self {
-            max_iterations: 12,
-            epsilon_px: 0.01,
-            max_rms: 18.0,
-            least_eigenvalue: 3.0,
-            max_return_px: 0.7,
-            advanced: AdvancedKltOptions::default(),
-        }
-    }
-}
-
-/// Pyramid levels, the use of predictions, contrast, and the border of boxes.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct AdvancedKltOptions {
     /// Levels of the image pyramid.
     pub pyramid_levels: usize,
     /// Coarsest level for landmarks with a position, whose prediction is good to a few pixels.
@@ -94,6 +87,10 @@ pub struct AdvancedKltOptions {
 impl Default for AdvancedKltOptions {
     fn default() -> Self {
         Self {
+            epsilon_px: 0.01,
+            max_rms: 18.0,
+            least_eigenvalue: 3.0,
+            max_return_px: 0.7,
             pyramid_levels: 4,
             landmark_level: 2,
             corner_level: 3,

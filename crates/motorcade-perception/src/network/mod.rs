@@ -20,7 +20,7 @@ mod segmentation;
 
 pub use boxes::BoxDetector;
 pub use crop_options::CropOptions;
-pub use detector_options::DetectorOptions;
+pub use detector_options::{AdvancedDetectorOptions, DetectorOptions};
 pub use engine::Network;
 pub use keypoints::KeypointNetwork;
 pub use nms::{SuppressionOptions, suppress};

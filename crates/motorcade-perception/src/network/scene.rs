@@ -24,8 +24,6 @@ const CLASSES: [VehicleClass; 4] =
 const STRIDES: [usize; 2] = [8, 16];
 /// Width and height of the input are multiples of this \[px\].
 const GRANULARITY: usize = 32;
-/// Boxes thinner than this are not vehicles \[px of the frame\].
-const LEAST_PX: f64 = 2.0;
 
 /// Output of one pass.
 #[derive(Clone)]
@@ -99,14 +97,15 @@ impl Shared {
         for detection in &mut detections {
             detection.bbox = detection.bbox.clipped(image.width(), image.height());
         }
-        detections.retain(|d| d.bbox.width() >= LEAST_PX && d.bbox.height() >= LEAST_PX);
+        let least_px = self.options.advanced.least_side_px;
+        detections.retain(|d| d.bbox.width() >= least_px && d.bbox.height() >= least_px);
         let values = self.values(road, &[1, 1, height / 4, width / 4])?;
         let bytes = values.iter().map(|p| (p * 255.0).round().clamp(0.0, 255.0) as u8).collect();
         let mask = GrayImage::from_raw(width as u32 / 4, height as u32 / 4, bytes).unwrap_or_default();
         Ok(Scene {
             number: frame.number,
             timestamp_ns: frame.timestamp_ns,
-            detections: suppress_and_average(detections, &self.options.suppression)
+            detections: suppress_and_average(detections, &self.options.advanced.suppression)
                 .into_iter()
                 .map(|found| corrected(found, &self.edge_errors, scale, image.dimensions()))
                 .collect(),

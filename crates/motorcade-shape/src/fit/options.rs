@@ -17,9 +17,10 @@ pub enum FitMethod {
     Joint,
 }
 
-/// Options of a fit.
+/// Options of a fit. In files both levels are one table: the configuration of a run has it below its own `advanced`, and refuses names that it does
+/// not know by itself, because flattened fields exclude serde's check.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[serde(default)]
 pub struct FitOptions {
     /// Confidence from which a keypoint is a measurement. Below 0.1 the outputs of the network at hand are anywhere in the crop.
     pub min_confidence: f64,
@@ -47,6 +48,7 @@ pub struct FitOptions {
     /// Without a road plane: standard deviation of roll and pitch between vehicle and camera \[rad\].
     pub level_sigma_rad: f64,
     /// Visibility term, initial poses and steps.
+    #[serde(flatten)]
     pub advanced: AdvancedFitOptions,
 }
 
@@ -70,16 +72,18 @@ impl FitOptions {
             ("keypoint_sigma_m", self.keypoint_sigma_m),
             ("kernel_scale", self.kernel_scale),
             ("level_sigma_rad", self.level_sigma_rad),
-            ("advanced.visibility_sigma", self.advanced.visibility_sigma),
-            ("advanced.visibility_points", self.advanced.visibility_points),
-            ("advanced.lean_sigma_rad", self.advanced.lean_sigma_rad),
-            ("advanced.first_height_m", self.advanced.first_height_m),
-            ("advanced.first_distance_m", self.advanced.first_distance_m[0]),
-            ("advanced.first_distance_m", self.advanced.first_distance_m[1]),
-            ("advanced.step_rad", self.advanced.step_rad),
-            ("advanced.step_share", self.advanced.step_share),
-            ("advanced.step_m", self.advanced.step_m),
-            ("advanced.step_sigmas", self.advanced.step_sigmas),
+            ("visibility_sigma", self.advanced.visibility_sigma),
+            ("visibility_points", self.advanced.visibility_points),
+            ("lean_sigma_rad", self.advanced.lean_sigma_rad),
+            ("first_height_m", self.advanced.first_height_m),
+            ("first_distance_m", self.advanced.first_distance_m[0]),
+            ("first_distance_m", self.advanced.first_distance_m[1]),
+            ("start_distance_m", self.advanced.start_distance_m),
+            ("farthest_m", self.advanced.farthest_m),
+            ("step_rad", self.advanced.step_rad),
+            ("step_share", self.advanced.step_share),
+            ("step_m", self.advanced.step_m),
+            ("step_sigmas", self.advanced.step_sigmas),
         ] {
             check(value.is_finite() && value > 0.0, format!("fit.{name} must be positive"))?;
         }
@@ -108,6 +112,14 @@ pub struct AdvancedFitOptions {
     pub first_height_m: f64,
     /// Least and greatest distance of that guess \[m\]: where vehicles are seen. Keypoints in one row or outliers give any distance.
     pub first_distance_m: [f64; 2],
+    /// Distance of a vehicle before the first estimate \[m\]: it only weights the first linear position. Chosen; another one takes more steps.
+    pub start_distance_m: f64,
+    /// Reweighted rounds of the linear position that a refinement starts from. Chosen, not measured: more resist more outliers and take longer.
+    pub placement_rounds: usize,
+    /// Largest distance of a linear position \[m\]; beyond it there is none. Chosen: no keypoints are seen from there.
+    pub farthest_m: f64,
+    /// Height of the middle of a body over its road where the road is unknown \[m\]: half of a car's. It only places the first guess.
+    pub body_centre_m: f64,
     /// Cosine between two initial headings below which one is the opposite of the other, which is refined too: more than 114° apart. Chosen: a
     /// smaller one asks for an exacter opposite, and may find none.
     pub opposite_cosine: f64,
@@ -147,6 +159,10 @@ impl Default for AdvancedFitOptions {
             lean_sigma_rad: 1.0_f64.to_radians(),
             first_height_m: 1.5,
             first_distance_m: [3.0, 100.0],
+            start_distance_m: 15.0,
+            placement_rounds: 4,
+            farthest_m: 500.0,
+            body_centre_m: 0.8,
             opposite_cosine: -0.4,
             same_cosine: 0.8,
             flip_gain: 1.0,

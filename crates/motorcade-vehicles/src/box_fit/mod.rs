@@ -24,14 +24,6 @@ use crate::outline::{extreme_points, upright_pose};
 pub(crate) use noise::{edge_sigma_px, road_height_sigma_m};
 pub use single_view::SingleView;
 
-/// Smallest distance ahead at which a fit is a vehicle \[m\].
-const NEAREST_M: f64 = 1.0;
-/// Smallest distance ahead that a fit starts from \[m\].
-const NEAREST_START_M: f64 = 3.0;
-/// Inverse depths between which a fit starts \[1/m\]: 250 m to 2 m; what is nearer than [`NEAREST_START_M`] starts from there.
-const START_INVERSE_DEPTH: [f64; 2] = [0.004, 0.5];
-/// Inverse depth below which the bottom edge is too close to the horizon to start from \[1/m\].
-const HORIZON_INVERSE_DEPTH: f64 = 0.005;
 /// Step length at which the iteration ends \[m\].
 const CONVERGED_M: f64 = 1e-5;
 /// Halvings of a step that does not improve the fit, at most.
@@ -106,7 +98,7 @@ impl BoxFit<'_> {
             if remaining == 0 || step.norm() < CONVERGED_M {
                 break factor;
             }
-            if state[0] + step[0] < NEAREST_M || step.iter().any(|v| !v.is_finite()) {
+            if state[0] + step[0] < options.nearest_m || step.iter().any(|v| !v.is_finite()) {
                 return None;
             }
             // Hidden edges leave a direction almost free: a whole step may end far on the other side of the road.
@@ -180,20 +172,21 @@ impl BoxFit<'_> {
 
     /// Equation (1) at the bottom edge, or depth from the vehicle's height where that edge is not measured; size at its mean.
     fn initial_state(&self, observed: &ObservedBox, mean: &Dimensions) -> Option<Vector6<f64>> {
-        let Self { camera, ground, .. } = *self;
+        let Self { camera, ground, options } = *self;
         let b = &observed.bbox;
         let centre = camera.ray(&nalgebra::Point2::new(0.5 * (b.x1 + b.x2), b.y2));
         let on_road = -ground.up.dot(&centre) / ground.height_m; // (1)
         let by_height = b.height() / (camera.fy * mean.height_m);
         let inverse_depth =
-            if observed.edges[3] && on_road > HORIZON_INVERSE_DEPTH { on_road } else { by_height };
-        let depth = 1.0 / inverse_depth.clamp(START_INVERSE_DEPTH[0], START_INVERSE_DEPTH[1]);
+            if observed.edges[3] && on_road > options.horizon_m.recip() { on_road } else { by_height };
+        let [nearest, farthest] = options.start_depths_m;
+        let depth = 1.0 / inverse_depth.min(nearest.recip()).max(farthest.recip());
         let point: Vector3<f64> = centre * depth - ground.foot();
         let size = mean.to_vector();
-        // The bottom edge belongs to the rear tyres, about a quarter of the length behind the centre.
-        let ahead = point.dot(&ground.ahead()) + 0.25 * size.x;
+        // The bottom edge belongs to the rear tyres.
+        let ahead = point.dot(&ground.ahead()) + options.rear_tyres_share * size.x;
         let left = point.dot(&ground.left());
-        (ahead > NEAREST_M)
-            .then(|| Vector6::new(ahead.max(NEAREST_START_M), left, 0.0, size.x, size.y, size.z))
+        (ahead > options.nearest_m)
+            .then(|| Vector6::new(ahead.max(options.nearest_start_m), left, 0.0, size.x, size.y, size.z))
     }
 }

@@ -14,9 +14,6 @@ use crate::ground::GroundFrame;
 use crate::track::{Track, TrackBox};
 use crate::trajectory::VehicleTrajectory;
 
-/// Passes of the triangulation, each weighted by the depths and residuals of the one before.
-const PASSES: usize = 6;
-
 /// True when the boxes of a track that appears to drive are those of something too large for a vehicle that stands, and the
 /// vehicle would hang above the road.
 pub(super) fn is_background<V: Fn(&Track) -> ExternalTrack>(
@@ -117,11 +114,14 @@ fn centre_residual<V>(drive: &Drive<'_, V>, sight: &Sight<'_>, p: &Vector3<f64>)
 
 /// The standing point of the boxes' centres in homogeneous coordinates, w ≥ 0, by iteratively reweighted linear
 /// triangulation (Hartley and Sturm, Triangulation, 1997). `None` when it is behind the camera.
-fn triangulated<V>(drive: &Drive<'_, V>, sights: &[Sight<'_>]) -> Option<Vector4<f64>> {
+fn triangulated<V: Fn(&Track) -> ExternalTrack>(
+    drive: &Drive<'_, V>,
+    sights: &[Sight<'_>],
+) -> Option<Vector4<f64>> {
     let camera = drive.camera;
     let mut weights = vec![1.0; sights.len()];
     let mut point = Vector4::zeros();
-    for _ in 0..PASSES {
+    for _ in 0..drive.hypothesis().background_passes {
         let mut normal = Matrix4::zeros();
         for (sight, weight) in sights.iter().zip(&weights) {
             let rotation = sight.ground.world_from_camera.rotation_matrix();

@@ -8,8 +8,6 @@ use motorcade_geometry::robust::median;
 
 /// Median of χ² with one degree of freedom: the residuals lie along the line of sight, nearly.
 const MEDIAN_CHI2: f64 = 0.455;
-/// Rounds of reweighting.
-const ROUNDS: usize = 5;
 
 /// A straight line through positions, each weighted by its variance and by how far it lies from the line against the others: boxes at the ends of
 /// a track, cut off or small, are often those of something else.
@@ -31,7 +29,7 @@ impl<'a> Line<'a> {
         let KinematicStateOptions { line_dof: dof, line_least_scale: least_scale, .. } = *options;
         let by_variance: Vec<f64> = positions.iter().map(weight).collect();
         let mut line = Self::weighted(positions, by_variance.clone());
-        for _ in 0..ROUNDS {
+        for _ in 0..options.line_rounds {
             let squares = line.squared_residuals();
             let normed: Vec<f64> = squares.iter().zip(&by_variance).map(|(r2, w)| r2 * w).collect();
             let Some(middle) = median(&mut normed.clone()) else { break };

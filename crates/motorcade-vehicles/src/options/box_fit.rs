@@ -50,6 +50,17 @@ pub struct BoxFitOptions {
     pub step_share: f64,
     /// χ² at which the edges of one box saturate: a box that nothing explains counts no more.
     pub saturation_chi2: f64,
+    /// Smallest distance ahead at which a fit is a vehicle \[m\]: a camera in a car sees none nearer. Chosen.
+    pub nearest_m: f64,
+    /// Smallest distance ahead that a fit starts from \[m\]: nearer ones are almost beside the camera, where the problem is far from linear. Chosen.
+    pub nearest_start_m: f64,
+    /// Depths between which a fit starts \[m\]; what is nearer than `nearest_start_m` starts from there. Chosen: wider ones take more steps and fail more often.
+    pub start_depths_m: [f64; 2],
+    /// Depth of the road at the bottom edge beyond which the edge is too close to the horizon to start from \[m\]. Chosen: pitch moves a farther one by its
+    /// own length.
+    pub horizon_m: f64,
+    /// Distance of the rear tyres, to which the bottom edge belongs, behind the centre of a vehicle as a share of its length, where a fit starts.
+    pub rear_tyres_share: f64,
 }
 
 impl BoxFitOptions {
@@ -86,6 +97,11 @@ impl Default for BoxFitOptions {
             iterations: 12,
             step_share: 0.33,
             saturation_chi2: 30.0,
+            nearest_m: 1.0,
+            nearest_start_m: 3.0,
+            start_depths_m: [2.0, 250.0],
+            horizon_m: 200.0,
+            rear_tyres_share: 0.25,
         }
     }
 }

@@ -45,24 +45,29 @@ pub struct HypothesisOptions {
     /// Residual of a column and of a height up to which a standing point explains a box \[standard deviations\]: 95 % of the boxes of such a
     /// point. A larger one takes more slow vehicles far ahead for background.
     pub background_sigmas: f64,
+    /// Passes of the triangulation of a standing point, each weighted by the depths and residuals of the one before. Chosen, not measured: more resist
+    /// more outliers and take longer.
+    pub background_passes: usize,
     /// Height above which nothing is a vehicle \[m\]: double-deck buses reach 4.4 m.
     pub tallest_m: f64,
     /// Boxes below which a part of a track is no vehicle, counted as at most one per correlation time.
     pub least_consistent_boxes: f64,
     /// Times that a track is parted.
     pub splits: usize,
-    /// Overlap (IoU) of two boxes from which they may be boxes of one vehicle: that of the detector's duplicates. Share of a vehicle's box, too, from which
-    /// a box around it may show that vehicle alone.
+    /// Overlap (IoU) of two boxes from which they may be boxes of one vehicle: that of the detector's duplicates.
     pub double_iou: f64,
     /// Share of a box within another one from which it may be a part of that vehicle.
     pub double_inside: f64,
+    /// Share of a vehicle's box from which a box around it may show that vehicle alone. Chosen: a larger one keeps more weak boxes around a vehicle as
+    /// vehicles of their own.
+    pub double_around: f64,
     /// Score of such a part against that of the vehicle, at most: what stands in front of a vehicle is seen as well as it.
     pub double_score_ratio: f64,
     /// Share of the boxes of a track on those of another one from which it is a second track on that vehicle.
     pub double_share: f64,
-    /// Mean score of the boxes of a track from a gap to its end, zero where the vehicle is missed, below which they are clutter. It
-    /// equals what a single box must reach (`tracker.least_score`) by default, and is a number of its own: a larger one cuts more off the ends of tracks.
-    pub least_mean_score: f64,
+    /// Mean score of the boxes of a track from a gap to its end, zero where the vehicle is missed, below which they are clutter, over what a single box
+    /// must reach (`tracker.least_score`). A larger one cuts more off the ends of tracks.
+    pub least_mean_score_ratio: f64,
     /// Mean log odds of the boxes of a track that they show a vehicle, below which it is none.
     pub least_presence: f64,
     /// Share of a vehicle's box behind the box of a nearer one from which the detector may miss it.
@@ -88,14 +93,16 @@ impl Default for HypothesisOptions {
             hanging_sigmas: 1.5,
             background_share: 0.6,
             background_sigmas: 2.0,
+            background_passes: 6,
             tallest_m: 4.5,
             least_consistent_boxes: 4.0,
             splits: 3,
             double_iou: 0.5,
             double_inside: 0.7,
+            double_around: 0.5,
             double_score_ratio: 0.5,
             double_share: 0.5,
-            least_mean_score: 0.15,
+            least_mean_score_ratio: 1.0,
             least_presence: 0.0,
             hidden_share: 0.3,
         }

@@ -67,6 +67,8 @@ pub struct KinematicStateOptions {
     /// Least scale of the squared residuals about that line against the variances of the positions, most of which is common to all of them. Chosen,
     /// not measured: a smaller one distrusts positions near the line.
     pub line_least_scale: f64,
+    /// Rounds of reweighting of that line. Chosen, not measured: more resist more outliers and take longer.
+    pub line_rounds: usize,
     /// Share of a speed that counts where it points backwards: few vehicles reverse, and few headings are the wrong way round.
     pub backward_share: f64,
     /// Ratio of speed to its standard deviation at which P(moving) is 0.5. A larger one calls fewer standing vehicles moving and more slow ones
@@ -102,6 +104,7 @@ impl Default for KinematicStateOptions {
             noise_dof: 2.0,
             line_dof: 4.0,
             line_least_scale: 0.05,
+            line_rounds: 5,
             backward_share: 0.5,
             even_odds_sigmas: 3.0,
             logistic_slope: 2.0,

@@ -53,12 +53,13 @@ pub fn calibrate(
     let (width, height) = sequence.size();
     let mut calibrator = Calibrator::new(width, height, prior.view, *options);
     let frames = sequence.len().min(options.most_frames);
-    let mut regions = FixedRegions::default();
-    for image in surveyed(sequence, progress) {
+    let fixed_options = FixedRegionOptions::default();
+    let mut regions = FixedRegions::new(fixed_options);
+    for image in surveyed(sequence, &fixed_options, progress) {
         regions.observe(&image);
     }
     let mask = regions.mask(&prior.view.camera(width, height));
-    let mut fixed = FixedParts::new(true, FixedRegionOptions::default());
+    let mut fixed = FixedParts::new(true, fixed_options);
     fixed.settle(mask.clone());
     let mut boxes = VehicleBoxes::new(perception);
     loop {

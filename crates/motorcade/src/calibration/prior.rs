@@ -37,9 +37,9 @@ impl FocalPrior {
 
     fn from_metadata(metadata: FocalMetadata, options: &CalibrateOptions) -> Self {
         let trust = match metadata.kind {
-            FocalKind::ExifFilm => options.exif_film_sigma,
-            FocalKind::ExifFocalPlane => options.exif_focal_plane_sigma,
-            FocalKind::ContainerFilm => options.container_film_sigma,
+            FocalKind::ExifFilm => options.advanced.exif_film_sigma,
+            FocalKind::ExifFocalPlane => options.advanced.exif_focal_plane_sigma,
+            FocalKind::ContainerFilm => options.advanced.container_film_sigma,
         };
         let view = ViewPrior { view_rad: metadata.view_rad(), log_sigma: metadata.log_sigma.hypot(trust) };
         Self { view, origin: PriorOrigin::Metadata(metadata) }

@@ -11,9 +11,6 @@ use crate::estimator_options::VehicleHeightOptions;
 
 /// Rounds of reweighting.
 const ROUNDS: usize = 20;
-/// Factor on the standard deviation where vehicles are too few to tell outliers. A guess: a van that passes for a car is a quarter larger, two of
-/// `vehicle_sigma`.
-const FEW: f64 = 2.0;
 
 /// The camera's height by vehicles.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,9 +36,10 @@ impl HeightByVehicles {
         let best = scores.iter().copied().fold(0.0, f64::max);
         let sized = |(v, score): (&VehicleTrajectory, &f64)| {
             let size = v.size_by_road.filter(|size| size.class == VehicleClass::Car)?;
-            let enough = size.views >= options.least_views && size.variance.sqrt() < options.most_sigma;
-            let level_sigma = options.cross_fall_sigma_rad * size.beside_m / assumed_m;
-            let variance = size.variance + options.vehicle_sigma.powi(2) + level_sigma.powi(2);
+            let enough = size.views >= options.advanced.least_views
+                && size.variance.sqrt() < options.advanced.most_sigma;
+            let level_sigma = options.advanced.cross_fall_sigma_rad * size.beside_m / assumed_m;
+            let variance = size.variance + options.advanced.vehicle_sigma.powi(2) + level_sigma.powi(2);
             let certainty = if best > 0.0 { (score / best).powi(2) } else { 1.0 };
             (enough && certainty > 0.0).then_some((size.log_factor, variance, certainty))
         };
@@ -51,13 +49,14 @@ impl HeightByVehicles {
         let mut sum = 0.0;
         for _ in 0..ROUNDS {
             let weight = |(factor, variance, certainty): &(f64, f64, f64)| {
-                let off = (factor - mean) / options.kernel_sigmas;
+                let off = (factor - mean) / options.advanced.kernel_sigmas;
                 certainty / (variance + off * off)
             };
             sum = sizes.iter().map(weight).sum();
             mean = sizes.iter().map(|s| weight(s) * s.0).sum::<f64>() / sum;
         }
-        let few = if sizes.len() < options.least_vehicles { FEW } else { 1.0 };
+        let advanced = &options.advanced;
+        let few = if sizes.len() < advanced.least_vehicles { advanced.few_vehicles_factor } else { 1.0 };
         let sigma = few * (1.0 / sum).sqrt().hypot(options.common_sigma);
         // Vehicles that look too large mean a height that is stated too great.
         Some(Self { log_factor: -mean, sigma, vehicles: sizes.len() })
@@ -65,7 +64,7 @@ impl HeightByVehicles {
 
     /// An estimate by few vehicles combined with the guess of a height of which nothing is known.
     pub(crate) fn with_guess(self, assumed_m: f64, options: &VehicleHeightOptions) -> Self {
-        if self.vehicles >= options.least_vehicles {
+        if self.vehicles >= options.advanced.least_vehicles {
             return self;
         }
         let (guess, vehicles) = (options.guess_sigma.powi(-2), self.sigma.powi(-2));
@@ -76,8 +75,8 @@ impl HeightByVehicles {
 
     /// A warning where a stated height (m) disagrees.
     pub fn disagreement(&self, stated_m: f64, options: &VehicleHeightOptions) -> Option<String> {
-        let surprising = self.log_factor.abs() > options.disagreement_sigmas * self.sigma;
-        (surprising && self.vehicles >= options.least_for_disagreement).then(|| {
+        let surprising = self.log_factor.abs() > options.advanced.disagreement_sigmas * self.sigma;
+        (surprising && self.vehicles >= options.advanced.least_for_disagreement).then(|| {
             let (height_m, sigma_m) = self.metres(stated_m);
             format!(
                 "the height {stated_m:.2} m disagrees with {} vehicles: they say {height_m:.2} ± {sigma_m:.2} m; all lengths are \
@@ -94,7 +93,7 @@ impl HeightByVehicles {
         let (stated, vehicles) = (stated_sigma.powi(-2), self.sigma.powi(-2));
         let sigma = (stated + vehicles).powf(-0.5);
         let apart = self.log_factor.abs();
-        let disagree = apart > options.disagreement_sigmas * stated_sigma.hypot(self.sigma);
+        let disagree = apart > options.advanced.disagreement_sigmas * stated_sigma.hypot(self.sigma);
         let log_factor = vehicles * self.log_factor / (stated + vehicles);
         (log_factor, if disagree { sigma.max(0.5 * apart) } else { sigma })
     }

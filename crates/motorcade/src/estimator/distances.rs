@@ -14,8 +14,6 @@ use crate::estimator_options::DistanceOptions;
 
 /// Rounds of reweighting.
 const ROUNDS: usize = 20;
-/// Steps in which clock offsets are tried \[s\].
-const CLOCK_STEP_S: f64 = 0.05;
 
 /// Results of the distances of another sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,7 +47,7 @@ pub(crate) fn ego(
     distances: &Distances,
     config: &Config,
 ) -> Option<(EgoTrajectory, DistanceFit)> {
-    let (metric, options) = (&config.scale.advanced, &config.scale.distances);
+    let (metric, options) = (&config.scale.advanced.metric, &config.scale.distances);
     let by_road = EgoTrajectory::new(odometry, measurements, height_m, metric);
     let way = Way::new(odometry, &by_road);
     let (clock_offset_s, ratios) = way.ratios_at_best_offset(distances, options);
@@ -99,7 +97,7 @@ impl DistanceFit {
     }
 
     fn disagrees(&self, options: &DistanceOptions) -> bool {
-        self.log_factor.abs() > options.disagreement_sigmas * self.height_sigma.hypot(self.sigma)
+        self.log_factor.abs() > options.advanced.disagreement_sigmas * self.height_sigma.hypot(self.sigma)
     }
 
     /// Messages to the user.
@@ -171,7 +169,8 @@ impl Way {
     /// The clock offset at which the ratios spread least for what is known of it, and the ratios there.
     fn ratios_at_best_offset(&self, distances: &Distances, options: &DistanceOptions) -> (f64, Vec<Ratio>) {
         let clock = distances.clock_offset(options);
-        let most = (3.0 * clock.sigma_s / CLOCK_STEP_S).ceil().min(2000.0) as i64;
+        let step_s = options.advanced.clock_step_s;
+        let most = (3.0 * clock.sigma_s / step_s).ceil().min(2000.0) as i64;
         let cost = |offset_s: f64| {
             let ratios = self.ratios(distances, offset_s, options);
             let mut logs: Vec<f64> = ratios.iter().map(|r| r.log).collect();
@@ -182,7 +181,7 @@ impl Way {
             let expected = distances.measured.len().min(ratios.len()) as f64;
             Some(mean * expected + ((offset_s - clock.offset_s) / clock.sigma_s).powi(2))
         };
-        let offsets = (-most..=most).map(|k| clock.offset_s + CLOCK_STEP_S * k as f64);
+        let offsets = (-most..=most).map(|k| clock.offset_s + step_s * k as f64);
         let costs = offsets.filter_map(|offset| Some((offset, cost(offset)?)));
         let best = costs.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(clock.offset_s, |best| best.0);
         (best, self.ratios(distances, best, options))
@@ -198,7 +197,7 @@ impl Way {
             } else {
                 self.metre(b) - self.metre(a)
             };
-            if !measured || length < options.least_m || d.metres < options.least_m {
+            if !measured || length < options.advanced.least_m || d.metres < options.advanced.least_m {
                 return None;
             }
             // An antenna or an axle that is elsewhere in the car moves otherwise in a bend.
@@ -240,7 +239,7 @@ fn robust_mean(ratios: &[Ratio], options: &DistanceOptions) -> Option<(f64, f64)
     let mut information = 0.0;
     for _ in 0..ROUNDS {
         let weight = |r: &Ratio| {
-            let off = (r.log - mean) / (options.kernel_sigmas * r.sigma);
+            let off = (r.log - mean) / (options.advanced.kernel_sigmas * r.sigma);
             1.0 / (r.sigma.powi(2) * (1.0 + off * off))
         };
         information = ratios.iter().map(weight).sum();

@@ -19,9 +19,6 @@ use crate::result::RunResult;
 use crate::scale_source;
 use crate::settings::Settings;
 
-/// Estimates of an unknown height, each from the one before.
-const HEIGHT_ROUNDS: usize = 4;
-
 /// Estimates a drive from all the front end knows of it: metres, vehicles, the multi-object graph.
 ///
 /// # Panics
@@ -92,14 +89,14 @@ fn known_height(record: &FrontEndRecord, settings: &Settings) -> (Settings, Opti
         return (settings.clone(), None);
     }
     let (mut known, found) = height_by_vehicles(record, settings);
-    let bias_sigma = settings.config.scale.advanced.bias_sigma;
+    let bias_sigma = settings.config.scale.advanced.metric.bias_sigma;
     if !settings.height_unknown {
         let Some(found) = found else { return (settings.clone(), None) };
         let stated_m = settings.height_m;
         let by_vehicles = HeightByVehicles { log_factor: (known.height_m / stated_m).ln(), ..found };
         let (log_factor, sigma) = by_vehicles.combined(bias_sigma, options);
         known.height_m = stated_m * log_factor.exp();
-        known.config.scale.advanced.bias_sigma = sigma;
+        known.config.scale.advanced.metric.bias_sigma = sigma;
         let words = by_vehicles.disagreement(stated_m, options).unwrap_or_else(|| {
             let (height_m, sigma_m, cars) = (known.height_m, known.height_m * sigma, plural(found.vehicles));
             format!("height of the camera as stated and by {cars}: {height_m:.2} ± {sigma_m:.2} m")
@@ -107,12 +104,14 @@ fn known_height(record: &FrontEndRecord, settings: &Settings) -> (Settings, Opti
         return (known, Some(words));
     }
     let sigma = found.map_or(options.guess_sigma, |height| height.sigma);
-    known.config.scale.advanced.bias_sigma = bias_sigma.hypot(sigma);
+    known.config.scale.advanced.metric.bias_sigma = bias_sigma.hypot(sigma);
     let (height_m, sigma_m) = (known.height_m, known.height_m * sigma);
     let words = match found {
         Some(HeightByVehicles { vehicles, .. }) => {
-            let (cars, guess) =
-                (plural(vehicles), if vehicles < options.least_vehicles { " and a guess" } else { "" });
+            let (cars, guess) = (
+                plural(vehicles),
+                if vehicles < options.advanced.least_vehicles { " and a guess" } else { "" },
+            );
             format!("height of the camera by the size of {cars}{guess}: {height_m:.2} ± {sigma_m:.2} m")
         }
         None => format!(
@@ -130,8 +129,7 @@ fn plural(cars: usize) -> String {
 fn height_by_vehicles(record: &FrontEndRecord, settings: &Settings) -> (Settings, Option<HeightByVehicles>) {
     let mut known = settings.clone();
     let mut found = None;
-    // Sizes are linear in the height only near the right one.
-    for _ in 0..HEIGHT_ROUNDS {
+    for _ in 0..settings.config.scale.height.advanced.rounds {
         let ego = by_road(record, &known);
         let vehicles = vehicles_of_drive(record, &ego, &known);
         let height = HeightByVehicles::new(&vehicles, known.height_m, &settings.config.scale.height);
@@ -213,7 +211,7 @@ fn estimate_unit(
     let mut found = None;
     // Twice: with the unit known boxes are linked better.
     for _ in 0..2 {
-        let options = &settings.config.scale.unit;
+        let options = &settings.config.scale.advanced.unit;
         let unit =
             unit::of(vehicles, &trajectory.world_from_camera, mean_interval_s(&record.frames), options);
         let Some(unit) = unit else { break };
@@ -221,14 +219,14 @@ fn estimate_unit(
             unit.metres,
             0..record.frames.len(),
             &record.timestamps_ns(),
-            &settings.config.odometry.external,
+            &settings.config.odometry.advanced.external,
         );
         *ego = EgoTrajectory::metric(
             &motion,
             &[],
             settings.height_m,
             unit.sigma,
-            &settings.config.scale.advanced,
+            &settings.config.scale.advanced.metric,
         );
         *vehicles = vehicles_of_drive(record, ego, settings);
         found = Some(unit);

@@ -10,7 +10,7 @@ use motorcade_places::{
 use super::place_edges::Matched;
 use crate::closed_loop::Loops;
 use crate::kept_map::MapUse;
-use crate::record::FrontEndRecord;
+use crate::record::{FrontEndRecord, mean_interval_s};
 use crate::settings::Settings;
 
 /// Number of the first of the maps in a kept map: a drive has none of these.
@@ -35,7 +35,8 @@ pub(super) fn close(record: &mut FrontEndRecord, ego: &mut EgoTrajectory, settin
     let known =
         |keyframe: usize| (found.keyframes[keyframe].world_from_camera, found.keyframes[keyframe].covariance);
     let edges = matched.edges(camera, known);
-    match close_loops(ego, &edges, &config.loops, &config.graph, settings.threads) {
+    let interval_s = mean_interval_s(&record.frames);
+    match close_loops(ego, &edges, &config.loops, &config.graph, interval_s, settings.threads) {
         Ok(report) => {
             (loops.most_moved_m, loops.odometry_factor) = (report.most_moved_m, report.odometry_factor);
             matched.put_down(&mut loops, &matched.verdicts(camera, &report));
@@ -124,5 +125,5 @@ pub(super) fn within_drift(
     let expected = later.world_from_camera.inverse() * earlier.world_from_camera;
     let apart = (expected.inverse() * found.query_from_candidate).translation().norm();
     let options = &settings.config.loops;
-    apart <= options.gate_m + options.gate_share * (later.way_m - earlier.way_m)
+    apart <= options.advanced.gate_m + options.advanced.gate_share * (later.way_m - earlier.way_m)
 }

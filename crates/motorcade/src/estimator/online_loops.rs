@@ -8,9 +8,7 @@
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_multibody::{LoopReport, MapEdge, PlaceEdges, close_loops};
 use motorcade_odometry::{EgoFrame, EgoTrajectory, Rows};
-use motorcade_places::{
-    FramePlacement, PlaceKeyframe, PlaceMap, PlaceMatch, PlaceSearch, PlacedKeyframe, place_keyframe,
-};
+use motorcade_places::{FramePlacement, PlaceMap, PlaceMatch, PlaceSearch, PlacedKeyframe, place_keyframe};
 use motorcade_vehicles::VehicleState;
 use nalgebra::Matrix6;
 
@@ -19,7 +17,7 @@ use super::place_edges::{KnownPose, Matched, Verdict};
 use crate::closed_loop::Loops;
 use crate::estimator_options::AdvancedOnlineOptions;
 use crate::kept_map::MapUse;
-use crate::record::FrontEndView;
+use crate::record::{FrontEndView, mean_interval_between};
 use crate::revision::{RevisedKeyframe, Revision};
 use crate::settings::Settings;
 
@@ -49,6 +47,12 @@ impl Offsets {
     }
 }
 
+/// Mean interval of keyframes \[s\].
+fn interval_s(times_ns: &[i64]) -> f64 {
+    let ends = times_ns.first().zip(times_ns.last());
+    mean_interval_between(ends.map(|(first, last)| [*first, *last]), times_ns.len())
+}
+
 /// Places seen again while the camera drives.
 pub(super) struct OnlineLoops {
     /// Keyframes of the kept map, then those of the drive.
@@ -61,6 +65,8 @@ pub(super) struct OnlineLoops {
     way_m: Vec<f64>,
     /// Cameras of the keyframes; the step to each goes from the one before.
     trajectory: Vec<EgoFrame>,
+    /// Times of the keyframes \[ns\].
+    times_ns: Vec<i64>,
     /// Matches that the last correction was made of, with its verdicts, in order of their later keyframes.
     judged: Vec<(PlaceMatch, Verdict)>,
     /// Poses of the keyframes by the last correction.
@@ -85,6 +91,7 @@ impl OnlineLoops {
             ego: Rows::default(),
             way_m: Vec::new(),
             trajectory: Vec::new(),
+            times_ns: Vec::new(),
             judged: Vec::new(),
             corrected: Vec::new(),
             corrected_m: f64::NEG_INFINITY,
@@ -102,7 +109,7 @@ impl OnlineLoops {
 
     /// Number of keyframes whose features are not needed any more.
     pub(super) fn done(&self, settings: &Settings) -> usize {
-        self.own().len().saturating_sub(settings.config.places.landmarks.neighbours)
+        self.own().len().saturating_sub(settings.config.places.advanced.landmarks.neighbours)
     }
 
     /// Takes the newest row and the keyframes that became complete with it; returns the correction where there is one.
@@ -114,10 +121,10 @@ impl OnlineLoops {
     ) -> Option<Revision> {
         self.push(newest);
         let options = &settings.config.online.advanced;
-        let reach = settings.config.places.landmarks.neighbours;
+        let reach = settings.config.places.advanced.landmarks.neighbours;
         let before = self.own().len();
         while self.own().len() + reach < view.places.len() {
-            self.take(view.places, settings)?;
+            self.take(view, settings)?;
         }
         let taken = self.own().len() > before;
         let newest_m = *self.way_m.last()?;
@@ -155,9 +162,10 @@ impl OnlineLoops {
     }
 
     /// Looks for the next keyframe.
-    fn take(&mut self, places: &[PlaceKeyframe], settings: &Settings) -> Option<()> {
+    fn take(&mut self, view: &FrontEndView<'_>, settings: &Settings) -> Option<()> {
+        let places = view.places;
         let k = self.own().len();
-        let reach = settings.config.places.landmarks.neighbours;
+        let reach = settings.config.places.advanced.landmarks.neighbours;
         let from = k.saturating_sub(reach);
         let around = &places[from..(k + reach + 1).min(places.len())];
         let placement = |row: usize| FramePlacement {
@@ -168,6 +176,7 @@ impl OnlineLoops {
         let options = &settings.config.places;
         let placed = place_keyframe(&settings.camera, around, k - from, placement, options)?;
         self.trajectory.push(self.step_to(placed.frame, settings)?);
+        self.times_ns.push(view.frames[placed.frame].timestamp_ns);
         let mut reported = self.ego[placed.frame].clone();
         self.offsets.camera(placed.frame, &mut reported);
         self.reported.push(reported.world_from_camera);
@@ -212,7 +221,9 @@ impl OnlineLoops {
         if first > 0 {
             self.hold_first(first, &mut moved, &mut edges);
         }
-        let report = match close_loops(&mut moved, &edges, &config.loops, &config.graph, settings.threads) {
+        let (options, interval_s) = ((&config.loops, &config.graph), interval_s(&self.times_ns[first..]));
+        let solved = close_loops(&mut moved, &edges, options.0, options.1, interval_s, settings.threads);
+        let report = match solved {
             Ok(report) => report,
             Err(error) => {
                 self.loops.problem = Some(error.to_string());
@@ -245,7 +256,7 @@ impl OnlineLoops {
         self.corrected.extend(moved.frames.iter().map(|f| (f.world_from_camera, f.covariance)));
         let newest = view.frames.len() - 1;
         if let Some(kept) = self.loops.kept.as_mut().filter(|kept| kept.met()) {
-            kept.told_from.get_or_insert(newest);
+            kept.first_estimated_frame.get_or_insert(newest);
         }
         let offset = moved.frames.last()?.world_from_camera * last.inverse();
         let before = self.offsets.at(newest).copied().unwrap_or_default();
@@ -257,7 +268,7 @@ impl OnlineLoops {
             closed,
             switched_off: all - closed,
             by_map,
-            corrected_from_told: offset * before.inverse(),
+            corrected_from_reported: offset * before.inverse(),
             keyframes: self.revised(&moved, (first, &rows), view, &config.online.advanced),
         })
     }
@@ -294,7 +305,9 @@ impl OnlineLoops {
         let mut ego =
             EgoTrajectory { frames: self.trajectory, height_m: settings.height_m, noise: Vec::new() };
         // On failure the poses of before stand.
-        let _report = close_loops(&mut ego, &edges, &config.loops, &config.graph, settings.threads);
+        let interval_s = interval_s(&self.times_ns);
+        let _report =
+            close_loops(&mut ego, &edges, &config.loops, &config.graph, interval_s, settings.threads);
         let mut keyframes = found.keyframes;
         let mut own = keyframes.split_off(of_map);
         for (keyframe, frame) in own.iter_mut().zip(&ego.frames) {

@@ -113,7 +113,7 @@ impl SlidingEstimator {
             remembered: None,
             fitters: keypoint_fitters(settings),
             keypoints: BTreeMap::new(),
-            units: UnitEstimator::new(settings.config.scale.unit),
+            units: UnitEstimator::new(settings.config.scale.advanced.unit),
             unit: None,
             ego: EgoArchive::default(),
             vehicles: BTreeMap::new(),
@@ -286,10 +286,10 @@ impl SlidingEstimator {
     ) -> Option<EgoTrajectory> {
         let (trajectory, unit) = (settings.external.trajectory.as_ref()?, self.unit?);
         let timestamps_ns: Vec<i64> = view.frames[rows.clone()].iter().map(|f| f.timestamp_ns).collect();
-        let motion =
-            trajectory.in_metres(unit.metres, rows, &timestamps_ns, &settings.config.odometry.external);
+        let external = &settings.config.odometry.advanced.external;
+        let motion = trajectory.in_metres(unit.metres, rows, &timestamps_ns, external);
         let unseen = view.road_measurements.is_empty();
-        let advanced = &settings.config.scale.advanced;
+        let advanced = &settings.config.scale.advanced.metric;
         unseen.then(|| EgoTrajectory::metric(&motion, &[], settings.height_m, unit.sigma, advanced))
     }
 

@@ -63,8 +63,8 @@ pub(super) fn record(result: &RunResult, context: &RunContext, files: &[ListedFi
             "switched_off": kept.matches.len() - kept.held().count(),
             "first_frame": kept.held().next().map(|m| number(m.edge.frame)),
         });
-        if let Some(row) = kept.told_from {
-            record["map"]["told_from"] = json!(number(row));
+        if let Some(row) = kept.first_estimated_frame {
+            record["map"]["first_estimated_frame"] = json!(number(row));
         }
     }
     record
@@ -72,8 +72,8 @@ pub(super) fn record(result: &RunResult, context: &RunContext, files: &[ListedFi
 
 /// The world of all poses in words.
 fn world(result: &RunResult) -> &'static str {
-    if result.loops.kept.as_ref().is_some_and(|kept| kept.told_from.is_some()) {
-        "camera frame of the first processed frame, from frame map.told_from on the world of the map given by --map: x right, y down, z forward, metres"
+    if result.loops.kept.as_ref().is_some_and(|kept| kept.first_estimated_frame.is_some()) {
+        "camera frame of the first processed frame, from frame map.first_estimated_frame on the world of the map given by --map: x right, y down, z forward, metres"
     } else if result.loops.in_world_of_map() {
         "world of the map given by --map, the camera frame of its own first frame: x right, y down, z forward, metres"
     } else {

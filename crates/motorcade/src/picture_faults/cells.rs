@@ -2,9 +2,6 @@
 
 use image::GrayImage;
 
-/// Smallest side of a cell \[px\]: gradients of fewer pixels are noise.
-const LEAST_SIDE: usize = 8;
-
 /// Square cells of a picture, row by row. Pixels beyond the last whole cell are left out.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Cells {
@@ -21,10 +18,10 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    /// Takes a picture in place of the one before.
-    pub fn measure(&mut self, image: &GrayImage, columns: usize) {
+    /// Takes a picture in place of the one before; cells have sides of `least_px` or more.
+    pub fn measure(&mut self, image: &GrayImage, columns: usize, least_px: usize) {
         let (width, height) = (image.width() as usize, image.height() as usize);
-        self.side = (width / columns).max(LEAST_SIDE);
+        self.side = (width / columns).max(least_px);
         (self.columns, self.rows) = (width / self.side, height / self.side);
         for values in [&mut self.means, &mut self.deviations, &mut self.gradients] {
             values.clear();
@@ -64,13 +61,13 @@ mod tests {
             image::Luma([if x < 20 { 50 } else { 100 + 20 * (x % 2) as u8 }])
         });
         let mut cells = Cells::default();
-        cells.measure(&image, 4);
+        cells.measure(&image, 4, 8);
         assert_eq!((cells.columns, cells.rows, cells.side, cells.len()), (4, 2, 10, 8));
         assert_eq!((cells.means[0], cells.deviations[0], cells.gradients[0]), (50.0, 0.0, 0.0));
         assert_eq!((cells.means[3], cells.deviations[3]), (110.0, 10.0));
         // Nine steps of twenty grey levels in a line of ten pixels.
         assert_eq!(cells.gradients[7], 18.0);
-        cells.measure(&GrayImage::new(3, 3), 4);
+        cells.measure(&GrayImage::new(3, 3), 4, 8);
         assert_eq!(cells.len(), 0);
     }
 }

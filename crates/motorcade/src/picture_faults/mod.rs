@@ -37,7 +37,7 @@ impl PictureFaults {
         options: &PictureFaultOptions,
     ) {
         std::mem::swap(&mut self.before, &mut self.now);
-        self.now.measure(image, options.columns);
+        self.now.measure(image, options.columns, options.least_cell_px);
         let interval_s = self.last_ns.map_or(f64::INFINITY, |last| (timestamp_ns - last) as f64 * 1e-9);
         self.last_ns = Some(timestamp_ns);
         if interval_s > options.blur_longest_s {

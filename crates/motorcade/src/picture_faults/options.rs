@@ -9,6 +9,8 @@ use serde::{Deserialize, Serialize};
 pub struct PictureFaultOptions {
     /// Cells across a picture. More find smaller faults, and take passing objects for some.
     pub columns: usize,
+    /// Smallest side of a cell \[px\], which small pictures have fewer of: gradients of fewer pixels are noise. Chosen, not measured.
+    pub least_cell_px: usize,
     /// Longest time between two pictures that are compared \[s\]: after longer ones the scene has changed by itself.
     pub longest_s: f64,
     /// Factor of brightness between two pictures from which on exposure jumped; clean drives have 1.10 at most. Larger misses small jumps.
@@ -43,6 +45,7 @@ impl Default for PictureFaultOptions {
     fn default() -> Self {
         Self {
             columns: 24,
+            least_cell_px: 8,
             longest_s: 0.25,
             exposure_factor: 1.3,
             exposure_spread: 0.2,
@@ -62,7 +65,11 @@ impl Default for PictureFaultOptions {
 impl PictureFaultOptions {
     /// The first setting out of its range, with what it must be.
     pub(crate) fn validate(&self) -> Result<(), String> {
-        for (name, value, most) in [("columns", self.columns, 200), ("blur_frames", self.blur_frames, 100)] {
+        for (name, value, most) in [
+            ("columns", self.columns, 200),
+            ("least_cell_px", self.least_cell_px, 200),
+            ("blur_frames", self.blur_frames, 100),
+        ] {
             if !(2..=most).contains(&value) {
                 return Err(format!("{name} must lie between 2 and {most}"));
             }

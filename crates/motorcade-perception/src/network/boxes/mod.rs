@@ -17,9 +17,6 @@ use crate::detectors::VehicleDetector;
 use crate::error::Result;
 use crate::manifest::BoxFamily;
 
-/// Least width and height of a box \[px\].
-const LEAST_SIDE_PX: f64 = 2.0;
-
 /// A network that finds vehicles.
 #[derive(Debug)]
 pub struct BoxDetector {
@@ -27,6 +24,8 @@ pub struct BoxDetector {
     family: BoxFamily,
     classes: Classes,
     suppression: SuppressionOptions,
+    /// Least width and height of a box \[px\].
+    least_side_px: f64,
 }
 
 /// A box before it is brought back to the image.
@@ -75,7 +74,13 @@ impl BoxDetector {
         options: &DetectorOptions,
     ) -> Self {
         let classes = Classes { known: classes, min_score: options.min_score };
-        Self { network, family, classes, suppression: options.suppression }
+        Self {
+            network,
+            family,
+            classes,
+            suppression: options.advanced.suppression,
+            least_side_px: options.advanced.least_side_px,
+        }
     }
 
     /// Finds vehicles, best first.
@@ -88,7 +93,7 @@ impl BoxDetector {
             // Pixel edges of the input to pixel centres of the image.
             let bbox = [x1 * back.x, y1 * back.y, x2 * back.x, y2 * back.y].map(|edge| edge - 0.5);
             let bbox = BoundingBox::new(bbox).clipped(image.width(), image.height());
-            (bbox.width() >= LEAST_SIDE_PX && bbox.height() >= LEAST_SIDE_PX).then_some(Detection {
+            (bbox.width() >= self.least_side_px && bbox.height() >= self.least_side_px).then_some(Detection {
                 class: candidate.class,
                 score: candidate.score,
                 bbox,

@@ -29,8 +29,6 @@ use crate::dimensions::SizePrior;
 
 /// Smallest depth of a point: nearer ones have no meaningful image \[m\].
 const NEAREST_M: f64 = 0.5;
-/// Distance before the first estimate \[m\].
-const INITIAL_DISTANCE_M: f64 = 15.0;
 
 /// Kind of a residual.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -124,7 +122,7 @@ impl<'a> Problem<'a> {
             size: observation.size,
             heading: observation.heading.clone(),
             swapped,
-            distance_m: INITIAL_DISTANCE_M,
+            distance_m: options.advanced.start_distance_m,
             shape_terms: true,
         }
     }

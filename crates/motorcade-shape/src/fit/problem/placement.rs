@@ -7,13 +7,6 @@ use nalgebra::{Matrix3, Point2, Vector2, Vector3};
 use super::super::model::State;
 use super::{NEAREST_M, Problem};
 
-/// Reweighted rounds of the linear position.
-const ROUNDS: usize = 4;
-/// Largest distance of an initial position \[m\].
-const FARTHEST_M: f64 = 500.0;
-/// Height of the middle of a body over its road when the road is unknown \[m\].
-const BODY_CENTRE_M: f64 = 0.8;
-
 impl Problem<'_> {
     /// Translation of a vehicle of known orientation and shape from the rays of its points and the road, linear in t:
     ///
@@ -24,7 +17,7 @@ impl Problem<'_> {
     /// for rays (x, y, 1), reweighted a few times against outliers.
     pub fn linear_translation(&self, rotation: &Matrix3<f64>, state: &State) -> Option<Vector3<f64>> {
         let mut t = Vector3::new(0.0, 0.0, self.distance_m);
-        for round in 0..ROUNDS {
+        for round in 0..self.options.advanced.placement_rounds {
             let (mut h, mut g) = (Matrix3::zeros(), Vector3::zeros());
             for m in &self.measured {
                 let q = rotation * self.model.points[m.point].at(&state.shape);
@@ -52,7 +45,7 @@ impl Problem<'_> {
                 g -= up * (height_m * weight);
             }
             t = h.cholesky()?.solve(&g);
-            if !(t.z > NEAREST_M && t.z < FARTHEST_M) {
+            if !(t.z > NEAREST_M && t.z < self.options.advanced.farthest_m) {
                 return None;
             }
         }
@@ -66,7 +59,8 @@ impl Problem<'_> {
             median(&mut values).unwrap_or(0.0)
         };
         let t = self.camera.ray(&Point2::new(middle(0), middle(1))) * distance_m;
-        let over_road_m = self.road.map_or(BODY_CENTRE_M, |r| r.plane.up.dot(&t) + r.plane.height_m);
+        let over_road_m =
+            self.road.map_or(self.options.advanced.body_centre_m, |r| r.plane.up.dot(&t) + r.plane.height_m);
         t - self.up() * over_road_m
     }
 

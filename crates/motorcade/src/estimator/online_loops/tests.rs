@@ -116,7 +116,7 @@ fn a_drive_is_in_the_world_of_a_kept_map_once_it_is_met() {
         frame.world_from_camera
     };
     let met = first.frame.number as usize;
-    assert_eq!(loops.loops.kept.as_ref().unwrap().told_from, Some(met));
+    assert_eq!(loops.loops.kept.as_ref().unwrap().first_estimated_frame, Some(met));
     assert!(met < 70 && returned(met - 1) == scene.ego[met - 1].world_from_camera, "{met}");
     for row in met..scene.truth.len() {
         let off = (returned(row).translation() - (there * scene.truth[row]).translation()).norm();
