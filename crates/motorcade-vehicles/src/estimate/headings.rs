@@ -4,6 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::input::TrackInput;
 use crate::external::ExternalView;
+use crate::ground::GroundFrame;
 use crate::motion::KinematicState;
 use crate::options::TrafficSide;
 use crate::time::{frame_interval_s, times_s};
@@ -143,6 +144,32 @@ pub(super) fn static_headings(
     };
     let front = if oncoming { folded + std::f64::consts::PI } else { folded };
     (0..states.len()).map(|k| local(input.start + k, front)).collect()
+}
+
+/// Headings of a standing vehicle from those of a network's views, relative to each frame's camera. A network errs by an angle that is common to all
+/// views of a vehicle, while most vehicles are parked along the road or across it: where such a direction is more probable than an oblique one, the
+/// heading is the mean of both by their variances.
+pub(super) fn parked_headings(input: &TrackInput<'_>, by_views: &[f64]) -> Vec<f64> {
+    let options = &input.options.advanced.heading;
+    let Some(grounds) = input.grounds.get(input.start..input.start + by_views.len()) else {
+        return by_views.to_vec();
+    };
+    let seen_in = |view: &ExternalView| view.frame.checked_sub(input.start).filter(|k| *k < grounds.len());
+    let mut seen = input.external_headings.views.iter().filter_map(seen_in);
+    let Some(middle) = seen.clone().nth(seen.clone().count() / 2).map(|k| &grounds[k]) else {
+        return by_views.to_vec();
+    };
+    let world =
+        |k: usize| grounds[k].world_from_camera.transform_vector(&grounds[k].direction_of(by_views[k]));
+    let first = seen.next().map_or(Vector3::zeros(), world);
+    let mean = seen.map(world).fold(first, |sum, direction| sum + direction);
+    let angle = middle.heading_of(&middle.world_from_camera.inverse().transform_vector(&mean));
+    let forward =
+        middle.world_from_camera.transform_vector(&middle.direction_of(options.parked_angle(angle)));
+    let local = |ground: &GroundFrame| {
+        ground.heading_of(&ground.world_from_camera.inverse().transform_vector(&forward))
+    };
+    grounds.iter().map(local).collect()
 }
 
 #[cfg(test)]

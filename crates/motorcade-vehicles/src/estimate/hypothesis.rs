@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
-use super::headings::{static_headings, travel_headings};
+use super::headings::{parked_headings, static_headings, travel_headings};
 use super::input::TrackInput;
 use super::off_road;
 use super::views::Views;
@@ -11,6 +11,7 @@ use crate::motion::{
     KinematicState, PositionMeasurement, probability_moving, smooth_motion, static_position,
 };
 use crate::options::AdvancedVehicleOptions;
+use crate::trajectory::Source;
 
 /// Positions, motion and headings of a track.
 pub(super) struct TrackHypothesis {
@@ -51,10 +52,12 @@ impl TrackHypothesis {
             let before = headings;
             headings = if moves {
                 travel_headings(input, &states, &before)
-            } else if let Some(external) = external {
-                external.to_vec()
             } else {
-                let search = || static_headings(input, &states, input.options.traffic_side);
+                let search = || match external {
+                    Some(external) if by_keypoints(input) => parked_headings(input, external),
+                    Some(external) => external.to_vec(),
+                    None => static_headings(input, &states, input.options.traffic_side),
+                };
                 parked.get_or_insert_with(search).clone()
             };
             found = Some(Self { views, states, p_moving, headings: headings.clone() });
@@ -64,6 +67,11 @@ impl TrackHypothesis {
         }
         found
     }
+}
+
+/// True when headings come from a network's keypoints, not from a file of poses.
+fn by_keypoints(input: &TrackInput<'_>) -> bool {
+    input.external_headings.views.iter().any(|view| view.source == Source::Keypoints)
 }
 
 /// Mean forward direction in the world for headings relative to each frame's camera.
