@@ -148,28 +148,31 @@ pub(super) fn static_headings(
 
 /// Headings of a standing vehicle from those of a network's views, relative to each frame's camera. A network errs by an angle that is common to all
 /// views of a vehicle, while most vehicles are parked along the road or across it: where such a direction is more probable than an oblique one, the
-/// heading is the mean of both by their variances.
-pub(super) fn parked_headings(input: &TrackInput<'_>, by_views: &[f64]) -> Vec<f64> {
+/// heading is the mean of both by their variances. The road is that where the camera comes nearest; in a bend it is less certain.
+pub(super) fn parked_headings(
+    input: &TrackInput<'_>,
+    states: &[KinematicState],
+    by_views: &[f64],
+) -> Vec<f64> {
     let options = &input.options.advanced.heading;
-    let Some(grounds) = input.grounds.get(input.start..input.start + by_views.len()) else {
-        return by_views.to_vec();
+    let seen = input.external_headings.views.iter().filter_map(|v| Some((input.grounds.get(v.frame)?, v)));
+    let forward = |(ground, view): (&GroundFrame, &ExternalView)| {
+        let heading = by_views.get(view.frame.checked_sub(input.start)?)?;
+        Some(ground.world_from_camera.transform_vector(&ground.direction_of(*heading)))
     };
-    let seen_in = |view: &ExternalView| view.frame.checked_sub(input.start).filter(|k| *k < grounds.len());
-    let mut seen = input.external_headings.views.iter().filter_map(seen_in);
-    let Some(middle) = seen.clone().nth(seen.clone().count() / 2).map(|k| &grounds[k]) else {
-        return by_views.to_vec();
+    let mean: Vector3<f64> = seen.clone().filter_map(forward).sum();
+    let middle = seen.clone().nth(seen.count() / 2).map(|(ground, _)| ground);
+    let (Some(middle), Some(state)) = (middle, states.first()) else { return by_views.to_vec() };
+    let away = |g: &GroundFrame| (g.world_from_camera.translation() - state.position).norm_squared();
+    let nearest = input.grounds.iter().min_by(|a, b| away(a).total_cmp(&away(b))).unwrap_or(middle);
+    let angle_to = |ground: &GroundFrame, direction: &Vector3<f64>| {
+        ground.heading_of(&ground.world_from_camera.inverse().transform_vector(direction))
     };
-    let world =
-        |k: usize| grounds[k].world_from_camera.transform_vector(&grounds[k].direction_of(by_views[k]));
-    let first = seen.next().map_or(Vector3::zeros(), world);
-    let mean = seen.map(world).fold(first, |sum, direction| sum + direction);
-    let angle = middle.heading_of(&middle.world_from_camera.inverse().transform_vector(&mean));
-    let forward =
-        middle.world_from_camera.transform_vector(&middle.direction_of(options.parked_angle(angle)));
-    let local = |ground: &GroundFrame| {
-        ground.heading_of(&ground.world_from_camera.inverse().transform_vector(&forward))
-    };
-    grounds.iter().map(local).collect()
+    let bend = angle_to(nearest, &middle.world_from_camera.transform_vector(&middle.ahead()));
+    let angle = options.parked_angle(angle_to(nearest, &mean), 0.5 * bend);
+    let parked = nearest.world_from_camera.transform_vector(&nearest.direction_of(angle));
+    let frames = input.grounds.iter().skip(input.start).take(by_views.len());
+    frames.map(|ground| angle_to(ground, &parked)).collect()
 }
 
 #[cfg(test)]

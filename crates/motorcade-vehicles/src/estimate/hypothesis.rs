@@ -54,7 +54,7 @@ impl TrackHypothesis {
                 travel_headings(input, &states, &before)
             } else {
                 let search = || match external {
-                    Some(external) if by_keypoints(input) => parked_headings(input, external),
+                    Some(external) if by_keypoints(input) => parked_headings(input, &states, external),
                     Some(external) => external.to_vec(),
                     None => static_headings(input, &states, input.options.traffic_side),
                 };

@@ -77,10 +77,12 @@ impl Default for HeadingOptions {
 }
 
 impl HeadingOptions {
-    /// The most probable angle of a standing vehicle to the road \[rad\] for one by a network. The angle itself where it is oblique, else the mean of it
+    /// The most probable angle of a standing vehicle to the road \[rad\] for one by a network; `road_sigma` is the standard deviation of the road's
+    /// direction. The angle itself where it is oblique, else the mean of it
     /// and of the direction along the road or across it, by their variances.
-    pub(crate) fn parked_angle(&self, by_views: f64) -> f64 {
-        let (of_views, of_parked) = (self.view_sigma_rad.powi(2), self.parked_sigma_rad.powi(2));
+    pub(crate) fn parked_angle(&self, by_views: f64, road_sigma: f64) -> f64 {
+        let of_views = self.view_sigma_rad.powi(2);
+        let of_parked = self.parked_sigma_rad.powi(2) + road_sigma.powi(2);
         let variance = of_views + of_parked;
         let oblique = (1.0 - self.along_share - self.across_share).max(0.0) / TAU;
         let mut best = (oblique, by_views);
@@ -101,12 +103,15 @@ mod tests {
 
     #[test]
     fn headings_near_the_road_are_drawn_to_it_and_oblique_ones_stay() {
-        let angle = |degrees: f64| HeadingOptions::default().parked_angle(degrees.to_radians()).to_degrees();
+        let options = HeadingOptions::default();
+        let angle = |degrees: f64| options.parked_angle(degrees.to_radians(), 0.0).to_degrees();
         assert!(
             (angle(0.0)).abs() < 1e-9 && (angle(10.0) - 1.0).abs() < 0.1 && (angle(-20.0) + 2.0).abs() < 0.2
         );
         assert!((angle(172.0) - 179.2).abs() < 0.1 && (angle(-172.0) + 179.2).abs() < 0.1);
         assert!((angle(86.0) - 89.6).abs() < 0.1 && (angle(-95.0) + 90.5).abs() < 0.1);
         assert!((angle(45.0) - 45.0).abs() < 1e-9 && (angle(-135.0) + 135.0).abs() < 1e-9);
+        // Where the road bends its direction says less.
+        assert!(options.parked_angle(0.2, 0.15) > 0.09);
     }
 }
