@@ -70,6 +70,16 @@ impl<T> Rows<T> {
     pub fn iter_mut(&mut self) -> std::slice::IterMut<'_, T> {
         self.kept.iter_mut()
     }
+    /// Puts rows back that were taken out, those just before the ones that are kept.
+    pub fn put_back(&mut self, mut older: Vec<T>) {
+        self.first = self.first.saturating_sub(older.len());
+        older.append(&mut self.kept);
+        self.kept = older;
+    }
+    /// The rows that are kept, without their indices.
+    pub fn into_kept(self) -> Vec<T> {
+        self.kept
+    }
     /// Takes out the rows before `row`, oldest first, once they are worth the work; none until then.
     pub fn forget_before(&mut self, row: usize) -> impl Iterator<Item = T> + '_ {
         let old = row.saturating_sub(self.first).min(self.kept.len());
@@ -150,5 +160,8 @@ mod tests {
         assert_eq!(rows[4990..=4991], [4990, 4991]);
         assert_eq!((rows[4998..].len(), rows[..4999].last()), (2, Some(&4998)));
         assert_eq!((rows.get(10), rows.get(4999), rows.get(5000)), (None, Some(&4999), None));
+        rows.put_back(forgotten);
+        assert_eq!((rows.first_kept(), rows.len(), rows[10]), (0, 5000, 10));
+        assert!(rows.into_kept().into_iter().eq(0..5000));
     }
 }

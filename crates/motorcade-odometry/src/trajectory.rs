@@ -47,6 +47,22 @@ pub struct FrameRecord {
     pub covariance: Matrix6<f64>,
 }
 
+impl FrameRecord {
+    /// The record of a frame that belongs to no segment.
+    pub fn unplaced(timestamp_ns: i64) -> Self {
+        Self {
+            timestamp_ns,
+            status: FrameStatus::Initialising,
+            segment: usize::MAX,
+            keyframe: 0,
+            camera_from_keyframe: CameraFromCamera::identity(),
+            inliers: 0,
+            rms_px: 0.0,
+            covariance: Matrix6::zeros(),
+        }
+    }
+}
+
 /// Frame poses, each segment in its own unit of length.
 #[derive(Clone, Debug)]
 pub struct OdometryTrajectory {
@@ -118,7 +134,11 @@ impl OdometryTrajectory {
 
     /// `camera_from_world` of a frame in its segment's world; `None` while its segment has no map.
     pub fn camera_from_world(&self, frame: usize) -> Option<CameraFromWorld> {
-        let record = self.frames.get(frame)?;
+        self.camera_of(self.frames.get(frame)?)
+    }
+
+    /// The same of a record that may be forgotten here.
+    pub fn camera_of(&self, record: &FrameRecord) -> Option<CameraFromWorld> {
         let keyframe = self.keyframes.get(record.segment)?.get(record.keyframe)?;
         Some(record.camera_from_keyframe * *keyframe)
     }

@@ -27,30 +27,23 @@ struct Front {
 impl SelectedInverse {
     /// Of the matrix with this factor.
     pub fn new(matrix: &BlockMatrix, factor: &Cholesky) -> Self {
-        let symbolic = &matrix.symbolic;
-        let mut out = Self { values: vec![0.0; symbolic.factor_len] };
-        let mut fronts: Vec<Option<Front>> = Vec::new();
-        fronts.resize_with(symbolic.nodes.len(), || None);
-        for s in (0..symbolic.nodes.len()).rev() {
-            let node = &symbolic.nodes[s];
-            let below = match fronts.get_mut(node.parent as usize) {
-                Some(slot) => {
-                    let below = slot.as_ref().map(|front| gather(symbolic, node, &front.inverse));
-                    if let Some(front) = slot {
-                        front.waiting -= 1;
-                    }
-                    slot.take_if(|front| front.waiting == 0);
-                    below.unwrap_or_default()
-                }
-                None => DMatrix::zeros(node.shape.below, node.shape.below),
-            };
-            let inverse = invert(node, factor.panel(node), &below);
-            out.store(node, &inverse);
-            if !node.children.is_empty() {
-                fronts[s] = Some(Front { inverse, waiting: node.children.len() });
-            }
-        }
+        let mut out = Self { values: vec![0.0; matrix.symbolic.factor_len] };
+        sweep(&matrix.symbolic, factor, |node, inverse| out.store(node, inverse));
         out
+    }
+
+    /// The diagonal blocks alone, in the original numbering: the same numbers without room for those beside them, which is that of the factor.
+    pub fn diagonal(matrix: &BlockMatrix, factor: &Cholesky) -> Vec<DMatrix<f64>> {
+        let symbolic = &matrix.symbolic;
+        let mut blocks = vec![DMatrix::zeros(0, 0); symbolic.dims.len()];
+        sweep(symbolic, factor, |node, inverse| {
+            let first = symbolic.offsets[node.first as usize];
+            for position in node.first as usize..(node.first + node.columns) as usize {
+                let (at, dim) = (symbolic.offsets[position] - first, symbolic.dims[position]);
+                blocks[symbolic.order[position] as usize] = inverse.view((at, at), (dim, dim)).into_owned();
+            }
+        });
+        blocks
     }
 
     fn store(&mut self, node: &Node, inverse: &DMatrix<f64>) {
@@ -134,6 +127,31 @@ impl SelectedInverse {
             left += width;
         }
         out
+    }
+}
+
+/// The inverse over every front, from the root down.
+fn sweep(symbolic: &Symbolic, factor: &Cholesky, mut visit: impl FnMut(&Node, &DMatrix<f64>)) {
+    let mut fronts: Vec<Option<Front>> = Vec::new();
+    fronts.resize_with(symbolic.nodes.len(), || None);
+    for s in (0..symbolic.nodes.len()).rev() {
+        let node = &symbolic.nodes[s];
+        let below = match fronts.get_mut(node.parent as usize) {
+            Some(slot) => {
+                let below = slot.as_ref().map(|front| gather(symbolic, node, &front.inverse));
+                if let Some(front) = slot {
+                    front.waiting -= 1;
+                }
+                slot.take_if(|front| front.waiting == 0);
+                below.unwrap_or_default()
+            }
+            None => DMatrix::zeros(node.shape.below, node.shape.below),
+        };
+        let inverse = invert(node, factor.panel(node), &below);
+        visit(node, &inverse);
+        if !node.children.is_empty() {
+            fronts[s] = Some(Front { inverse, waiting: node.children.len() });
+        }
     }
 }
 
@@ -243,6 +261,9 @@ mod tests {
         factor.factorise(&matrix, 0.0, false, None).unwrap();
         let selected = SelectedInverse::new(&matrix, &factor);
         let inverse = dense.try_inverse().unwrap();
+        for (i, block) in (0..).zip(SelectedInverse::diagonal(&matrix, &factor)) {
+            assert_eq!(block, selected.block(&matrix, &factor, i, i));
+        }
         let mut off_pattern = 0;
         for i in 0..dims.len() as u32 {
             for j in 0..dims.len() as u32 {

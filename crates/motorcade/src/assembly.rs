@@ -51,7 +51,7 @@ impl RunResult {
             graph,
             graph_report,
             loops,
-            detections: record.detections,
+            detections: record.detections.into_kept(),
             detects_vehicles: record.detects_vehicles,
             stopwatch: record.stopwatch,
             warnings: record.warnings,

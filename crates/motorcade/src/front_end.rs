@@ -1,19 +1,29 @@
 //! The front end: the camera's motion up to scale and the road, frame by frame.
 
+use std::io;
+
 use image::GrayImage;
 use motorcade_calibrate::{FocalCheck, FocalCheckOptions};
 use motorcade_dataset::Frame;
-use motorcade_odometry::{Odometry, OdometryOptions, RoadFeedback, RoadInput, StaticMask};
-use motorcade_perception::{BoundingBox, Observations};
+use motorcade_odometry::{
+    FrameRecord, Odometry, OdometryOptions, RoadFeedback, RoadInput, RoadMeasurement, StaticMask,
+};
+use motorcade_perception::{BoundingBox, Detection, Observations, VehicleKeypoints};
+use motorcade_places::PlaceKeyframe;
 
+use crate::archive::{Archive, Stored};
 use crate::config::VehicleMask;
 use crate::frame_list::FrameList;
 use crate::motion_source::MotionSource;
 use crate::place_recorder::{Candidate, PlaceRecorder};
 use crate::plausibility;
+use crate::progress::Progress;
 use crate::record::{FrameInfo, FrontEndRecord, FrontEndView, known_places};
 use crate::scale_source::ScaleSource;
 use crate::settings::Settings;
+
+/// Keyframes of places that are put away at once.
+const PLACES_AT_ONCE: usize = 16;
 
 /// State of the front end between frames.
 pub(crate) struct FrontEnd {
@@ -22,6 +32,21 @@ pub(crate) struct FrontEnd {
     places: Option<PlaceRecorder>,
     focal: Option<FocalCheck>,
     record: FrontEndRecord,
+    away: PutAway,
+    /// True of a drive that is estimated as a whole, which needs all rows at its end.
+    whole: bool,
+    /// First row that the next estimate of the last seconds reads, where there are such estimates.
+    read_from: Option<usize>,
+}
+
+/// Rows before those in memory, which only the end of the drive needs.
+#[derive(Default)]
+struct PutAway {
+    motion: Archive<FrameRecord>,
+    measurements: Archive<RoadMeasurement>,
+    places: Archive<PlaceKeyframe>,
+    detections: Archive<Vec<Detection>>,
+    keypoints: Archive<Vec<VehicleKeypoints>>,
 }
 
 impl FrontEnd {
@@ -39,6 +64,9 @@ impl FrontEnd {
             focal: FocalCheck::new(&settings.camera, settings.config.checks.advanced.focal_length)
                 .filter(|_| !settings.config.online.enabled),
             record: FrontEndRecord::new(settings),
+            away: PutAway::default(),
+            whole: !settings.config.online.enabled,
+            read_from: None,
         }
     }
 
@@ -50,7 +78,7 @@ impl FrontEnd {
         mut observations: Observations,
         settings: &Settings,
     ) {
-        let Self { motion, scale, places, focal, record } = self;
+        let Self { motion, scale, places, focal, record, .. } = self;
         let run = &settings.config.run;
         let row = record.frames.len();
         let masking_score = settings.config.perception.masking_score;
@@ -97,20 +125,64 @@ impl FrontEnd {
                 detection.road_below = road.share_below(&detection.bbox, options, |p| hidden.allows(p));
             }
         }
-        record.push(FrameInfo::of(frame), observations);
+        self.push(FrameInfo::of(frame), observations);
     }
 
     /// Takes a frame that is missing or unreadable: its pose is bridged.
     pub(crate) fn skip(&mut self, number: u64, timestamp_ns: i64, problem: String) {
         self.motion.skip(timestamp_ns);
         let info = FrameInfo { number, timestamp_ns, problem: Some(problem) };
-        self.record.push(info, Observations::default());
+        self.push(info, Observations::default());
     }
 
     /// Takes a frame without an image, of which an external trajectory has the pose.
     pub(crate) fn process_without_image(&mut self, info: FrameInfo, observations: Observations) {
         self.motion.skip(info.timestamp_ns);
+        self.push(info, observations);
+    }
+
+    fn push(&mut self, info: FrameInfo, observations: Observations) {
         self.record.push(info, observations);
+        if self.whole {
+            self.put_away();
+        }
+    }
+
+    /// Moves what only the end of the drive needs to temporary files.
+    fn put_away(&mut self) {
+        let newest = self.record.frames.len().saturating_sub(1);
+        let needed = self.read_from.into_iter().chain(self.scale.oldest());
+        let row = needed.fold(newest, usize::min);
+        let Self { motion, scale, places, record, away, .. } = self;
+        away.motion.put_away(motion.forget_before(row));
+        away.measurements.put_away(scale.forget_before(row));
+        away.detections.put_away(record.detections.forget_before(row).collect());
+        away.keypoints.put_away(record.keypoints.forget_before(row).collect());
+        // Estimates of the last seconds read none.
+        if let Some(places) = places {
+            away.places.put_away(places.take_out(PLACES_AT_ONCE));
+        }
+    }
+
+    /// Brings back what was put away; where that cannot be read, the rows stand as frames without pose and vehicles.
+    pub(crate) fn bring_back(&mut self, progress: &dyn Progress) {
+        let Self { motion, scale, places, record, away, .. } = self;
+        let mut problem = None;
+        let unplaced = |k: usize| Some(FrameRecord::unplaced(record.frames.get(k)?.timestamp_ns));
+        motion.put_back(read(&mut away.motion, &mut problem, unplaced));
+        scale.put_back(read(&mut away.measurements, &mut problem, |_| None));
+        record.detections.put_back(read(&mut away.detections, &mut problem, |_| Some(Vec::new())));
+        record.keypoints.put_back(read(&mut away.keypoints, &mut problem, |_| Some(Vec::new())));
+        if let Some(places) = places {
+            places.put_back(read(&mut away.places, &mut problem, |_| None));
+        }
+        if let Some(error) = problem {
+            let warning = format!(
+                "part of what the frames showed is lost: a temporary file did not read back ({error}); repeat the run, with TMPDIR on another disk"
+            );
+            progress.warn(&warning);
+            record.warnings.push(warning);
+        }
     }
 
     /// Rows so far.
@@ -133,7 +205,7 @@ impl FrontEnd {
         let known = measurements.partition_point(|m| m.frame < rows);
         FrontEndView {
             frames: &self.record.frames[..rows],
-            detections: &self.record.detections[..rows],
+            detections: &self.record.detections,
             keypoints: &self.record.keypoints,
             motion: self.motion.trajectory(),
             road_measurements: &measurements[..known],
@@ -141,11 +213,17 @@ impl FrontEnd {
         }
     }
 
-    /// Forgets of rows before `row` all that results do not list: motion up to scale, measurements of the road, keypoints.
+    /// Estimates of the last seconds read rows from `row` on alone. An online run forgets of those before it all that results do not list: motion up
+    /// to scale, measurements of the road, keypoints.
     pub(crate) fn forget_before(&mut self, row: usize) {
-        self.motion.forget_before(row);
-        self.record.forgotten_measurements += self.scale.forget_before(row);
+        self.read_from = Some(row);
+        if self.whole {
+            return;
+        }
+        drop(self.motion.forget_before(row));
+        self.record.forgotten_measurements += self.scale.forget_before(row).len();
         drop(self.record.keypoints.forget_before(row));
+        self.away.detections.put_away(self.record.detections.forget_before(row).collect());
         self.record.forgotten |= row > 0;
     }
 
@@ -204,12 +282,104 @@ impl FrontEnd {
     }
 
     /// Ends the drive.
-    pub(crate) fn finish(self) -> FrontEndRecord {
+    pub(crate) fn finish(mut self, progress: &dyn Progress) -> FrontEndRecord {
+        self.bring_back(progress);
         FrontEndRecord {
             motion: self.motion.finish(),
-            road_measurements: self.scale.measurements().to_vec(),
+            road_measurements: self.scale.finish(),
             places: self.places.map(PlaceRecorder::finish).unwrap_or_default(),
             ..self.record
         }
+    }
+}
+
+/// The records of an archive. Where it does not read back, `unknown` of each row stands for its record.
+fn read<T: Stored>(
+    archive: &mut Archive<T>,
+    problem: &mut Option<io::Error>,
+    unknown: impl Fn(usize) -> Option<T>,
+) -> Vec<T> {
+    let rows = 0..archive.len();
+    archive.take_back().unwrap_or_else(|error| {
+        *problem = Some(error);
+        rows.filter_map(unknown).collect()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::external::External;
+    use crate::motion_source::ExternalTrajectory;
+    use crate::progress::NoProgress;
+    use motorcade_geometry::{Camera, Pose, World};
+    use motorcade_perception::{BoxConvention, VehicleClass};
+    use motorcade_testing::{CAMERA, CAMERA_HEIGHT_M};
+    use nalgebra::{UnitQuaternion, Vector3};
+
+    const FRAMES: usize = 700;
+
+    /// A front end after a drive along a given trajectory.
+    fn driven(away: PutAway) -> FrontEnd {
+        let pose = |k: usize| -> Pose<World, Camera> {
+            Pose::from_parts(UnitQuaternion::identity(), Vector3::z() * k as f64)
+        };
+        let trajectory =
+            ExternalTrajectory { world_from_camera: (0..FRAMES).map(pose).collect(), metric: true };
+        let external = External { trajectory: Some(trajectory), ..External::default() };
+        let mut front_end = FrontEnd::new(&Settings { external, ..Settings::new(CAMERA, CAMERA_HEIGHT_M) });
+        front_end.away = away;
+        for k in 0..FRAMES {
+            let detection = Detection {
+                class: VehicleClass::Car,
+                score: (k as f64).sin(),
+                bbox: BoundingBox::new([0.0, 0.0, 1.0, k as f64]),
+                convention: BoxConvention::VisibleExtent,
+                external_id: None,
+                pixel_size: 1.0,
+                road_below: None,
+            };
+            let info = FrameInfo { number: k as u64, timestamp_ns: k as i64 * 100_000_000, problem: None };
+            let detections = vec![detection; k % 3];
+            front_end.process_without_image(info, Observations { detections, ..Observations::default() });
+        }
+        front_end
+    }
+
+    #[test]
+    fn all_comes_back_whether_or_not_a_file_can_be_written() {
+        let full = || PutAway {
+            motion: Archive::unwritable(),
+            detections: Archive::unwritable(),
+            keypoints: Archive::unwritable(),
+            ..PutAway::default()
+        };
+        let records = [PutAway::default(), full()].map(|away| {
+            let front_end = driven(away);
+            assert!(front_end.record.detections.kept().len() < 300 && front_end.away.motion.len() > 400);
+            front_end.finish(&NoProgress)
+        });
+        let scores =
+            |record: &FrontEndRecord| -> Vec<usize> { record.detections.iter().map(Vec::len).collect() };
+        assert_eq!(scores(&records[0]), (0..FRAMES).map(|k| k % 3).collect::<Vec<_>>());
+        assert_eq!(format!("{:?}", records[0].motion), format!("{:?}", records[1].motion));
+        assert_eq!(format!("{:?}", records[0].detections), format!("{:?}", records[1].detections));
+        assert_eq!((records[0].motion.frames.first_kept(), records[0].motion.frames.len()), (0, FRAMES));
+        assert!(records[0].keypoints.kept().len() == FRAMES && records[0].warnings.is_empty());
+    }
+
+    #[test]
+    fn frames_that_do_not_come_back_are_unplaced_and_said() {
+        let mut front_end = driven(PutAway::default());
+        let away = front_end.away.motion.len();
+        front_end.away.motion.break_file();
+        front_end.away.detections.break_file();
+        let record = front_end.finish(&NoProgress);
+        assert!(record.motion.frames.len() == FRAMES && record.detections.len() == FRAMES);
+        let placed = record.motion.frames.iter().filter(|f| f.segment == 0).count();
+        assert_eq!((placed, record.detections[1].len()), (FRAMES - away, 0));
+        let times: Vec<i64> = record.motion.frames.iter().map(|f| f.timestamp_ns).collect();
+        assert_eq!(times, record.timestamps_ns());
+        assert!(record.warnings.len() == 1 && record.warnings[0].contains("did not read back"));
     }
 }

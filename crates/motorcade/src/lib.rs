@@ -22,6 +22,7 @@
 //! # }
 //! ```
 
+mod archive;
 mod assembly;
 mod calibration;
 mod check_options;

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use image::GrayImage;
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_odometry::{
-    ExternalTrajectoryOptions, Odometry, OdometryOptions, OdometryTrajectory, Pyramid, RoadFeedback,
-    ShiftedFrame, StaticMask,
+    ExternalTrajectoryOptions, FrameRecord, Odometry, OdometryOptions, OdometryTrajectory, Pyramid,
+    RoadFeedback, ShiftedFrame, StaticMask,
 };
 
 /// A camera trajectory from elsewhere, one pose a frame of the run.
@@ -109,10 +109,22 @@ impl MotionSource {
             odometry.apply_road(feedback);
         }
     }
-    /// Forgets records that no later step needs; an external trajectory is in memory as a whole.
-    pub(crate) fn forget_before(&mut self, row: usize) {
-        if let Self::Own(odometry) = self {
-            odometry.forget_before(row);
+    /// Takes out records that no later step needs, many at once. The poses of an external trajectory are in memory as a whole.
+    pub(crate) fn forget_before(&mut self, row: usize) -> Vec<FrameRecord> {
+        match self {
+            Self::Own(odometry) => odometry.forget_before(row),
+            Self::External { trajectory, .. } => {
+                // The next pose is a step from the newest one.
+                let newest = trajectory.frames.len().saturating_sub(1);
+                trajectory.frames.forget_before(row.min(newest)).collect()
+            }
+        }
+    }
+    /// Puts back the records that were taken out.
+    pub(crate) fn put_back(&mut self, older: Vec<FrameRecord>) {
+        match self {
+            Self::Own(odometry) => odometry.put_back(older),
+            Self::External { trajectory, .. } => trajectory.frames.put_back(older),
         }
     }
     /// Frames after which the odometry started a new map because the unit of the old one was lost.

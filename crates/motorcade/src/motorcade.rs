@@ -187,15 +187,16 @@ impl Motorcade {
     /// The estimate of the newest frame, from it and the frames before it; `None` before the first.
     pub fn estimate(&mut self) -> Option<Estimate> {
         let Self { sliding, front_end, settings, .. } = self;
+        if sliding.is_empty() {
+            front_end.bring_back(&NoProgress);
+        }
         // Frames that were pushed since the last estimate are taken one by one.
         while sliding.len() < front_end.len() {
             sliding.advance(&front_end.view(sliding.len() + 1), settings);
         }
-        if settings.config.online.enabled {
-            let needed = sliding.put_away(&front_end.view(front_end.len()), settings);
-            front_end.forget_before(needed);
-            front_end.forget_places(sliding.places_done(settings));
-        }
+        let needed = sliding.put_away(&front_end.view(front_end.len()), settings);
+        front_end.forget_before(needed);
+        front_end.forget_places(sliding.places_done(settings));
         sliding.newest(&front_end.view(front_end.len()))
     }
 
@@ -217,21 +218,21 @@ impl Motorcade {
             return self.finish_online(progress);
         }
         self.note_pictures(progress);
-        estimate_drive(self.front_end.finish(), &self.settings, progress)
+        estimate_drive(self.front_end.finish(progress), &self.settings, progress)
     }
 
     /// Ends the drive; every frame stays as it was estimated when it came. Frames without an estimate get theirs now.
     pub fn finish_online(mut self, progress: &dyn Progress) -> RunResult {
         self.estimate();
         self.note_pictures(progress);
-        self.sliding.finish(self.front_end.finish(), &self.settings, progress)
+        self.sliding.finish(self.front_end.finish(progress), &self.settings, progress)
     }
 
     /// Ends the pass over the frames: the output of the front end and the settings, for
     /// [`estimate_drive`](crate::estimate_drive) with several configurations.
     pub fn into_record(mut self) -> (FrontEndRecord, Settings) {
         self.note_pictures(&NoProgress);
-        (self.front_end.finish(), self.settings)
+        (self.front_end.finish(&NoProgress), self.settings)
     }
 
     /// Notes what was found out about the pictures themselves.

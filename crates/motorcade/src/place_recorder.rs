@@ -3,7 +3,7 @@
 use image::GrayImage;
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_multibody::LoopOptions;
-use motorcade_odometry::{FrameStatus, OdometryTrajectory};
+use motorcade_odometry::{FrameRecord, FrameStatus, OdometryTrajectory};
 use motorcade_places::{FeatureExtractor, PlaceKeyframe};
 use nalgebra::{Point2, Vector3};
 
@@ -17,11 +17,10 @@ pub(crate) struct PlaceRecorder {
     keyframes: Vec<PlaceKeyframe>,
 }
 
-/// The last keyframe.
+/// The last keyframe; its record of the trajectory may be put away by now.
 struct Taken {
-    frame: usize,
     timestamp_ns: i64,
-    segment: usize,
+    record: FrameRecord,
 }
 
 /// A frame that may become a keyframe.
@@ -52,20 +51,20 @@ impl PlaceRecorder {
         let Some(record) = trajectory.frames.get(row).filter(|r| r.status == FrameStatus::Tracked) else {
             return;
         };
-        let segment = record.segment;
-        let Some(pose) = trajectory.camera_from_world(row) else { return };
-        if !self.moved(candidate, segment, &pose) {
+        let Some(pose) = trajectory.camera_of(record) else { return };
+        if !self.moved(candidate, record, &pose) {
             return;
         }
         let features = self.extractor.extract(image, |x, y| usable(&Point2::new(x, y)));
-        self.keyframes.push(PlaceKeyframe { frame: row, segment, features });
-        self.last = Some(Taken { frame: row, timestamp_ns, segment });
+        self.keyframes.push(PlaceKeyframe { frame: row, segment: record.segment, features });
+        self.last = Some(Taken { timestamp_ns, record: record.clone() });
     }
 
-    fn moved(&self, candidate: &Candidate<'_>, segment: usize, pose: &Pose<Camera, World>) -> bool {
-        let Some(last) = self.last.as_ref().filter(|l| l.segment == segment) else { return true };
+    fn moved(&self, candidate: &Candidate<'_>, record: &FrameRecord, pose: &Pose<Camera, World>) -> bool {
+        let last = self.last.as_ref().filter(|l| l.record.segment == record.segment);
+        let Some(last) = last else { return true };
         // By today's pose of the last keyframe: adjustments move it.
-        let Some(before) = candidate.trajectory.camera_from_world(last.frame) else { return true };
+        let Some(before) = candidate.trajectory.camera_of(&last.record) else { return true };
         let step = *pose * before.inverse();
         let far = match candidate.plane {
             // |m| is 1 over the camera's height.
@@ -80,6 +79,16 @@ impl PlaceRecorder {
     /// The keyframes so far.
     pub(crate) fn keyframes(&self) -> &[PlaceKeyframe] {
         &self.keyframes
+    }
+
+    /// Takes the keyframes out once there are `many`, of drives that need them at the end alone.
+    pub(crate) fn take_out(&mut self, many: usize) -> Vec<PlaceKeyframe> {
+        if self.keyframes.len() < many { Vec::new() } else { std::mem::take(&mut self.keyframes) }
+    }
+
+    /// Puts back the keyframes that were taken out.
+    pub(crate) fn put_back(&mut self, older: Vec<PlaceKeyframe>) {
+        drop(self.keyframes.splice(..0, older));
     }
 
     /// Drops the features of the first `count` keyframes.

@@ -46,7 +46,7 @@ pub struct FrontEndRecord {
     /// Frames, in order.
     pub frames: Vec<FrameInfo>,
     /// Detections of each frame.
-    pub detections: Vec<Vec<Detection>>,
+    pub detections: Rows<Vec<Detection>>,
     /// Keypoints of vehicles in each frame.
     pub keypoints: Rows<Vec<VehicleKeypoints>>,
     /// False when there was no source of vehicles.
@@ -77,7 +77,7 @@ impl FrontEndRecord {
     pub(crate) fn new(settings: &Settings) -> Self {
         Self {
             frames: Vec::new(),
-            detections: Vec::new(),
+            detections: Rows::default(),
             keypoints: Rows::default(),
             detects_vehicles: settings.external.vehicles.is_some(),
             motion: OdometryTrajectory { frames: Rows::default(), keyframes: Vec::new() },
@@ -96,8 +96,8 @@ impl FrontEndRecord {
     /// Makes room for so many frames, as far as there is memory: a list that grows by doubling leaves holes of its size.
     pub(crate) fn reserve(&mut self, frames: usize) {
         let more = frames.min(MOST_RESERVED).saturating_sub(self.frames.len());
-        // Lists without that room grow as they always do.
-        let _ = self.frames.try_reserve_exact(more).and_then(|()| self.detections.try_reserve_exact(more));
+        // A list without that room grows as it always does.
+        let _ = self.frames.try_reserve_exact(more);
     }
 
     pub(crate) fn push(&mut self, info: FrameInfo, observations: Observations) {
@@ -116,7 +116,7 @@ impl FrontEndRecord {
         let known = self.road_measurements.partition_point(|m| m.frame < rows);
         FrontEndView {
             frames: &self.frames[..rows],
-            detections: &self.detections[..rows],
+            detections: &self.detections,
             keypoints: &self.keypoints,
             motion: &self.motion,
             road_measurements: &self.road_measurements[..known],
@@ -135,9 +135,9 @@ pub(crate) fn known_places(places: &[PlaceKeyframe], rows: usize) -> &[PlaceKeyf
 pub struct FrontEndView<'a> {
     /// Frames.
     pub frames: &'a [FrameInfo],
-    /// Detections of each frame.
-    pub detections: &'a [Vec<Detection>],
-    /// Keypoints of each frame.
+    /// Detections of each frame; may hold later frames too.
+    pub detections: &'a Rows<Vec<Detection>>,
+    /// Keypoints of each frame; may hold later frames too.
     pub keypoints: &'a Rows<Vec<VehicleKeypoints>>,
     /// The camera's motion up to scale; may hold later frames too.
     pub motion: &'a OdometryTrajectory,

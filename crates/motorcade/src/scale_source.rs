@@ -12,6 +12,9 @@ use crate::config::{Config, ScaleOptions};
 /// The height that T of the paper is given for \[m\]: KITTI's.
 const PAPER_HEIGHT_M: f64 = 1.65;
 
+/// Measurements that are taken out at least: many at once.
+const TAKEN_OUT: usize = 256;
+
 /// Way to measure scale on the road.
 pub(crate) enum ScaleSource {
     Aligned(Box<RoadTracker>),
@@ -41,11 +44,12 @@ impl RoadAndPoints {
         measured
     }
 
-    fn forget_before(&mut self, row: usize) -> usize {
+    fn forget_before(&mut self, row: usize) -> Vec<RoadMeasurement> {
         self.road.forget_before(row);
         self.points.forget_before(row);
         let old = self.measurements.partition_point(|m| m.frame < row);
-        self.measurements.drain(..old.min(self.measurements.len().saturating_sub(1))).count()
+        let old = old.min(self.measurements.len().saturating_sub(1));
+        self.measurements.drain(..if old < TAKEN_OUT { 0 } else { old }).collect()
     }
 }
 
@@ -98,13 +102,33 @@ impl ScaleSource {
         }
     }
 
-    /// Forgets measurements of frames before a row, but for the newest; returns their number.
-    pub(crate) fn forget_before(&mut self, row: usize) -> usize {
+    /// The oldest row whose pose the next frame may ask for.
+    pub(crate) fn oldest(&self) -> Option<usize> {
+        match self {
+            Self::Aligned(road) => road.oldest(),
+            Self::ClosedForm(scale) => scale.oldest(),
+            Self::Both(both) => both.road.oldest().into_iter().chain(both.points.oldest()).min(),
+            Self::Unmeasured => None,
+        }
+    }
+
+    /// Takes out measurements of frames before a row, many at once, but for the newest.
+    pub(crate) fn forget_before(&mut self, row: usize) -> Vec<RoadMeasurement> {
         match self {
             Self::Aligned(road) => road.forget_before(row),
             Self::ClosedForm(scale) => scale.forget_before(row),
             Self::Both(both) => both.forget_before(row),
-            Self::Unmeasured => 0,
+            Self::Unmeasured => Vec::new(),
+        }
+    }
+
+    /// Puts back the measurements that were taken out.
+    pub(crate) fn put_back(&mut self, older: Vec<RoadMeasurement>) {
+        match self {
+            Self::Aligned(road) => road.put_back(older),
+            Self::ClosedForm(scale) => scale.put_back(older),
+            Self::Both(both) => drop(both.measurements.splice(..0, older)),
+            Self::Unmeasured => {}
         }
     }
 
@@ -123,6 +147,16 @@ impl ScaleSource {
             Self::ClosedForm(scale) => scale.measurements(),
             Self::Both(both) => &both.measurements,
             Self::Unmeasured => &[],
+        }
+    }
+
+    /// Ends the drive: all measurements but those taken out.
+    pub(crate) fn finish(self) -> Vec<RoadMeasurement> {
+        match self {
+            Self::Aligned(road) => road.finish(),
+            Self::ClosedForm(scale) => scale.finish(),
+            Self::Both(both) => both.measurements,
+            Self::Unmeasured => Vec::new(),
         }
     }
 }

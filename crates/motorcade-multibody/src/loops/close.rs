@@ -85,7 +85,7 @@ pub fn close_loops(
         return Ok(LoopReport { map, ..report });
     }
     let closed = weights.iter().map(holds).collect();
-    let marginals = Marginals::new(&graph)?;
-    let most_moved_m = write::back(&graph, &marginals, (&cameras, &met), ego)?;
+    let covariances = Marginals::each(&graph)?;
+    let most_moved_m = write::back(&graph, &covariances, (&cameras, &met), ego)?;
     Ok(LoopReport { weights, closed, map, odometry_factor, most_moved_m })
 }

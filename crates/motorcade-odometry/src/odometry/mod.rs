@@ -26,7 +26,7 @@ use crate::map::{Landmark, Window};
 use crate::rolling_shutter::RowMotion;
 use crate::rows::Rows;
 use crate::tracking::{Pyramid, PyramidPool, StaticMask};
-use crate::trajectory::OdometryTrajectory;
+use crate::trajectory::{FrameRecord, OdometryTrajectory};
 use initialisation::Initialisation;
 use scratch::Scratch;
 use velocity::Velocity;
@@ -141,14 +141,20 @@ impl Odometry {
         &self.shifted
     }
 
-    /// Forgets the records of frames before `frame` that no later step needs: those whose poses a map to come may still fill in stay.
-    pub fn forget_before(&mut self, frame: usize) {
+    /// Takes out the records of frames before `frame` that no later step needs, many at once: those whose poses a map to come may still fill in
+    /// stay. Later steps change none of those taken out.
+    pub fn forget_before(&mut self, frame: usize) -> Vec<FrameRecord> {
         let begun = self.initialisation.as_ref().map_or(frame, |i| i.first_frame.min(frame));
         let frames = &mut self.trajectory.frames;
         let unplaced = frames.iter().take(begun.saturating_sub(frames.first_kept())).rev();
         let unplaced = unplaced.take_while(|f| f.segment == usize::MAX).count();
         // The motion to the first of them begins one row before.
-        drop(frames.forget_before((begun - unplaced).saturating_sub(1)));
+        frames.forget_before((begun - unplaced).saturating_sub(1)).collect()
+    }
+
+    /// Puts back the records that were taken out.
+    pub fn put_back(&mut self, older: Vec<FrameRecord>) {
+        self.trajectory.frames.put_back(older);
     }
 
     /// Records a frame that could not be read; its pose is bridged.

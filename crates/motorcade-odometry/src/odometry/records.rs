@@ -14,16 +14,7 @@ impl Odometry {
     }
 
     pub(super) fn record_initialising(&mut self, timestamp_ns: i64) {
-        self.trajectory.frames.push(FrameRecord {
-            timestamp_ns,
-            status: FrameStatus::Initialising,
-            segment: usize::MAX,
-            keyframe: 0,
-            camera_from_keyframe: CameraFromCamera::identity(),
-            inliers: 0,
-            rms_px: 0.0,
-            covariance: Matrix6::zeros(),
-        });
+        self.trajectory.frames.push(FrameRecord::unplaced(timestamp_ns));
     }
 
     /// The newest record belongs to no segment yet.

@@ -45,8 +45,23 @@ impl ClosedFormScale {
     }
 
     /// As [`RoadTracker::forget_before`](super::RoadTracker::forget_before).
-    pub fn forget_before(&mut self, frame: usize) -> usize {
+    pub fn forget_before(&mut self, frame: usize) -> Vec<RoadMeasurement> {
         forget_before(&mut self.measurements, frame)
+    }
+
+    /// As [`RoadTracker::put_back`](super::RoadTracker::put_back).
+    pub fn put_back(&mut self, older: Vec<RoadMeasurement>) {
+        drop(self.measurements.splice(..0, older));
+    }
+
+    /// The frame that the next one is compared with.
+    pub fn oldest(&self) -> Option<usize> {
+        self.last.as_ref().map(|last| last.frame)
+    }
+
+    /// Ends the drive: all measurements but those taken out.
+    pub fn finish(self) -> Vec<RoadMeasurement> {
+        self.measurements
     }
 
     /// Camera height in the odometry's unit by the last measurement.

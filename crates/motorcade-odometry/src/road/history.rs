@@ -41,6 +41,11 @@ impl RoadHistory {
         }
     }
 
+    /// Number of the oldest frame.
+    pub fn oldest(&self) -> Option<usize> {
+        self.frames.front().map(|f| f.frame)
+    }
+
     /// Timestamp of the newest frame \[ns\].
     pub fn newest_ns(&self) -> Option<i64> {
         self.frames.back().map(|f| f.timestamp_ns)

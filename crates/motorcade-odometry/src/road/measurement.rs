@@ -45,11 +45,11 @@ pub struct RoadCurvature {
 /// Measurements to be forgotten at least before memory is moved.
 const LEAST_FORGOTTEN: usize = 256;
 
-/// Removes the measurements of frames before `frame`, but for the newest, once they are worth the work; returns their number.
-pub(super) fn forget_before(measurements: &mut Vec<RoadMeasurement>, frame: usize) -> usize {
+/// Takes out the measurements of frames before `frame`, but for the newest, once they are worth the work.
+pub(super) fn forget_before(measurements: &mut Vec<RoadMeasurement>, frame: usize) -> Vec<RoadMeasurement> {
     let old = measurements.partition_point(|m| m.frame < frame).min(measurements.len().saturating_sub(1));
     let old = if old < LEAST_FORGOTTEN { 0 } else { old };
-    measurements.drain(..old).count()
+    measurements.drain(..old).collect()
 }
 
 /// A measurement corrected by the poses of a trajectory.

@@ -100,9 +100,24 @@ impl RoadTracker {
         self.mirrored
     }
 
-    /// Forgets measurements of frames before `frame`, but for the newest; returns their number.
-    pub fn forget_before(&mut self, frame: usize) -> usize {
+    /// The oldest frame that the next one may be compared with.
+    pub fn oldest(&self) -> Option<usize> {
+        self.history.oldest()
+    }
+
+    /// Takes out measurements of frames before `frame`, many at once, but for the newest.
+    pub fn forget_before(&mut self, frame: usize) -> Vec<RoadMeasurement> {
         forget_before(&mut self.measurements, frame)
+    }
+
+    /// Puts back the measurements that were taken out.
+    pub fn put_back(&mut self, older: Vec<RoadMeasurement>) {
+        drop(self.measurements.splice(..0, older));
+    }
+
+    /// Ends the drive: all measurements but those taken out.
+    pub fn finish(self) -> Vec<RoadMeasurement> {
+        self.measurements
     }
 
     /// The tracked plane in the odometry's unit; m with `mᵀX = 1`.

@@ -2,7 +2,7 @@
 
 use motorcade_graph::{GraphError, Report};
 use motorcade_multibody::{MultibodyGraph, WindowFrames};
-use motorcade_odometry::EgoTrajectory;
+use motorcade_odometry::{EgoTrajectory, OdometryTrajectory, Rows};
 use motorcade_vehicles::{AdvancedVehicleOptions, VehicleTrajectory, join_met_again, track_vehicles};
 
 use super::camera_height::HeightByVehicles;
@@ -28,6 +28,8 @@ pub fn estimate_drive(mut record: FrontEndRecord, settings: &Settings, progress:
     let (mut known, by_vehicles) = stopwatch.time("vehicles", || known_height(&record, settings));
     let (mut ego, fit) = stopwatch.time("scale", || metric_trajectory(&record, &known));
     known.height_m = ego.height_m;
+    // From here on motion is in metres.
+    record.motion = OdometryTrajectory { frames: Rows::default(), keyframes: Vec::new() };
     let mut loops = stopwatch.time("loops", || loops::close(&mut record, &mut ego, &known));
     let settings = &known;
     progress.begin("vehicles", None);
@@ -185,14 +187,14 @@ fn vehicles_of_drive(
     let fitters = keypoint_fitters(settings);
     let input = VehicleInput {
         frames,
-        detections,
+        detections: detections.kept(),
         keypoints: keypoints.kept(),
         grounds: &grounds,
         fitters: &fitters,
     };
     let track = || {
         let (tracker, vehicles) = (&settings.config.tracker, &settings.config.vehicles);
-        track_vehicles(&settings.camera, &grounds, detections, tracker, vehicles)
+        track_vehicles(&settings.camera, &grounds, detections.kept(), tracker, vehicles)
     };
     estimate_vehicles(&input, settings, None, track)
 }

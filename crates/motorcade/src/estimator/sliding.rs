@@ -227,12 +227,12 @@ impl SlidingEstimator {
         let newest = view.frames.len().saturating_sub(1);
         let recent = self.estimated.len().saturating_sub(LEAST_FRAMES);
         let oldest = self.estimated.get(recent).copied().unwrap_or(newest);
-        let row = view.frames.partition_point(|f| {
-            (view.frames[newest].timestamp_ns - f.timestamp_ns) as f64 * 1e-9 > needed_s
-        });
-        let row = row.min(oldest);
+        let old =
+            |f: &FrameInfo| (view.frames[newest].timestamp_ns - f.timestamp_ns) as f64 * 1e-9 > needed_s;
+        let row = view.frames.partition_point(old).min(oldest);
         self.ego.put_away_before(row);
-        self.archive.put_away_before(row, &mut self.vehicles);
+        // States come back without their measurements, which the results of online runs do not have.
+        self.archive.put_away_before(if options.enabled { row } else { 0 }, &mut self.vehicles);
         row
     }
 

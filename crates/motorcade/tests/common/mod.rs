@@ -77,7 +77,7 @@ pub fn drive(frames: usize) -> FrontEndRecord {
         |k: usize| FrameInfo { number: k as u64, timestamp_ns: k as i64 * 100_000_000, problem: None };
     FrontEndRecord {
         frames: (0..frames).map(frame).collect(),
-        detections: (0..frames).map(seen).collect(),
+        detections: (0..frames).map(seen).collect::<Vec<_>>().into(),
         keypoints: vec![Vec::new(); frames].into(),
         detects_vehicles: true,
         road_measurements: (2..frames).map(measured).collect(),
