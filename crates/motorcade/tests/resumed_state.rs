@@ -93,7 +93,11 @@ fn observations(k: u64, masks: bool) -> Observations {
     };
     let road = GrayImage::from_fn(60, 30, |_, y| Luma([if y > 14 { 230 } else { 10 }]));
     let road = (masks && k.is_multiple_of(2)).then(|| RoadMask::new(road, SMALL.width, SMALL.height));
-    Observations { detections, road, keypoints: if k % 3 == 0 { vec![keypoints] } else { Vec::new() } }
+    Observations {
+        detections,
+        road,
+        keypoints: if k.is_multiple_of(3) { vec![keypoints] } else { Vec::new() },
+    }
 }
 
 /// A kind of drive.

@@ -14,8 +14,10 @@ use crate::resume::{BESIDE, RUN, answer, command, same};
 const NO_NETWORKS: &str = "run frames --calibration camera.toml --height 1.5 --progress none --models none --set run.checkpoint_s=0";
 const SAVED: &str = "goes on after ";
 
+/// Where the state is written: in the directory of the results where that is there, else beside it.
 fn state_file(folder: &Path) -> PathBuf {
-    folder.join(format!("{BESIDE}.state/state"))
+    let checkpoint = if folder.join("out").exists() { "out/.motorcade-checkpoint" } else { BESIDE };
+    folder.join(format!("{checkpoint}.state/state"))
 }
 
 /// Kills a run once its state was written so many times.
@@ -33,7 +35,7 @@ fn killed(folder: &Path, arguments: &str, writes: usize) {
     }
     child.kill().unwrap();
     child.wait().unwrap();
-    assert!(!folder.join("out").exists());
+    assert!(!folder.join("out/run.json").exists());
 }
 
 /// Frames that a resumed run did not take again.
@@ -66,7 +68,15 @@ fn a_killed_run_goes_on_with_its_state_to_the_same_bytes() {
         assert!(!folder.join(BESIDE).exists() && !state_file(folder).exists());
         fs::remove_dir_all(folder.join("out")).unwrap();
     }
+    // Killed twice, into a directory that is there.
+    fs::create_dir(folder.join("out")).unwrap();
+    killed(folder, &run, 4);
+    killed(folder, &format!("{run} --resume"), 6);
+    let output = answer(folder, &format!("{run} --resume"));
+    assert!(saved(output.expect(0, &[SAVED])) >= 9, "{}", output.stderr);
+    same(folder, "whole", "out");
     no_leftovers(folder);
+    no_leftovers(&folder.join("out"));
 }
 
 /// Networks too: keypoints are looked for every few frames, and all output is kept.
