@@ -128,7 +128,7 @@ fn every_record_comes_back_with_its_bits() {
 fn a_named_file_goes_on_from_a_state_and_nothing_else() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("made/motion");
-    let named = || Archive::<motorcade_odometry::FrameRecord>::named(path.clone());
+    let named = || Archive::<FrameRecord>::named(path.clone());
     let mut archive = named();
     let none = archive.state().unwrap();
     assert!(none.len() == 0 && !path.exists());
@@ -143,9 +143,9 @@ fn a_named_file_goes_on_from_a_state_and_nothing_else() {
     let text = |records: &[_]| format!("{records:?}");
     assert_eq!(text(&back), text(&(0..50).map(motion).collect::<Vec<_>>()));
     assert!(named().resumed(&later).is_ok() && Archive::<f64>::default().resumed(&later).is_err());
-    let mut bytes = std::fs::read(&path).unwrap();
+    let mut bytes = fs::read(&path).unwrap();
     bytes[7] ^= 1;
-    std::fs::write(&path, bytes).unwrap();
+    fs::write(&path, bytes).unwrap();
     assert!(named().resumed(&later).is_err());
     // Without a record in it the file of an earlier run is replaced.
     let mut empty = named().resumed(&none).unwrap();
@@ -161,7 +161,7 @@ fn a_file_that_cannot_be_written_any_more_leaves_the_later_records_in_memory() {
     // A file that reads and does not write.
     let path = tempfile::NamedTempFile::new().unwrap();
     let written = archive.file.take().unwrap();
-    std::io::copy(&mut { rewound(written) }, &mut path.as_file()).unwrap();
+    io::copy(&mut { rewound(written) }, &mut path.as_file()).unwrap();
     archive.file = Some(File::open(path.path()).unwrap());
     archive.put_away((300..500).map(motion).collect());
     archive.put_away((500..600).map(motion).collect());

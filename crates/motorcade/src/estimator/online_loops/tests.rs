@@ -26,7 +26,7 @@ fn drive(scene: &Scene, settings: &Settings) -> (OnlineLoops, Vec<Revision>) {
     for rows in 1..=scene.frames.len() {
         let view = FrontEndView {
             frames: &scene.frames[..rows],
-            detections: &[],
+            detections: &Default::default(),
             keypoints: &Default::default(),
             motion: &scene.motion,
             road_measurements: &[],
