@@ -251,7 +251,8 @@ mod tests {
                     state.bbox.map(|b| BoundingBox::new([b.x1 - 20.0, b.y1, b.x1 + 10.0, b.y1 + 20.0]));
             }
             let (tracks, grounds) = ([track_of(&car, [true, true, false, false])], level_grounds(10));
-            seen_frames(&[car], &tracks, &CAMERA, &grounds, &VehicleOptions::default()).swap_remove(0)
+            let options = (&VehicleOptions::default(), 0.15);
+            seen_frames(&[car], &tracks, &CAMERA, &grounds, options).swap_remove(0)
         };
         assert_eq!(kept(|_| false), Some(0..=9));
         assert_eq!(kept(|k| k % 3 == 1), Some(0..=9));
