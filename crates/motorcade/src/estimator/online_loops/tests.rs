@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use motorcade_geometry::{Pose, World};
+use motorcade_odometry::Rows;
 use motorcade_places::PlaceMap;
 use nalgebra::Vector6;
 
@@ -26,7 +27,7 @@ fn drive(scene: &Scene, settings: &Settings) -> (OnlineLoops, Vec<Revision>) {
     for rows in 1..=scene.frames.len() {
         let view = FrontEndView {
             frames: &scene.frames[..rows],
-            detections: &Default::default(),
+            detections: &Rows::default(),
             keypoints: &Default::default(),
             motion: &scene.motion,
             road_measurements: &[],
