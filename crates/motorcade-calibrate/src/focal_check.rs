@@ -30,6 +30,15 @@ pub struct FocalCheck {
     windows: Vec<Window>,
 }
 
+/// State of a [`FocalCheck`] after a frame, without camera and options.
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+pub struct FocalCheckState {
+    last: Option<(usize, usize)>,
+    first: usize,
+    tracks: BTreeMap<u64, Track>,
+    windows: Vec<Window>,
+}
+
 impl FocalCheck {
     /// For a camera; `None` where its pixels are not square.
     pub fn new(camera: &PinholeCamera, options: FocalCheckOptions) -> Option<Self> {
@@ -44,6 +53,18 @@ impl FocalCheck {
             tracks: BTreeMap::new(),
             windows: Vec::new(),
         })
+    }
+
+    /// The state after the last frame.
+    pub fn state(&self) -> FocalCheckState {
+        let Self { options: _, stated: _, width: _, last, first, tracks, windows } = self;
+        FocalCheckState { last: *last, first: *first, tracks: tracks.clone(), windows: windows.clone() }
+    }
+
+    /// As after the frame of a state, which came from a check of the same camera with the same options.
+    pub fn restore(&mut self, state: FocalCheckState) {
+        let FocalCheckState { last, first, tracks, windows } = state;
+        (self.last, self.first, self.tracks, self.windows) = (last, first, tracks, windows);
     }
 
     /// The focal length stated \[px\].

@@ -36,7 +36,7 @@ mod window;
 
 pub use calibrator::Calibrator;
 pub use estimate::LensEstimate;
-pub use focal_check::FocalCheck;
+pub use focal_check::{FocalCheck, FocalCheckState};
 pub use focal_check_options::FocalCheckOptions;
 pub use lens::Lens;
 pub use options::{AdvancedCalibrateOptions, CalibrateOptions, MountingOptions, ViewPrior};

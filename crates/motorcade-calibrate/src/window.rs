@@ -7,7 +7,7 @@ use crate::lens::Lens;
 use crate::tracks::{MapTracks, Track};
 
 /// Keyframes and corners. A corner is a direction in the keyframe that saw it first and an inverse depth, so that it may be infinitely far.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Window {
     /// `camera_from_world` of the keyframes; the first is held.
     pub poses: Vec<Pose<Camera, World>>,
@@ -17,7 +17,7 @@ pub(crate) struct Window {
 }
 
 /// A corner and its observations.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Corner {
     /// x and y of the direction (x, y, 1) in the anchor, and 1 / depth along its axis; never negative.
     pub place: Vector3<f64>,

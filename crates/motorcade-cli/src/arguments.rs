@@ -286,8 +286,8 @@ pub struct RunArguments {
     /// Write the output of all detectors too (perception.jsonl), for runs with --perception.
     #[arg(long)]
     pub keep_perception: bool,
-    /// Go on with a run of the same command that was killed or stopped: what its networks found is taken from its checkpoint, and the
-    /// results are the same bytes as those of an unbroken run. Without a checkpoint the run starts at the first frame.
+    /// Go on with a run of the same command that was killed or stopped: after the last frame of the state beside its
+    /// checkpoint, with what its networks found; the results are the same bytes as those of an unbroken run. Without a checkpoint the run starts at the first frame.
     #[arg(long)]
     pub resume: bool,
     /// Camera trajectory (TUM or KITTI, of the processed camera) instead of odometry.

@@ -1,25 +1,52 @@
-//! The checkpoint of a run: perception so far, for `--resume`.
+//! The checkpoint of a run: perception so far, and beside it the state, for `--resume`.
 
 use std::path::{Path, PathBuf};
 
-use motorcade::Progress;
 use motorcade::output::CHECKPOINT;
+use motorcade::{Progress, StateFolder};
 use motorcade_perception::{Checkpoint, Identity};
 
 use crate::exit;
 use crate::progress::Reporter;
+
+/// A checkpoint and the folder of the state beside it.
+pub struct Opened {
+    pub perception: Checkpoint,
+    pub state: StateFolder,
+    /// True where an earlier run is gone on with.
+    pub resumed: bool,
+}
+
+impl Opened {
+    fn new(path: &Path, run: &Identity, perception: Checkpoint, resumed: bool) -> Self {
+        let mut name = path.as_os_str().to_owned();
+        name.push(".state");
+        let run: Vec<String> = run.iter().map(|(name, value)| format!("{name}={value}")).collect();
+        let state = StateFolder::new(name.into(), run.join("\n"));
+        if !resumed {
+            state.clear();
+        }
+        Self { perception, state, resumed }
+    }
+
+    /// Removes both: the results are safe.
+    pub fn remove(&self) {
+        self.state.clear();
+        self.perception.remove();
+    }
+}
 
 /// The checkpoint of a run into `out`: begun, or gone on with where `resume` says so and there is one. A run goes on without a new one
 /// that cannot be written.
 ///
 /// # Errors
 /// A checkpoint of another run, or one that another run is writing.
-pub fn open(out: &Path, resume: bool, run: Identity) -> anyhow::Result<Option<Checkpoint>> {
+pub fn open(out: &Path, resume: bool, run: Identity) -> anyhow::Result<Option<Opened>> {
     let [inside, beside] = places(out);
     if resume {
         for path in [&inside, &beside] {
             if let Some(checkpoint) = Checkpoint::resume(path, run.clone())? {
-                return Ok(Some(checkpoint));
+                return Ok(Some(Opened::new(path, &run, checkpoint, true)));
             }
         }
         exit::eprint("motorcade: no checkpoint of an earlier run is there; starting at the first frame");
@@ -31,8 +58,8 @@ pub fn open(out: &Path, resume: bool, run: Identity) -> anyhow::Result<Option<Ch
             "warning: {name} of an unfinished run is replaced; --resume would have gone on with it"
         ));
     }
-    match Checkpoint::create(&path, run) {
-        Ok(checkpoint) => Ok(Some(checkpoint)),
+    match Checkpoint::create(&path, run.clone()) {
+        Ok(checkpoint) => Ok(Some(Opened::new(&path, &run, checkpoint, false))),
         Err(error) => {
             exit::eprint(&format!("warning: {error}; the run goes on without a checkpoint"));
             Ok(None)

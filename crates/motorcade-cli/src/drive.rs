@@ -9,12 +9,13 @@ use motorcade::{
 use motorcade_dataset::{KITTI_HEIGHT_M, Sequence, Summary};
 use motorcade_geometry::PinholeCamera;
 use motorcade_perception::{
-    Checkpoint, DetectorOptions, Identity, KeptObservations, ModelOptions, ModelSource, Observations,
-    Perception, PerceptionOptions, Recording,
+    DetectorOptions, Identity, KeptObservations, ModelOptions, ModelSource, Observations, Perception,
+    PerceptionOptions, Recording,
 };
 use motorcade_viewer::Pictures;
 
 use crate::arguments::{CameraHeight, RunArguments};
+use crate::checkpoint::Opened;
 use crate::frameless::{self, Files};
 use crate::progress::Reporter;
 use crate::{calibrate, checkpoint, exit, external, models, probe, threads::threads};
@@ -162,16 +163,23 @@ impl LoadedDrive {
         Ok(self)
     }
 
-    /// Takes what the networks found before from the run's checkpoint, and writes there what they find now. None where no detector runs.
+    /// Opens the run's checkpoint: takes what the networks found before from there, and writes there what they find now. None where an online
+    /// run has no network.
     ///
     /// # Errors
     /// As [`checkpoint::open`].
-    pub fn save(&mut self, arguments: &RunArguments, run: Identity) -> anyhow::Result<Option<Checkpoint>> {
+    pub fn save(
+        &mut self,
+        arguments: &RunArguments,
+        run: Identity,
+        keeps_state: bool,
+    ) -> anyhow::Result<Option<Opened>> {
         if self.sequence().is_some_and(Sequence::is_live) {
             return Ok(None);
         }
         let Detectors::Live(perception) = &mut self.detectors else { return Ok(None) };
-        if perception.is_none() || arguments.perception.is_some() {
+        let observes = !perception.is_none() && arguments.perception.is_none();
+        if !observes && !keeps_state {
             if arguments.resume {
                 exit::eprint(
                     "motorcade: --resume: no network runs, so that there is nothing to take from a checkpoint",
@@ -181,7 +189,10 @@ impl LoadedDrive {
         }
         let checkpoint = checkpoint::open(&arguments.out, arguments.resume, run)?;
         if let Some(checkpoint) = &checkpoint {
-            perception.save_in(checkpoint.clone());
+            // Without networks it is the state alone that is worth keeping, unless all output is.
+            if observes || arguments.keep_perception {
+                perception.save_in(checkpoint.perception.clone());
+            }
         }
         Ok(checkpoint)
     }
@@ -207,6 +218,11 @@ impl LoadedDrive {
         };
         let builder = builder.external(self.external.clone()).perception(perception).threads(self.threads);
         Ok(builder.build()?)
+    }
+
+    /// True of a drive whose state between two frames can be kept: one of frames, estimated as a whole with its own odometry.
+    pub fn keeps_state(&self, config: &Config) -> bool {
+        self.sequence().is_some() && !config.online.enabled && self.external.trajectory.is_none()
     }
 
     /// Looks through the first frames for what is fixed to the camera: for drives that are estimated as a whole.

@@ -27,6 +27,11 @@ impl LiveView {
         Ok(Self { stream: Some(motorcade_rerun::Live::open(target, camera)?) })
     }
 
+    /// True while a viewer is shown the frames.
+    pub fn is_open(&self) -> bool {
+        self.stream.is_some()
+    }
+
     /// Shows the newest frame. A failing viewer is reported once and left out: the run goes on.
     pub fn show(&mut self, slam: &mut Motorcade, frame: Option<&Frame>, reporter: &Reporter) {
         let Some(stream) = &mut self.stream else { return };
@@ -47,6 +52,11 @@ impl LiveView {
     /// None.
     pub fn open(_arguments: &RunArguments, _camera: &PinholeCamera) -> anyhow::Result<Self> {
         Ok(Self {})
+    }
+
+    /// Never true.
+    pub fn is_open(&self) -> bool {
+        false
     }
 
     /// Nothing to show on.

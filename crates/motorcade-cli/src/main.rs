@@ -24,6 +24,7 @@ mod models;
 mod probe;
 mod progress;
 mod run;
+mod saved_state;
 mod shape;
 mod simulate;
 mod tables;

@@ -5,13 +5,12 @@ use std::time::Duration;
 
 use anyhow::Context;
 use motorcade::output::{Extra, OutputDirectory, RUN_RECORD};
-use motorcade::{Config, Motorcade, Preset, RunRecord, RunResult};
+use motorcade::{Config, Motorcade, Preset, Progress, RunRecord, RunResult};
 use motorcade_dataset::{Sequence, regular_file};
-use motorcade_perception::Checkpoint;
 use motorcade_viewer::Report;
 
 use crate::arguments::{ConfigArguments, PresetName, RunArguments};
-use crate::checkpoint;
+use crate::checkpoint::{self, Opened};
 use crate::draw::{self, DrawingTarget, Frames, Results, Target};
 use crate::drive::Drive;
 use crate::exit;
@@ -19,6 +18,7 @@ use crate::files::OutFile;
 use crate::fingerprint::{already_done, fingerprint, identity, stopped};
 use crate::live::LiveView;
 use crate::progress::Reporter;
+use crate::saved_state::SavedState;
 use crate::threads::threads;
 
 /// Runs the pipeline and writes its directory.
@@ -38,26 +38,34 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     let reporter = Reporter::new(arguments.progress);
     let mut drive = drive.calibrated(arguments, &config, &reporter)?.load(arguments, &config)?;
     let run = identity(arguments, &input_hash, &config, &fingerprint);
-    let checkpoint = drive.save(arguments, run)?;
-    let sync_every = Duration::from_secs_f64(config.run.checkpoint_s);
-    checkpoint.iter().for_each(|checkpoint| checkpoint.sync_every(sync_every));
+    let mut live = LiveView::open(arguments, &drive.camera()?)?;
+    let keeps_state = !live.is_open() && drive.keeps_state(&config);
+    let checkpoint = drive.save(arguments, run, keeps_state)?;
+    let every = Duration::from_secs_f64(config.run.checkpoint_s);
+    checkpoint.iter().for_each(|checkpoint| checkpoint.perception.sync_every(every));
     let mut slam = drive.slam(&config)?;
     let mut pictures = drive.pictures();
-    let mut live = LiveView::open(arguments, &drive.camera()?)?;
-    if !config.online.enabled {
+    let mut saved =
+        checkpoint.as_ref().filter(|_| keeps_state).and_then(|c| SavedState::new(c, &mut slam, every));
+    let resumed = saved.as_mut().is_some_and(|saved| saved.resume(&mut slam, &mut pictures));
+    if !config.online.enabled && !resumed {
         drive.survey(&mut slam, &reporter);
     }
     drive.push_all(&mut slam, &reporter, &mut |slam, frame| {
         pictures.push(frame);
         live.show(slam, frame, &reporter);
+        saved.iter_mut().for_each(|saved| saved.write_when_due(slam, &pictures, &reporter));
         if config.online.enabled {
             print_estimate(slam, &reporter);
         }
     })?;
+    if reporter.cancelled() {
+        saved.iter_mut().for_each(|saved| saved.write(&slam, &pictures, &reporter));
+    }
     let result =
         if config.online.enabled { slam.finish_online(&reporter) } else { slam.finish_with(&reporter) };
     reporter.finish();
-    checkpoint.iter().for_each(|checkpoint| checkpoint::report(checkpoint, &reporter));
+    checkpoint.iter().for_each(|checkpoint| checkpoint::report(&checkpoint.perception, &reporter));
     let context = drive.context(config, fingerprint);
     let report = Report { result: &result, context: &context, evaluation: None, pictures: pictures.taken() };
     let mut extras = vec![Extra { name: "report.html".into(), content: report.html().into_bytes() }];
@@ -71,12 +79,12 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     let drawn = draw::write(&results, places, frames(arguments, drive.sequence(), &reporter));
     if drawn.is_err() && checkpoint.is_some() {
         exit::eprint(
-            "motorcade: what the networks found is kept in the checkpoint; once the results can be written, --resume goes on from there",
+            "motorcade: what the networks found and the state of the run are kept in the checkpoint; once the results can be written, --resume goes on from there",
         );
     }
     let drawn = drawn?;
     // A run that was stopped can go on.
-    checkpoint.iter().filter(|_| !result.interrupted).for_each(Checkpoint::remove);
+    checkpoint.iter().filter(|_| !result.interrupted).for_each(Opened::remove);
     print_line(&summary(&result, arguments), &config);
     for path in drawn? {
         print_line(&path.display().to_string(), &config);

@@ -190,7 +190,11 @@ impl Sequence {
     }
     /// The frames in order. An unavailable frame is an `Err` item in its place, and the iteration continues.
     pub fn frames(&self) -> Frames {
-        Frames::start(Decoder::new(Arc::clone(&self.input)), self.input.prefetch)
+        self.frames_from(0)
+    }
+    /// The frames from a row on. Pictures before it are not read; a video is decoded up to there. A live source begins where it is.
+    pub fn frames_from(&self, row: usize) -> Frames {
+        Frames::start(Decoder::new(Arc::clone(&self.input), row), self.input.prefetch)
     }
 }
 

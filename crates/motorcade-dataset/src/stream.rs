@@ -27,11 +27,12 @@ enum Source {
 
 impl Frames {
     pub(crate) fn start(decoder: Decoder, prefetch: usize) -> Self {
-        let left = decoder.input.live.is_none().then(|| decoder.input.slots.len());
+        let left =
+            decoder.input.live.is_none().then(|| decoder.input.slots.len().saturating_sub(decoder.next));
         if prefetch == 0 {
             return Self { source: Source::Inline(Box::new(decoder)), left };
         }
-        let spare = Decoder::new(Arc::clone(&decoder.input));
+        let spare = Decoder::new(Arc::clone(&decoder.input), decoder.next);
         let (sender, receiver) = sync_channel(prefetch);
         let thread = std::thread::Builder::new().name("motorcade-decode".into());
         let started = thread.spawn(move || {
@@ -94,8 +95,9 @@ pub(crate) struct Decoder {
 }
 
 impl Decoder {
-    pub(crate) fn new(input: Arc<Input>) -> Self {
-        Self { input, next: 0, video: None }
+    /// Begins with the frame of this row.
+    pub(crate) fn new(input: Arc<Input>, row: usize) -> Self {
+        Self { input, next: row, video: None }
     }
 
     fn raw(&mut self, slot: &Slot) -> Result<Pixels> {

@@ -63,6 +63,16 @@ fn broken_frames_keep_their_rows() {
     GrayImage::new(32, 32).save(file(2)).unwrap();
     std::fs::write(file(5), b"").unwrap();
     let items: Vec<_> = open(folder.path()).frames().collect();
+    let later: Vec<_> = open(folder.path()).frames_from(1).collect();
+    let rows = |items: &[motorcade_dataset::FrameResult]| -> Vec<(usize, u64, bool)> {
+        let row = |item: &motorcade_dataset::FrameResult| match item {
+            Ok(frame) => (frame.index, frame.number, true),
+            Err(bad) => (bad.index, bad.number, false),
+        };
+        items.iter().map(row).collect()
+    };
+    assert_eq!(rows(&later), rows(&items[1..]));
+    assert_eq!(open(folder.path()).frames_from(items.len()).count(), 0);
     assert_eq!(items.len(), 7);
     let reasons: Vec<String> =
         items.iter().filter_map(|item| item.as_ref().err()).map(ToString::to_string).collect();

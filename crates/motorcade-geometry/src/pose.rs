@@ -35,8 +35,11 @@ frames! {
 /// The rigid transform `to_from_from`: maps a point in `From` to the same point in `To`.
 ///
 /// Tangent order `[ω, ν]`, right perturbation: `T · exp(δ)`.
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(bound = "")]
 pub struct Pose<To, From> {
     isometry: Isometry3<f64>,
+    #[serde(skip)]
     frames: PhantomData<fn() -> (To, From)>,
 }
 

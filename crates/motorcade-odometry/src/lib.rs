@@ -43,14 +43,14 @@ mod trajectory;
 
 pub use map::{BundleOptions, Carrier, Landmark, PictureShiftOptions, PoseOnlyOptions, WindowOptions};
 pub use odometry::{
-    AdvancedOdometryOptions, FeedbackOptions, Odometry, OdometryOptions, PolicyOptions, RoadFeedback,
-    ShiftedFrame,
+    AdvancedOdometryOptions, FeedbackOptions, Odometry, OdometryOptions, OdometryState, PolicyOptions,
+    RoadFeedback, ShiftedFrame,
 };
 pub use road::{
     AdvancedClosedFormOptions, AdvancedRoadOptions, AlignedRoad, AlignmentOptions, ClosedFormOptions,
-    ClosedFormScale, HeightOptions, MirrorOptions, MirroredFrames, PlaneTrackingOptions, ProfileOptions,
-    RoadCurvature, RoadEstimate, RoadInput, RoadMeasurement, RoadOptions, RoadState, RoadTracker,
-    ScaleAverage, road_normal, road_tilt,
+    ClosedFormScale, ClosedFormState, HeightOptions, MirrorOptions, MirroredFrames, PlaneTrackingOptions,
+    ProfileOptions, RoadCurvature, RoadEstimate, RoadInput, RoadMeasurement, RoadOptions, RoadState,
+    RoadTracker, RoadTrackerState, ScaleAverage, road_normal, road_tilt,
 };
 pub use rows::Rows;
 pub use scale::{

@@ -10,7 +10,7 @@ use nalgebra::{Point2, Point3, Vector6};
 use crate::time::seconds;
 
 /// Motion of the camera from row to row; zero for a global shutter.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct RowMotion {
     /// Twist `[ω, ν]` over one row, in the camera (rad, odometry units).
     twist: Vector6<f64>,

@@ -6,7 +6,7 @@ use std::ops::{Index, IndexMut, Range, RangeFrom, RangeInclusive, RangeTo};
 const LEAST_FORGOTTEN: usize = 256;
 
 /// A list whose oldest rows can be forgotten; indices stay those of the drive. Forgotten rows cannot be indexed: `get` answers `None`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Rows<T> {
     /// Index of the first row that is kept.
     first: usize,

@@ -12,7 +12,7 @@ type CameraFromWorld = Pose<Camera, World>;
 type CameraFromCamera = Pose<Camera, Camera>;
 
 /// Origin of the pose of a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum FrameStatus {
     /// No map yet; the pose is filled in when one begins.
     Initialising,
@@ -25,7 +25,7 @@ pub enum FrameStatus {
 }
 
 /// A frame's pose, relative to a keyframe so that later adjustments move it along.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct FrameRecord {
     /// Time of the frame \[ns\].
     pub timestamp_ns: i64,
@@ -64,7 +64,7 @@ impl FrameRecord {
 }
 
 /// Frame poses, each segment in its own unit of length.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct OdometryTrajectory {
     /// One record a frame, in order.
     pub frames: Rows<FrameRecord>,

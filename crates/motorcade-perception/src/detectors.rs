@@ -41,9 +41,9 @@ pub trait KeypointDetector: Send {
     /// A detector that fails as such, which ends the run.
     fn keypoints(&mut self, frame: &Frame, detections: &[Detection]) -> Result<Vec<VehicleKeypoints>>;
 
-    /// Called for a frame whose keypoints are known from an earlier run, in place of [`keypoints`](Self::keypoints): a detector that remembers earlier
+    /// Called for a frame at this time \[ns\] whose keypoints are known from an earlier run, in place of [`keypoints`](Self::keypoints): a detector that remembers earlier
     /// frames keeps what it would remember, so that a resumed run finds the same.
-    fn skipped(&mut self, _frame: &Frame, _detections: &[Detection]) {}
+    fn skipped(&mut self, _timestamp_ns: i64, _detections: &[Detection]) {}
 
     /// Source of the keypoints in words, for the record of a run.
     fn description(&self) -> String;

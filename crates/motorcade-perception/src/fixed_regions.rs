@@ -81,8 +81,9 @@ impl Default for FixedRegionOptions {
 }
 
 /// Statistics of the frames of a drive.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct FixedRegions {
+    #[serde(skip)]
     options: FixedRegionOptions,
     width: usize,
     height: usize,
@@ -99,6 +100,12 @@ impl FixedRegions {
     /// Without frames.
     pub fn new(options: FixedRegionOptions) -> Self {
         Self { options, ..Self::default() }
+    }
+
+    /// The same statistics with these options, which are not kept with them in a file.
+    #[must_use]
+    pub fn with_options(self, options: FixedRegionOptions) -> Self {
+        Self { options, ..self }
     }
 
     /// Options of the search.

@@ -73,6 +73,7 @@ pub use detectors::{KeypointDetector, RoadSegmenter, VehicleDetector};
 pub use error::{Error, Result};
 pub use files::{
     Checkpoint, DetectionFormat, DetectionTable, Identity, KeptObservations, KeypointTable, RoadMaskFolder,
+    SkippedFrame,
 };
 pub use fixed_regions::{FixedRegionOptions, FixedRegions, connected_regions};
 pub use inventory::{ModelInfo, list_models};

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use motorcade_dataset::Frame;
 
 use crate::detectors::{KeypointDetector, RoadSegmenter, VehicleDetector};
-use crate::error::Result;
-use crate::files::{Checkpoint, DetectionTable, KeptObservations, RoadMaskFolder};
+use crate::error::{Error, Result};
+use crate::files::{Checkpoint, DetectionTable, KeptObservations, RoadMaskFolder, SkippedFrame};
 use crate::models::{ModelSet, ModelSource};
 use crate::network::ModelOptions;
 use crate::observations::Observations;
@@ -144,7 +144,7 @@ impl Perception {
         let observations = match earlier {
             Some(observations) => {
                 if let Some(detector) = &mut self.keypoints {
-                    detector.skipped(frame, &observations.detections);
+                    detector.skipped(frame.timestamp_ns, &observations.detections);
                 }
                 observations
             }
@@ -154,6 +154,27 @@ impl Perception {
             kept.add(frame.number, &observations)?;
         }
         Ok(observations)
+    }
+
+    /// Passes over frames that an earlier run observed, before the first one is observed here: detectors remember of them what they would, and
+    /// their output is kept where it is to be.
+    ///
+    /// # Errors
+    /// A checkpoint that does not know one of them, output that is to be kept without a checkpoint; nothing has changed then.
+    pub fn skip(&mut self, frames: &[SkippedFrame]) -> Result<()> {
+        let Self { keypoints, kept, checkpoint, .. } = self;
+        let Some(checkpoint) = checkpoint else {
+            return match kept {
+                Some(_) => Err(Error::Detector("without a checkpoint there is no output to be kept".into())),
+                None => Ok(()),
+            };
+        };
+        checkpoint.skip(frames, |frame, line| {
+            if let Some(detector) = keypoints {
+                detector.skipped(frame.timestamp_ns, line.detections());
+            }
+            kept.iter().try_for_each(|kept| kept.add_line(line))
+        })
     }
 
     fn detect(&mut self, frame: &Frame) -> Result<Observations> {

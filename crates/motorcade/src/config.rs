@@ -55,8 +55,9 @@ pub struct RunOptions {
     pub road_mask: bool,
     /// True looks for what is fixed to the camera (bonnet, reflections) and leaves it out.
     pub fixed_regions: bool,
-    /// Time after which the checkpoint of a run is forced onto the disk \[s\]: as much of its networks' work a failure of the whole machine
-    /// costs. The end of the program alone costs a frame. Shorter times write more often, 0 after every frame.
+    /// Time after which the checkpoint of a run is forced onto the disk, and the state of odometry and road written beside it \[s\]: as much of
+    /// them a resumed run computes again, and as much of its networks' work a failure of the whole machine costs. The end of the program
+    /// alone costs the networks a frame. Shorter times write more often, 0 after every frame.
     pub checkpoint_s: f64,
     /// Seed of all random choices.
     pub seed: u64,

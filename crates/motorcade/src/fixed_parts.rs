@@ -7,12 +7,13 @@ use motorcade_geometry::PinholeCamera;
 use motorcade_perception::{BoundingBox, FixedRegionOptions, FixedRegions, connected_regions};
 
 /// Search for what is fixed to the camera, and its result so far.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct FixedParts {
     regions: FixedRegions,
     last_ns: Option<i64>,
     found: Vec<FoundRegion>,
     /// All that was found but what belongs to a vehicle that is followed.
+    #[serde(with = "crate::state::grey_image")]
     mask: Option<GrayImage>,
     /// True once the mask is not searched for any more.
     settled: bool,
@@ -22,6 +23,13 @@ impl FixedParts {
     /// A search, or none at all.
     pub(crate) fn new(wanted: bool, options: FixedRegionOptions) -> Self {
         Self { settled: !wanted, regions: FixedRegions::new(options), ..Self::default() }
+    }
+
+    /// As after the frame of a state, with the options of this one.
+    pub(crate) fn resumed(&self, state: Self) -> Self {
+        let options = *self.regions.options();
+        let Self { regions, last_ns, found, mask, settled } = state;
+        Self { regions: regions.with_options(options), last_ns, found, mask, settled }
     }
 
     /// True while frames still help.
@@ -101,7 +109,7 @@ impl FixedParts {
 }
 
 /// A connected region of the mask.
-#[derive(Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 struct FoundRegion {
     pixels: Vec<(u32, u32)>,
     bbox: BoundingBox,

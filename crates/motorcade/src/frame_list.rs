@@ -4,7 +4,7 @@
 const NAMED: usize = 4;
 
 /// Numbers of frames in order; those that follow each other in the run are one stretch.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct FrameList {
     /// First and last frame of each stretch that is named.
     stretches: Vec<(u64, u64)>,

@@ -1,5 +1,7 @@
 //! The front end: the camera's motion up to scale and the road, frame by frame.
 
+mod state;
+
 use std::io;
 
 use image::GrayImage;
@@ -10,6 +12,8 @@ use motorcade_odometry::{
 };
 use motorcade_perception::{BoundingBox, Detection, Observations, VehicleKeypoints};
 use motorcade_places::PlaceKeyframe;
+
+pub(crate) use state::FrontEndState;
 
 use crate::archive::{Archive, Stored};
 use crate::config::VehicleMask;

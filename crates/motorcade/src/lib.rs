@@ -65,6 +65,7 @@ mod scale_source;
 mod setting_names;
 mod settings;
 mod speeds;
+mod state;
 mod swapped_frames;
 mod timing;
 
@@ -112,6 +113,7 @@ pub use revision::{RevisedKeyframe, Revision};
 pub use run::{FrameCallback, push_sequence, survey_sequence};
 pub use settings::Settings;
 pub use speeds::{Estimated, FrameSpeeds, VehicleAhead, speeds};
+pub use state::StateFolder;
 pub use timing::{StageTime, Stopwatch};
 
 // The crates whose types stand in this one's interface.

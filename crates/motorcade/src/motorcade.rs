@@ -1,23 +1,24 @@
 //! The object that takes frames.
 
+mod builder;
+mod state;
+
 use std::borrow::Cow;
 
 use image::GrayImage;
-use motorcade_dataset::{Frame, HEIGHT_RANGE_M, MOST_IN_FRAME};
+use motorcade_dataset::{Frame, MOST_IN_FRAME};
 use motorcade_geometry::PinholeCamera;
-use motorcade_perception::{
-    BoundingBox, FixedRegions, KeypointDetector, Observations, Perception, RoadSegmenter, VehicleDetector,
-};
+use motorcade_perception::{BoundingBox, FixedRegions, Observations, Perception};
 
-use crate::config::Config;
+pub use builder::MotorcadeBuilder;
+pub(crate) use state::Resumed;
+
 use crate::error::{Error, Result};
 use crate::estimate::Estimate;
 use crate::estimator::{SlidingEstimator, estimate_drive};
-use crate::external::External;
 use crate::fixed_parts::FixedParts;
 use crate::front_end::FrontEnd;
 use crate::picture_faults::PictureFaults;
-use crate::plausibility;
 use crate::progress::{NoProgress, Progress};
 use crate::record::{FrameInfo, FrontEndRecord};
 use crate::repeated_frames::RepeatedFrames;
@@ -55,23 +56,16 @@ pub struct Motorcade {
     repeated: RepeatedFrames,
     pictures: PictureFaults,
     sliding: SlidingEstimator,
+    /// Hash of the picture of the last row, where it had one.
+    last_picture: Option<String>,
+    /// The rows that are not to be taken again, until the first one after them.
+    resumed: Option<Resumed>,
 }
 
 impl Motorcade {
     /// A builder for a camera.
     pub fn builder(camera: PinholeCamera) -> MotorcadeBuilder {
-        let (config, external, perception) = (Config::default(), External::default(), Perception::none());
-        MotorcadeBuilder {
-            camera,
-            height_m: None,
-            height_unknown: false,
-            focal_sigma: 0.0,
-            readout_s: None,
-            config,
-            external,
-            perception,
-            threads: 1,
-        }
+        MotorcadeBuilder::new(camera)
     }
 
     /// Settings of the drive.
@@ -121,6 +115,7 @@ impl Motorcade {
             }
         }
         self.add_external_keypoints(frame.number, &mut observations);
+        self.last_picture = Some(state::picture_hash(frame));
         let Self { front_end, fixed, repeated, pictures, settings, .. } = self;
         let gray = frame.gray();
         if fixed.searching() {
@@ -178,6 +173,7 @@ impl Motorcade {
     /// A timestamp that is not after the one before.
     pub fn skip(&mut self, number: u64, timestamp_ns: i64, problem: &str) -> Result<()> {
         self.check_time(number, timestamp_ns)?;
+        self.last_picture = None;
         self.front_end.skip(number, timestamp_ns, problem.to_owned());
         let warning = format!("frame {number}: {problem}; its pose is bridged");
         self.front_end.record_mut().warnings.push(warning);
@@ -282,8 +278,8 @@ impl Motorcade {
     pub(crate) fn reserve(&mut self, frames: usize) {
         self.front_end.record_mut().reserve(frames);
     }
-    /// Rows so far.
-    pub(crate) fn frames(&self) -> usize {
+    /// Number of frames taken, those that did not read among them.
+    pub fn frames(&self) -> usize {
         self.front_end.len()
     }
 
@@ -312,140 +308,5 @@ impl Motorcade {
             )));
         }
         Ok(())
-    }
-}
-
-/// Builds a [`Motorcade`].
-pub struct MotorcadeBuilder {
-    camera: PinholeCamera,
-    height_m: Option<f64>,
-    height_unknown: bool,
-    focal_sigma: f64,
-    readout_s: Option<f64>,
-    config: Config,
-    external: External,
-    perception: Perception,
-    threads: usize,
-}
-
-impl MotorcadeBuilder {
-    /// Height of the camera above the road \[m\]; all lengths are proportional to it.
-    #[must_use]
-    pub fn height_m(mut self, height_m: f64) -> Self {
-        self.height_m = Some(height_m);
-        self.height_unknown = false;
-        self
-    }
-    /// The height is not known: [`finish`](Motorcade::finish) estimates it from the sizes of cars, with a standard deviation that enters
-    /// all covariances. Until then, and online, lengths assume `scale.height.guess_m`.
-    #[must_use]
-    pub fn height_by_vehicles(mut self) -> Self {
-        self.height_m = None;
-        self.height_unknown = true;
-        self
-    }
-    /// Standard deviation of the logarithm of the focal length: all lengths are proportional to it, so it enters their covariances.
-    #[must_use]
-    pub fn focal_sigma(mut self, focal_sigma: f64) -> Self {
-        self.focal_sigma = focal_sigma;
-        self
-    }
-    /// Time from the reading of a picture's first row to that of its last \[s\], of a rolling shutter; in place of `odometry.readout_s` and
-    /// `road.readout_s` of the configuration.
-    #[must_use]
-    pub fn readout_s(mut self, readout_s: f64) -> Self {
-        self.readout_s = Some(readout_s);
-        self
-    }
-    /// Configuration in place of the default one.
-    #[must_use]
-    pub fn config(mut self, config: Config) -> Self {
-        self.config = config;
-        self
-    }
-    /// Inputs from files in place of stages.
-    #[must_use]
-    pub fn external(mut self, external: External) -> Self {
-        self.external = external;
-        self
-    }
-    /// All detectors at once.
-    #[must_use]
-    pub fn perception(mut self, perception: Perception) -> Self {
-        self.perception = perception;
-        self
-    }
-    /// A detector of vehicles.
-    #[must_use]
-    pub fn detector(mut self, detector: impl VehicleDetector + 'static) -> Self {
-        self.perception = self.perception.with_detector(detector);
-        self
-    }
-    /// A segmenter of the road.
-    #[must_use]
-    pub fn segmenter(mut self, segmenter: impl RoadSegmenter + 'static) -> Self {
-        self.perception = self.perception.with_segmenter(segmenter);
-        self
-    }
-    /// A detector of keypoints.
-    #[must_use]
-    pub fn keypoints(mut self, detector: impl KeypointDetector + 'static) -> Self {
-        self.perception = self.perception.with_keypoints(detector);
-        self
-    }
-    /// Threads of the solver at the end of a drive; results do not depend on it.
-    #[must_use]
-    pub fn threads(mut self, threads: usize) -> Self {
-        self.threads = threads;
-        self
-    }
-
-    /// Ready for the first frame.
-    ///
-    /// # Errors
-    /// No height, or one that no camera has; intrinsics that are none; a configuration out of range; distances of another sensor
-    /// where metres are given.
-    pub fn build(self) -> Result<Motorcade> {
-        let Self { camera, height_m, height_unknown, focal_sigma, readout_s, mut config, .. } = self;
-        let (external, perception, threads) = (self.external, self.perception, self.threads);
-        if let Some(readout_s) = readout_s {
-            (config.odometry.readout_s, config.road.readout_s) = (readout_s, readout_s);
-        }
-        let height_m = height_m.or(height_unknown.then_some(config.scale.height.guess_m));
-        let height_m = height_m.filter(|h| HEIGHT_RANGE_M.contains(h)).ok_or_else(|| {
-            Error::Config("the height of the camera above the road must lie in [0.01, 1000] m".to_owned())
-        })?;
-        camera.validate().map_err(|e| Error::Config(e.to_string()))?;
-        config.validate().map_err(Error::Config)?;
-        let metric = &mut config.scale.advanced.metric;
-        metric.bias_sigma = metric.bias_sigma.hypot(focal_sigma);
-        metric.profile.reach_heights = config.road.far_heights;
-        let in_metres = external.trajectory.as_ref().is_some_and(|trajectory| trajectory.metric);
-        if external.distances.is_some() && (in_metres || !config.scale.smoothed) {
-            return Err(Error::Config(
-                "speeds and GPS tracks help a scale that is smoothed over time: not a trajectory in metres, not scale.smoothed = false \
-                 (preset paper)"
-                    .to_owned(),
-            ));
-        }
-        if external.map.is_some() && !config.loops.enabled {
-            return Err(Error::Config(
-                "a map needs places, which loops.enabled = false (preset paper) switches off".to_owned(),
-            ));
-        }
-        let settings = Settings { camera, height_m, height_unknown, config, external, threads };
-        let mut front_end = FrontEnd::new(&settings);
-        if focal_sigma > 0.0 {
-            front_end.trust_focal_length();
-        }
-        front_end.record_mut().detects_vehicles |= perception.detects_vehicles();
-        let checks = &settings.config.checks.advanced;
-        let doubts = plausibility::of_camera(&settings.camera, settings.height_m, &checks.plausibility);
-        front_end.record_mut().warnings.extend(doubts);
-        let (repeated, pictures) = (RepeatedFrames::new(checks.repeated_frames), PictureFaults::default());
-        let sliding = SlidingEstimator::new(&settings);
-        let Config { run, perception: detectors, .. } = &settings.config;
-        let fixed = FixedParts::new(run.fixed_regions, detectors.advanced.fixed);
-        Ok(Motorcade { settings, perception, front_end, fixed, repeated, pictures, sliding })
     }
 }

@@ -1,5 +1,7 @@
 //! Keyframes of places, taken while the camera drives.
 
+use std::io;
+
 use image::GrayImage;
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_multibody::LoopOptions;
@@ -7,6 +9,7 @@ use motorcade_odometry::{FrameRecord, FrameStatus, OdometryTrajectory};
 use motorcade_places::{FeatureExtractor, PlaceKeyframe};
 use nalgebra::{Point2, Vector3};
 
+use crate::archive::StoredList;
 use crate::config::Config;
 
 /// Takes a keyframe of places every few metres.
@@ -17,7 +20,15 @@ pub(crate) struct PlaceRecorder {
     keyframes: Vec<PlaceKeyframe>,
 }
 
+/// State of a recorder between two frames.
+#[derive(serde::Serialize, serde::Deserialize)]
+pub(crate) struct PlaceRecorderState {
+    last: Option<Taken>,
+    keyframes: StoredList,
+}
+
 /// The last keyframe; its record of the trajectory may be put away by now.
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 struct Taken {
     timestamp_ns: i64,
     record: FrameRecord,
@@ -74,6 +85,25 @@ impl PlaceRecorder {
             }
         };
         far || step.rotation().angle() >= self.options.advanced.spacing_rad
+    }
+
+    /// The state after the last frame.
+    pub(crate) fn state(&self) -> PlaceRecorderState {
+        let Self { options: _, extractor: _, last, keyframes } = self;
+        PlaceRecorderState { last: last.clone(), keyframes: StoredList::of(keyframes) }
+    }
+
+    /// As after the frame of a state, with the options of this one.
+    ///
+    /// # Errors
+    /// Keyframes that do not read.
+    pub(crate) fn resumed(&self, state: &PlaceRecorderState) -> io::Result<Self> {
+        Ok(Self {
+            options: self.options,
+            extractor: self.extractor.clone(),
+            last: state.last.clone(),
+            keyframes: state.keyframes.items()?,
+        })
     }
 
     /// The keyframes so far.

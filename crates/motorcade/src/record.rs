@@ -12,7 +12,7 @@ use crate::timing::Stopwatch;
 const MOST_RESERVED: usize = 1 << 20;
 
 /// A frame of the input as the run saw it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct FrameInfo {
     /// The input's own number.
     pub number: u64,

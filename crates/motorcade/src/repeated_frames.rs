@@ -6,8 +6,9 @@ use motorcade_dataset::Sequence;
 use crate::check_options::RepeatedFrameOptions;
 
 /// Distinguishes repeated frames from those of a standing camera: the frames around them differ.
-#[derive(Default)]
+#[derive(Clone, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct RepeatedFrames {
+    #[serde(skip)]
     options: RepeatedFrameOptions,
     last: Vec<u8>,
     last_ns: i64,
@@ -26,6 +27,11 @@ pub(crate) struct RepeatedFrames {
 impl RepeatedFrames {
     pub fn new(options: RepeatedFrameOptions) -> Self {
         Self { options, ..Self::default() }
+    }
+
+    /// As after the frame of a state, with the options of this one.
+    pub fn resumed(&self, state: Self) -> Self {
+        Self { options: self.options, ..state }
     }
 
     /// True when a frame repeats the last one that did not.

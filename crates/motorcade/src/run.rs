@@ -7,11 +7,11 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::{Duration, Instant};
 
 use image::GrayImage;
-use motorcade_dataset::{Frame, FrameResult, Sequence};
+use motorcade_dataset::{Frame, FrameResult, Frames, Sequence};
 use motorcade_perception::{FixedRegionOptions, Observations, Perception};
 
 use crate::error::{Error, Result};
-use crate::motorcade::Motorcade;
+use crate::motorcade::{Motorcade, Resumed};
 use crate::progress::Progress;
 
 /// Called once per frame, after it was pushed; without the frame where it did not read.
@@ -36,10 +36,10 @@ enum Outcome {
 }
 
 /// Pushes all frames of a sequence. With `threads` ≥ 2 perception works ahead on a thread of its own; results do not depend
-/// on it.
+/// on it. A drive that [resumed](Motorcade::resume) goes on after the rows that it has.
 ///
 /// # Errors
-/// A detector that fails. A frame that does not read is bridged and reported as a warning. A detector that panics ends the frames:
+/// A detector that fails; a sequence that is not that of the state a drive goes on from. A frame that does not read is bridged and reported as a warning. A detector that panics ends the frames:
 /// the result then holds those before, and is marked as failed.
 pub fn push_sequence(
     slam: &mut Motorcade,
@@ -48,7 +48,9 @@ pub fn push_sequence(
     progress: &dyn Progress,
     each: FrameCallback<'_>,
 ) -> Result<()> {
-    if let Some(fps) = sequence.assumed_fps() {
+    let resumed = slam.take_resumed();
+    // The warnings of a drive that goes on hold it already.
+    if let Some(fps) = sequence.assumed_fps().filter(|_| resumed.is_none()) {
         slam.warn(format!(
             "the frame rate of the pictures is not given: {fps} frames/s are assumed, and speeds are proportional to it; give --fps"
         ));
@@ -58,6 +60,7 @@ pub fn push_sequence(
     }
     progress.begin("odometry", sequence.known_len());
     slam.reserve(sequence.known_len().unwrap_or_default());
+    let mut frames = frames_after(sequence, resumed.as_ref())?;
     let mut perception = slam.take_perception();
     let stop = || progress.cancelled();
     let mut push = |outcome: Outcome| -> Result<bool> {
@@ -75,7 +78,6 @@ pub fn push_sequence(
         progress.advance(slam.frames());
         Ok(!stop())
     };
-    let mut frames = sequence.frames();
     if threads < 2 {
         while let Some(frame) = frames.next_unless(&stop) {
             if !push(observe(&mut perception, frame))? {
@@ -108,6 +110,18 @@ pub fn push_sequence(
         slam.warn(problem);
     }
     Ok(())
+}
+
+/// The frames after those of an earlier process.
+fn frames_after(sequence: &Sequence, resumed: Option<&Resumed>) -> Result<Frames> {
+    let Some(resumed) = resumed else { return Ok(sequence.frames()) };
+    if !resumed.has_picture() {
+        return Ok(sequence.frames_from(resumed.rows));
+    }
+    let mut frames = sequence.frames_from(resumed.rows.saturating_sub(1));
+    let last = frames.next().and_then(FrameResult::ok);
+    resumed.check(last.as_ref())?;
+    Ok(frames)
 }
 
 /// Looks through the first frames of a sequence for what is fixed to the camera ([`Motorcade::survey`]): for drives that are

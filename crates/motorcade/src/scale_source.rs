@@ -2,8 +2,8 @@
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
 use motorcade_odometry::{
-    ClosedFormOptions, ClosedFormScale, EgoTrajectory, MirroredFrames, OdometryTrajectory, RoadInput,
-    RoadMeasurement, RoadTracker,
+    ClosedFormOptions, ClosedFormScale, ClosedFormState, EgoTrajectory, MirroredFrames, OdometryTrajectory,
+    RoadInput, RoadMeasurement, RoadTracker, RoadTrackerState,
 };
 use nalgebra::{Point2, Vector3};
 
@@ -21,6 +21,15 @@ pub(crate) enum ScaleSource {
     ClosedForm(Box<ClosedFormScale>),
     /// The closed form in frames in which the road was not aligned.
     Both(Box<RoadAndPoints>),
+    Unmeasured,
+}
+
+/// State of a source of scale between two frames.
+#[derive(serde::Serialize, serde::Deserialize)]
+pub(crate) enum ScaleState {
+    Aligned(Box<RoadTrackerState>),
+    ClosedForm(ClosedFormState),
+    Both(Box<(RoadTrackerState, ClosedFormState, Vec<RoadMeasurement>)>),
     Unmeasured,
 }
 
@@ -56,14 +65,7 @@ impl RoadAndPoints {
 impl ScaleSource {
     pub(crate) fn new(camera: PinholeCamera, config: &Config) -> Self {
         let scale = &config.scale;
-        let points = || {
-            let options = ClosedFormOptions {
-                farthest_heights: scale.farthest_m / PAPER_HEIGHT_M,
-                average: scale.average,
-                advanced: scale.advanced.matching,
-            };
-            ClosedFormScale::new(camera, options)
-        };
+        let points = || ClosedFormScale::new(camera, closed_form_options(scale));
         let road = || RoadTracker::new(camera, config.road);
         match scale {
             ScaleOptions { road: false, .. } => Self::Unmeasured,
@@ -74,6 +76,40 @@ impl ScaleSource {
             }
             _ => Self::Aligned(Box::new(road())),
         }
+    }
+
+    /// The state after the last frame.
+    pub(crate) fn state(&self) -> ScaleState {
+        match self {
+            Self::Aligned(road) => ScaleState::Aligned(Box::new(road.state())),
+            Self::ClosedForm(scale) => ScaleState::ClosedForm(scale.state()),
+            Self::Both(both) => {
+                let RoadAndPoints { road, points, measurements } = &**both;
+                ScaleState::Both(Box::new((road.state(), points.state(), measurements.clone())))
+            }
+            Self::Unmeasured => ScaleState::Unmeasured,
+        }
+    }
+
+    /// As after the frame of a state; `None` of one that another configuration made.
+    pub(crate) fn resumed(&self, camera: PinholeCamera, config: &Config, state: ScaleState) -> Option<Self> {
+        let (road_options, points_options) = (config.road, closed_form_options(&config.scale));
+        Some(match (self, state) {
+            (Self::Aligned(_), ScaleState::Aligned(road)) => {
+                Self::Aligned(Box::new(RoadTracker::from_state(camera, road_options, *road)))
+            }
+            (Self::ClosedForm(_), ScaleState::ClosedForm(points)) => {
+                Self::ClosedForm(Box::new(ClosedFormScale::from_state(camera, points_options, points)))
+            }
+            (Self::Both(_), ScaleState::Both(both)) => {
+                let (road, points, measurements) = *both;
+                let road = RoadTracker::from_state(camera, road_options, road);
+                let points = ClosedFormScale::from_state(camera, points_options, points);
+                Self::Both(Box::new(RoadAndPoints { road, points, measurements }))
+            }
+            (Self::Unmeasured, ScaleState::Unmeasured) => Self::Unmeasured,
+            _ => return None,
+        })
     }
 
     pub(crate) fn process(
@@ -158,6 +194,14 @@ impl ScaleSource {
             Self::Both(both) => both.measurements,
             Self::Unmeasured => Vec::new(),
         }
+    }
+}
+
+fn closed_form_options(scale: &ScaleOptions) -> ClosedFormOptions {
+    ClosedFormOptions {
+        farthest_heights: scale.farthest_m / PAPER_HEIGHT_M,
+        average: scale.average,
+        advanced: scale.advanced.matching,
     }
 }
 

@@ -1,9 +1,10 @@
 //! Time per stage and frame.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Times of one stage over the frames of a run.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -22,7 +23,7 @@ const BIN: f64 = 0.01;
 const SHORTEST_MS: f64 = 1e-3;
 
 /// Times of a stage, counted in bins: the same memory for a minute and for a week.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Laps {
     bins: Vec<u32>,
     count: usize,
@@ -60,9 +61,9 @@ impl Laps {
 }
 
 /// A stopwatch with the laps of each stage.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Stopwatch {
-    laps: BTreeMap<&'static str, Laps>,
+    laps: BTreeMap<Cow<'static, str>, Laps>,
 }
 
 impl Stopwatch {
@@ -75,22 +76,22 @@ impl Stopwatch {
     }
     /// Adds a lap \[ms\].
     pub fn add(&mut self, stage: &'static str, lap_ms: f64) {
-        self.laps.entry(stage).or_default().add(lap_ms);
+        self.laps.entry(Cow::Borrowed(stage)).or_default().add(lap_ms);
     }
     /// Takes over the laps of another one.
     pub fn join(&mut self, other: &Self) {
         for (stage, laps) in &other.laps {
-            self.laps.entry(stage).or_default().join(laps);
+            self.laps.entry(stage.clone()).or_default().join(laps);
         }
     }
     /// Summary by stage name; quantiles are known to a percent.
-    pub fn summary(&self) -> BTreeMap<&'static str, StageTime> {
+    pub fn summary(&self) -> BTreeMap<&str, StageTime> {
         let one = |laps: &Laps| StageTime {
             p50_ms: laps.quantile_ms(0.5),
             p95_ms: laps.quantile_ms(0.95),
             total_s: laps.total_ms / 1e3,
         };
-        self.laps.iter().map(|(stage, laps)| (*stage, one(laps))).collect()
+        self.laps.iter().map(|(stage, laps)| (stage.as_ref(), one(laps))).collect()
     }
 }
 

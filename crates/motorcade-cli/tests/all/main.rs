@@ -18,6 +18,7 @@ mod networks;
 mod outputs;
 mod perception;
 mod resume;
+mod resume_state;
 mod run;
 mod simulate;
 mod tables;

@@ -11,23 +11,23 @@ use std::time::Duration;
 
 use crate::common::{Answer, drive, json, no_leftovers};
 
-const RUN: &str = "run frames --calibration camera.toml --height 1.5 --progress none";
-const BESIDE: &str = ".out.motorcade-checkpoint";
+pub const RUN: &str = "run frames --calibration camera.toml --height 1.5 --progress none";
+pub const BESIDE: &str = ".out.motorcade-checkpoint";
 
 /// The program with its own networks.
-fn command(folder: &Path, arguments: &str) -> Command {
+pub fn command(folder: &Path, arguments: &str) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_motorcade"));
     command.args(arguments.split_whitespace()).current_dir(folder).env_remove("MOTORCADE_MODELS");
     command.stdout(Stdio::piped()).stderr(Stdio::piped());
     command
 }
 
-fn answer(folder: &Path, arguments: &str) -> Answer {
+pub fn answer(folder: &Path, arguments: &str) -> Answer {
     command(folder, arguments).output().unwrap().into()
 }
 
 /// Kills a run as soon as its checkpoint holds this many frames.
-fn killed(folder: &Path, arguments: &str, checkpoint: &str, frames: usize) {
+pub fn killed(folder: &Path, arguments: &str, checkpoint: &str, frames: usize) {
     let mut child = command(folder, arguments).spawn().unwrap();
     let lines = || fs::read_to_string(folder.join(checkpoint)).unwrap_or_default().lines().count();
     while lines() < frames + 1 {
@@ -73,7 +73,7 @@ fn results(run: &Path) -> BTreeMap<String, Vec<u8>> {
     all
 }
 
-fn same(folder: &Path, one: &str, two: &str) {
+pub fn same(folder: &Path, one: &str, two: &str) {
     let (one, two) = (results(&folder.join(one)), results(&folder.join(two)));
     assert!(one.keys().eq(two.keys()), "{:?} {:?}", one.keys(), two.keys());
     for (name, content) in &one {

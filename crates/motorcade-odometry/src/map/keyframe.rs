@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use crate::rolling_shutter::RowMotion;
 
 /// A keyframe of the local map.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Keyframe {
     /// Running number in this segment.
     pub number: usize,
@@ -28,7 +28,7 @@ impl Keyframe {
 }
 
 /// Scale of the baseline between two keyframes: weighted mean of the road measurements made along it.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct BaselineScale {
     /// Σ w·ln(height measured / height held) with w = 1/σ².
     sum: f64,

@@ -3,7 +3,7 @@
 use nalgebra::{Point2, Point3};
 
 /// A scene point with its observations.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Landmark {
     /// Number of the corner, counted over the whole drive.
     pub id: u64,
@@ -24,7 +24,7 @@ pub struct Landmark {
 }
 
 /// The object a landmark belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Carrier {
     /// The static scene.
     Scene,

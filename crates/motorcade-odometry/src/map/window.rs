@@ -26,6 +26,19 @@ impl Window {
     pub fn new(options: WindowOptions) -> Self {
         Self { options, keyframes: VecDeque::new(), landmarks: Vec::new() }
     }
+    /// Keyframes and landmarks: all but the options.
+    pub fn state(&self) -> (&VecDeque<Keyframe>, &Vec<Landmark>) {
+        let Self { options: _, keyframes, landmarks } = self;
+        (keyframes, landmarks)
+    }
+    /// The map with these keyframes and landmarks.
+    pub fn from_state(
+        options: WindowOptions,
+        keyframes: VecDeque<Keyframe>,
+        landmarks: Vec<Landmark>,
+    ) -> Self {
+        Self { options, keyframes, landmarks }
+    }
     /// Keyframes, oldest first.
     pub fn keyframes(&self) -> impl Iterator<Item = &Keyframe> {
         self.keyframes.iter()

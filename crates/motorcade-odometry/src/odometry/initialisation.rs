@@ -13,6 +13,7 @@ use crate::tracking::{Pyramid, Request, detect, track_checked};
 use crate::trajectory::FrameStatus;
 
 /// Corners tracked from the first frame of the map.
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct Initialisation {
     pub first_frame: usize,
     pub first_ns: i64,
@@ -22,6 +23,7 @@ pub(super) struct Initialisation {
 }
 
 /// Pixels of the first corners in a later frame.
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct Tracks {
     pub timestamp_ns: i64,
     /// `None` where lost.

@@ -10,6 +10,7 @@ mod options;
 mod picture_shifts;
 mod records;
 mod scratch;
+mod state;
 mod static_vehicles;
 mod velocity;
 
@@ -21,6 +22,7 @@ use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
 pub use feedback::RoadFeedback;
 pub use options::{AdvancedOdometryOptions, FeedbackOptions, OdometryOptions, PolicyOptions};
 pub use picture_shifts::ShiftedFrame;
+pub use state::OdometryState;
 
 use crate::map::{Landmark, Window};
 use crate::rolling_shutter::RowMotion;
@@ -61,6 +63,7 @@ pub struct Odometry {
 }
 
 /// The last frame with valid tracks.
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 struct LastFrame {
     frame: usize,
     timestamp_ns: i64,
@@ -70,14 +73,16 @@ struct LastFrame {
 
 /// The frame that the templates of tracking are taken from: the last one or, at high frame rates, one a little older. Tracking
 /// from frame to frame adds an error per frame, so that fewer links in the chain drift less.
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 struct TemplateFrame {
     timestamp_ns: i64,
+    #[serde(with = "crate::tracking::stored")]
     pyramid: Arc<Pyramid>,
     camera_from_world: CameraFromWorld,
 }
 
 /// Result of the last standstill test, and the time of its reference pixels.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
 struct Standstill {
     stands: bool,
     reference_ns: i64,

@@ -6,7 +6,7 @@ use super::{CameraFromWorld, Odometry};
 use crate::map::{Observation, PoseEstimate, picture_shift};
 
 /// A frame from which on the picture is shifted.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ShiftedFrame {
     /// Number of the frame, from 0.
     pub frame: usize,

@@ -6,7 +6,7 @@ use nalgebra::Vector6;
 use crate::time::{ratio, seconds};
 
 /// A twist `[ω, ν]` over an interval, in the camera.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct Velocity {
     twist: Vector6<f64>,
     interval_ns: i64,

@@ -23,11 +23,21 @@ pub struct ClosedFormScale {
     measurements: Vec<RoadMeasurement>,
 }
 
+/// State of a [`ClosedFormScale`] after a frame, without camera and options.
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+pub struct ClosedFormState {
+    last: Option<LastFrame>,
+    height_units: Option<f64>,
+    measurements: Vec<RoadMeasurement>,
+}
+
 /// The frame that the next one is compared with.
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 struct LastFrame {
     frame: usize,
     timestamp_ns: i64,
     segment: usize,
+    #[serde(with = "crate::tracking::stored")]
     pyramid: Arc<Pyramid>,
 }
 
@@ -37,6 +47,22 @@ impl ClosedFormScale {
         let mut klt = KltOptions::default();
         klt.advanced.least_eigenvalue = options.advanced.least_eigenvalue;
         Self { camera, options, klt, last: None, height_units: None, measurements: Vec::new() }
+    }
+
+    /// The state after the last frame.
+    pub fn state(&self) -> ClosedFormState {
+        let Self { camera: _, options: _, klt: _, last, height_units, measurements } = self;
+        ClosedFormState {
+            last: last.clone(),
+            height_units: *height_units,
+            measurements: measurements.clone(),
+        }
+    }
+
+    /// Ready for the frame after a state, with the camera and the options that it came from.
+    pub fn from_state(camera: PinholeCamera, options: ClosedFormOptions, state: ClosedFormState) -> Self {
+        let ClosedFormState { last, height_units, measurements } = state;
+        Self { last, height_units, measurements, ..Self::new(camera, options) }
     }
 
     /// Measurements so far; pitch and roll are zero by assumption.

@@ -9,9 +9,11 @@ use super::pixels::RoadPixels;
 use crate::tracking::Pyramid;
 
 /// An earlier frame.
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct EarlierFrame {
     pub frame: usize,
     pub timestamp_ns: i64,
+    #[serde(with = "crate::tracking::stored")]
     pub pyramid: Arc<Pyramid>,
     pub road: RoadPixels,
 }
@@ -24,9 +26,19 @@ pub(super) struct RoadHistory {
 }
 
 impl RoadHistory {
+    /// With these frames, oldest first.
+    pub fn of(frames: VecDeque<EarlierFrame>) -> Self {
+        Self { frames, spare: RoadPixels::default() }
+    }
+
     /// Removes and returns all frames.
     pub fn take(&mut self) -> VecDeque<EarlierFrame> {
         std::mem::take(&mut self.frames)
+    }
+
+    /// All frames, oldest first.
+    pub fn frames(&self) -> &VecDeque<EarlierFrame> {
+        &self.frames
     }
 
     /// Adds a frame.

@@ -9,7 +9,7 @@ use super::state::RoadState;
 use crate::trajectory::OdometryTrajectory;
 
 /// Scale and tilt of the road by one frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct RoadMeasurement {
     /// Frame (row of the run).
     pub frame: usize,
@@ -30,7 +30,7 @@ pub struct RoadMeasurement {
 }
 
 /// The road's vertical curvature by the pixels, and its correlation with the measurement.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct RoadCurvature {
     /// Curvature times the camera's height, positive at the foot of a hill.
     pub value: f64,

@@ -16,7 +16,7 @@ mod view;
 mod watch;
 
 pub use alignment::align_road;
-pub use closed_form::ClosedFormScale;
+pub use closed_form::{ClosedFormScale, ClosedFormState};
 pub use height::{HeightOptions, MirrorOptions};
 pub use measurement::{RoadCurvature, RoadEstimate, RoadMeasurement};
 pub use options::{
@@ -26,5 +26,5 @@ pub use options::{
 pub use pixels::RoadPixels;
 pub use plane::{AlignedRoad, road_normal, road_tilt};
 pub use state::RoadState;
-pub use tracker::{MirroredFrames, RoadInput, RoadTracker};
+pub use tracker::{MirroredFrames, RoadInput, RoadTracker, RoadTrackerState};
 pub use view::{RoadScratch, RoadView};

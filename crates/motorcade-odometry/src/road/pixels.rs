@@ -7,7 +7,7 @@ use nalgebra::Point2;
 const CELL_PX: usize = 4;
 
 /// One flag per cell, evaluated at its central pixel; road everywhere before it is filled.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct RoadPixels {
     columns: usize,
     cells: Vec<bool>,

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 /// Height of the camera above the road, and the road's tilt relative to the camera.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct RoadState {
     /// Logarithm of 1 / camera height, in the odometry's unit; plus the logarithm of the height in metres it is the logarithm
     /// of the scale (metres per unit).

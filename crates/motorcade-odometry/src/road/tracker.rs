@@ -1,9 +1,13 @@
 //! The road plane from frame to frame: search, tracking, and search after a loss.
 
+mod state;
+
 use std::sync::Arc;
 
 use motorcade_geometry::{BoundingBox, Camera, PinholeCamera, Pose, World};
 use nalgebra::{Point2, Vector3};
+
+pub use state::RoadTrackerState;
 
 use super::alignment::align_road;
 use super::history::{EarlierFrame, RoadHistory};
@@ -35,7 +39,7 @@ pub struct RoadInput<'a> {
 }
 
 /// Frames in which the road mirrored what stands above it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct MirroredFrames {
     /// Row of the first one.
     pub first: usize,

@@ -2,9 +2,11 @@
 
 use motorcade_geometry::{BoundingBox, Camera, PinholeCamera, Pose, World};
 use nalgebra::{Matrix3, Point2, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::height::{
-    HeightEstimate, HeightFilter, HeightOptions, HeightSamples, MirrorPair, MirrorTest, MirrorView, Travel,
+    FilterState, HeightEstimate, HeightFilter, HeightOptions, HeightSamples, MirrorPair, MirrorState,
+    MirrorTest, MirrorView, Travel,
 };
 use super::history::{EarlierFrame, RoadHistory};
 use super::measurement::RoadMeasurement;
@@ -50,6 +52,16 @@ pub(super) struct HeightWatch {
     since_whole_s: f64,
 }
 
+/// State of a [`HeightWatch`] between two frames.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct WatchState {
+    filter: FilterState,
+    travel: Travel,
+    mirror: MirrorState,
+    compared_ns: Option<i64>,
+    since_whole_s: f64,
+}
+
 impl HeightWatch {
     /// `readout_s` is the time in which the rows of a picture are read.
     pub fn new(options: HeightOptions, readout_s: f64) -> Self {
@@ -65,6 +77,44 @@ impl HeightWatch {
             pairs: Vec::with_capacity(options.most_pairs),
             log_likelihood: Vec::new(),
             since_whole_s: 0.0,
+        }
+    }
+
+    /// The state after a frame.
+    pub fn state(&self) -> WatchState {
+        // What is left out is options, or filled anew for every frame.
+        let Self {
+            options: _,
+            readout_s: _,
+            filter,
+            travel,
+            samples: _,
+            mirror,
+            mirrored: _,
+            compared_ns,
+            pairs: _,
+            log_likelihood: _,
+            since_whole_s,
+        } = self;
+        WatchState {
+            filter: filter.state(),
+            travel: *travel,
+            mirror: mirror.state(),
+            compared_ns: *compared_ns,
+            since_whole_s: *since_whole_s,
+        }
+    }
+
+    /// As after the frame of a state.
+    pub fn from_state(options: HeightOptions, readout_s: f64, state: WatchState) -> Self {
+        let WatchState { filter, travel, mirror, compared_ns, since_whole_s } = state;
+        Self {
+            filter: HeightFilter::from_state(options, filter),
+            travel,
+            mirror: MirrorTest::from_state(options.mirror, mirror),
+            compared_ns,
+            since_whole_s,
+            ..Self::new(options, readout_s)
         }
     }
 

@@ -9,6 +9,7 @@ mod patch;
 mod pyramid;
 mod pyramid_pool;
 mod static_mask;
+pub(crate) mod stored;
 
 pub use corners::detect;
 pub use klt::{Request, track, track_checked};

@@ -40,6 +40,17 @@ struct Entry {
     observed: Line,
 }
 
+/// A frame of an earlier run that is not observed again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SkippedFrame {
+    /// The input's own number.
+    pub number: u64,
+    /// Time \[ns\].
+    pub timestamp_ns: i64,
+    /// True of a frame that was observed for certain; one that did not read may have no output.
+    pub observed: bool,
+}
+
 /// A file that holds the output of the detectors so far. Clones share it.
 #[derive(Clone, Debug)]
 pub struct Checkpoint(Arc<Mutex<State>>);
@@ -159,6 +170,29 @@ impl Checkpoint {
         let _ = fs::remove_file(&self.state().path);
     }
 
+    /// Forces all lines onto the disk.
+    ///
+    /// # Errors
+    /// Those of the file system; a file that cannot be written any more.
+    pub fn sync(&self) -> Result<()> {
+        let mut state = self.state();
+        state.synced = Instant::now();
+        let synced = match &state.file {
+            Some(file) => file.sync_data(),
+            None => Err(io::Error::other("it could not be written")),
+        };
+        synced.map_err(at(&state.path))
+    }
+
+    /// Passes over the lines of the first frames of the earlier run, which `each` gets.
+    pub(crate) fn skip(
+        &self,
+        frames: &[SkippedFrame],
+        each: impl FnMut(&SkippedFrame, &Line) -> Result<()>,
+    ) -> Result<()> {
+        self.state().skip(frames, each)
+    }
+
     /// The output for a frame of the earlier run, or `None` after its last one.
     pub(crate) fn earlier(&self, frame: &Frame) -> Result<Option<Observations>> {
         self.state().earlier(frame)
@@ -201,6 +235,34 @@ impl State {
         Ok(Some(observations))
     }
 
+    fn skip(
+        &mut self,
+        frames: &[SkippedFrame],
+        each: impl FnMut(&SkippedFrame, &Line) -> Result<()>,
+    ) -> Result<()> {
+        let io = at(&self.path);
+        let Some(reader) = &mut self.earlier else {
+            let problem = "holds no frames of an earlier run".to_owned();
+            return Err(Error::Input(InputError::Input { path: self.path.clone(), problem }));
+        };
+        // A look at all of them before anything changes.
+        let checked = File::open(&self.path).and_then(|file| {
+            let mut file = BufReader::new(file);
+            file.seek(SeekFrom::Start(self.end))?;
+            Ok(file)
+        });
+        let taken = skip_lines(&mut checked.map_err(io)?, frames, |_, _| Ok(()))?;
+        let Some((lines, bytes)) = taken else {
+            let problem = "does not hold all frames before the state that was kept of the run".to_owned();
+            return Err(Error::Input(InputError::Input { path: self.path.clone(), problem }));
+        };
+        skip_lines(reader, frames, each)?;
+        self.end += bytes;
+        reader.seek(SeekFrom::Start(self.end)).map_err(at(&self.path))?;
+        self.replayed += lines;
+        Ok(())
+    }
+
     fn add(&mut self, frame: &Frame, observations: &Observations) -> Result<()> {
         let Some(file) = &mut self.file else { return Ok(()) };
         let entry = Entry { pixels: hash(&frame.pixels), observed: Line::of(frame.number, observations)? };
@@ -220,6 +282,29 @@ impl State {
         self.end += text.len() as u64;
         Ok(())
     }
+}
+
+/// Gives the lines of frames to `each`; how many there are, and their bytes. `None` where one is missing.
+fn skip_lines(
+    reader: &mut impl BufRead,
+    frames: &[SkippedFrame],
+    mut each: impl FnMut(&SkippedFrame, &Line) -> Result<()>,
+) -> Result<Option<(usize, u64)>> {
+    let (mut left, mut lines, mut bytes, mut text) = (frames, 0, 0, String::new());
+    while !left.is_empty() {
+        text.clear();
+        let whole = reader.read_line(&mut text).is_ok() && text.ends_with('\n');
+        let entry = serde_json::from_str::<Entry>(&text).ok().filter(|_| whole);
+        let Some(line) = entry.map(|entry| entry.observed) else { break };
+        let Some(place) = left.iter().position(|frame| frame.number == line.frame()) else { break };
+        if left[..place].iter().any(|frame| frame.observed) {
+            break;
+        }
+        each(&left[place], &line)?;
+        left = &left[place + 1..];
+        (lines, bytes) = (lines + 1, bytes + text.len() as u64);
+    }
+    Ok((!left.iter().any(|frame| frame.observed)).then_some((lines, bytes)))
 }
 
 fn at(path: &Path) -> impl FnOnce(io::Error) -> Error + '_ {
@@ -251,120 +336,4 @@ fn hash(pixels: &Pixels) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::detection::{BoundingBox, BoxConvention, Detection, VehicleClass};
-    use crate::detectors::VehicleDetector;
-    use crate::perception::Perception;
-
-    /// Counts the frames it is asked for.
-    struct Counter(Arc<Mutex<Vec<u64>>>);
-
-    impl VehicleDetector for Counter {
-        fn detect(&mut self, frame: &Frame) -> Result<Vec<Detection>> {
-            self.0.lock().unwrap().push(frame.number);
-            let x = frame.number as f64 / 3.0;
-            Ok(vec![Detection {
-                class: VehicleClass::Car,
-                score: 0.1 + 0.2,
-                bbox: BoundingBox::new([x, 1.0, x + 20.0, 30.0]),
-                convention: BoxConvention::VisibleExtent,
-                external_id: None,
-                pixel_size: 1.0,
-                road_below: None,
-            }])
-        }
-        fn description(&self) -> String {
-            "a counter".into()
-        }
-    }
-
-    fn frame(number: u64) -> Frame {
-        let image = image::GrayImage::from_fn(40, 30, |x, y| image::Luma([(x * y + number as u32) as u8]));
-        Frame { number, ..Frame::from_gray(image, number as i64) }
-    }
-
-    fn run(settings: &str) -> Identity {
-        vec![("version".into(), "1".into()), ("settings".into(), settings.into())]
-    }
-
-    /// Observes frames; those that the detector saw, and all output.
-    fn observe(
-        checkpoint: Checkpoint,
-        frames: std::ops::Range<u64>,
-    ) -> Result<(Vec<u64>, Vec<Observations>)> {
-        let seen = Arc::new(Mutex::new(Vec::new()));
-        let mut perception = Perception::none().with_detector(Counter(Arc::clone(&seen)));
-        perception.save_in(checkpoint);
-        let all = frames.map(|number| perception.observe(&frame(number))).collect::<Result<_>>()?;
-        let seen = seen.lock().unwrap().clone();
-        Ok((seen, all))
-    }
-
-    #[test]
-    fn a_stopped_run_goes_on_wherever_its_file_ends() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("checkpoint");
-        assert!(Checkpoint::resume(&path, run("a")).unwrap().is_none());
-        let (seen, expected) = observe(Checkpoint::create(&path, run("a")).unwrap(), 0..6).unwrap();
-        assert_eq!(seen, [0, 1, 2, 3, 4, 5]);
-        let whole = fs::read(&path).unwrap();
-        for end in (0..=whole.len()).step_by(13).chain([whole.len()]) {
-            fs::write(&path, &whole[..end]).unwrap();
-            let lines = whole[..end].iter().filter(|b| **b == b'\n').count().saturating_sub(1);
-            let checkpoint = Checkpoint::resume(&path, run("a")).unwrap().unwrap();
-            let (seen, all) = observe(checkpoint.clone(), 0..6).unwrap();
-            assert_eq!((seen.len(), checkpoint.replayed()), (6 - lines, lines), "{end}");
-            assert!(all == expected && fs::read(&path).unwrap() == whole, "{end}");
-        }
-        // A line that is damaged, and all after it, are made again.
-        let mut damaged = whole.clone();
-        damaged[whole.len() / 2] = b'\x01';
-        fs::write(&path, &damaged).unwrap();
-        let checkpoint = Checkpoint::resume(&path, run("a")).unwrap().unwrap();
-        assert_eq!(observe(checkpoint.clone(), 0..6).unwrap().1, expected);
-        assert_eq!(fs::read(&path).unwrap(), whole);
-        checkpoint.remove();
-        assert!(!path.exists());
-    }
-
-    #[test]
-    fn lines_are_forced_onto_the_disk_as_often_as_set() {
-        let folder = tempfile::tempdir().unwrap();
-        for (every, forced) in
-            [(Duration::ZERO, true), (Duration::from_secs(3600), false), (Duration::MAX, false)]
-        {
-            let checkpoint = Checkpoint::create(&folder.path().join("checkpoint"), run("a")).unwrap();
-            checkpoint.sync_every(every);
-            let begun = checkpoint.state().synced;
-            observe(checkpoint.clone(), 0..2).unwrap();
-            assert_eq!(checkpoint.state().synced > begun, forced, "{every:?}");
-        }
-    }
-
-    #[test]
-    fn what_is_no_checkpoint_of_this_run_is_refused() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("checkpoint");
-        let says = |made: Result<Option<Checkpoint>>, words: &str| {
-            let error = made.unwrap_err().to_string();
-            assert!(error.contains("checkpoint") && error.contains(words), "{error}");
-        };
-        let first = Checkpoint::create(&path, run("a")).unwrap();
-        says(Checkpoint::create(&path, run("a")).map(Some), "another run is writing");
-        observe(first, 0..2).unwrap();
-        says(Checkpoint::resume(&path, run("b")), "another settings (a, now b)");
-        let resumed = Checkpoint::resume(&path, run("a")).unwrap().unwrap();
-        let error = observe(resumed, 1..3).unwrap_err().to_string();
-        assert!(error.contains("frame 1 is not the picture"), "{error}");
-        fs::write(&path, "frame,x1\n").unwrap();
-        says(Checkpoint::resume(&path, run("a")), "line 1");
-        #[cfg(unix)]
-        {
-            let link = folder.path().join("link-to-a-checkpoint");
-            std::os::unix::fs::symlink(folder.path().join("mine"), &link).unwrap();
-            says(Checkpoint::create(&link, run("a")).map(Some), "symbolic link");
-            assert!(!folder.path().join("mine").exists());
-        }
-    }
-}
+mod tests;

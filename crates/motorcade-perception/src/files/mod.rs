@@ -6,7 +6,7 @@ mod keypoints;
 mod recording;
 mod road_masks;
 
-pub use checkpoint::{Checkpoint, Identity};
+pub use checkpoint::{Checkpoint, Identity, SkippedFrame};
 pub use detections::{DetectionFormat, DetectionTable};
 pub use keypoints::KeypointTable;
 pub use recording::KeptObservations;

@@ -33,7 +33,7 @@ struct Header {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Line {
+pub(crate) struct Line {
     frame: u64,
     detections: Vec<Detection>,
     road: Option<RoadLine>,
@@ -79,8 +79,12 @@ impl KeptObservations {
 
     /// Adds a frame.
     pub(crate) fn add(&self, number: u64, observations: &Observations) -> Result<()> {
-        let line = serde_json::to_string(&Line::of(number, observations)?)
-            .map_err(|e| Error::Detector(Box::new(e)))?;
+        self.add_line(&Line::of(number, observations)?)
+    }
+
+    /// Adds the line of a frame.
+    pub(crate) fn add_line(&self, line: &Line) -> Result<()> {
+        let line = serde_json::to_string(line).map_err(|e| Error::Detector(Box::new(e)))?;
         let mut text = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         text.push_str(&line);
         text.push('\n');
@@ -142,6 +146,11 @@ impl Line {
     /// Number of the frame.
     pub(super) fn frame(&self) -> u64 {
         self.frame
+    }
+
+    /// Its boxes.
+    pub(crate) fn detections(&self) -> &[Detection] {
+        &self.detections
     }
 
     /// The output that the line holds, or what is wrong with it.

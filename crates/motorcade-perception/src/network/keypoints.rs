@@ -130,8 +130,8 @@ impl KeypointDetector for KeypointNetwork {
         Ok(crops.iter().enumerate().map(vehicle).collect())
     }
 
-    fn skipped(&mut self, frame: &Frame, detections: &[Detection]) {
-        self.chosen(frame.timestamp_ns, detections);
+    fn skipped(&mut self, timestamp_ns: i64, detections: &[Detection]) {
+        self.chosen(timestamp_ns, detections);
     }
 
     fn description(&self) -> String {

@@ -8,6 +8,7 @@ use image::codecs::jpeg::JpegEncoder;
 use image::imageops::thumbnail;
 use motorcade::RunResult;
 use motorcade_dataset::Frame;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::outlines::outlines;
@@ -19,15 +20,15 @@ const MOST_PX: f64 = 150_000.0;
 const QUALITY: u8 = 60;
 
 /// A frame as a small JPEG.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Picture {
     /// Number of the frame in the input.
     number: u64,
     jpeg: Vec<u8>,
 }
 
-/// Makes pictures of the frames of a drive as they pass, evenly spread.
-#[derive(Clone, Debug, Default)]
+/// Makes pictures of the frames of a drive as they pass, evenly spread. It can be kept in a file between two frames.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Pictures {
     every: usize,
     seen: usize,

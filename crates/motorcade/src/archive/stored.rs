@@ -4,6 +4,7 @@ use std::io::{self, Read};
 
 use motorcade_geometry::Pose;
 use nalgebra::{Isometry3, Point2, Quaternion, SMatrix, Translation3, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
 /// Entries of a list that room is made for before they are read.
 const MOST_RESERVED: usize = 1 << 16;
@@ -17,6 +18,40 @@ pub(crate) trait Stored: Sized {
     /// # Errors
     /// Bytes that are missing or of no such value.
     fn read(from: &mut impl Read) -> io::Result<Self>;
+}
+
+/// Values in order, as bytes that serde takes.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct StoredList {
+    count: usize,
+    bytes: Vec<u8>,
+}
+
+impl StoredList {
+    /// Of these values.
+    pub(crate) fn of<T: Stored>(items: &[T]) -> Self {
+        let mut bytes = Vec::new();
+        items.iter().for_each(|item| item.write(&mut bytes));
+        Self { count: items.len(), bytes }
+    }
+
+    /// Number of values.
+    pub(crate) fn len(&self) -> usize {
+        self.count
+    }
+
+    /// The values.
+    ///
+    /// # Errors
+    /// Bytes that are missing, left over or of no such value.
+    pub(crate) fn items<T: Stored>(&self) -> io::Result<Vec<T>> {
+        let mut from = self.bytes.as_slice();
+        let mut items = Vec::with_capacity(self.count.min(MOST_RESERVED).min(self.bytes.len()));
+        for _ in 0..self.count {
+            items.push(T::read(&mut from)?);
+        }
+        if from.is_empty() { Ok(items) } else { Err(no_such("list of this length")) }
+    }
 }
 
 /// A struct by all its fields, in this order: a field that is not named does not compile.

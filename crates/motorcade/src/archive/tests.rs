@@ -125,6 +125,36 @@ fn every_record_comes_back_with_its_bits() {
 }
 
 #[test]
+fn a_named_file_goes_on_from_a_state_and_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("made/motion");
+    let named = || Archive::<FrameRecord>::named(path.clone());
+    let mut archive = named();
+    let none = archive.state().unwrap();
+    assert!(none.len() == 0 && !path.exists());
+    archive.put_away((0..40).map(motion).collect());
+    let state = archive.state().unwrap();
+    archive.put_away((40..90).map(motion).collect());
+    drop(archive);
+    let mut resumed = named().resumed(&state).unwrap();
+    resumed.put_away((40..50).map(motion).collect());
+    let later = resumed.state().unwrap();
+    let back = resumed.take_back().unwrap();
+    let text = |records: &[_]| format!("{records:?}");
+    assert_eq!(text(&back), text(&(0..50).map(motion).collect::<Vec<_>>()));
+    assert!(named().resumed(&later).is_ok() && Archive::<f64>::default().resumed(&later).is_err());
+    let mut bytes = fs::read(&path).unwrap();
+    bytes[7] ^= 1;
+    fs::write(&path, bytes).unwrap();
+    assert!(named().resumed(&later).is_err());
+    // Without a record in it the file of an earlier run is replaced.
+    let mut empty = named().resumed(&none).unwrap();
+    empty.put_away(vec![motion(3)]);
+    assert_eq!(text(&empty.take_back().unwrap()), text(&[motion(3)]));
+    assert!(Archive::<f64>::unwritable().state().is_err());
+}
+
+#[test]
 fn a_file_that_cannot_be_written_any_more_leaves_the_later_records_in_memory() {
     let mut archive = Archive::default();
     archive.put_away((0..300).map(motion).collect());

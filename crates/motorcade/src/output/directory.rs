@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use motorcade_dataset::staging;
 use tempfile::TempDir;
 
-use super::listing::{self, CHECKPOINT, ListedFile};
+use super::listing::{self, ListedFile};
 use super::{io_error, output_error};
 use crate::error::{Error, Result};
 
@@ -227,7 +227,7 @@ fn content(path: &Path, record: &str) -> Result<Content> {
                 .map_err(|e| io_error(path, &e))?;
             // Temporary directories are locked, this process's own among them.
             let foreign = |name: &std::ffi::OsString| {
-                name != "lost+found" && name != CHECKPOINT && !staging::is_staging_name(name)
+                name != "lost+found" && !listing::is_checkpoint(name) && !staging::is_staging_name(name)
             };
             if !names.iter().any(foreign) {
                 return Ok(Content::Empty);

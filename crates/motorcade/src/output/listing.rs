@@ -11,6 +11,14 @@ use serde::{Deserialize, Serialize};
 /// Name of the checkpoint of a run in the directory of its results; it is no result.
 pub const CHECKPOINT: &str = ".motorcade-checkpoint";
 
+/// Name of the folder beside the checkpoint that holds the state of the run.
+pub const CHECKPOINT_STATE: &str = ".motorcade-checkpoint.state";
+
+/// True of the names of a checkpoint and of the state beside it.
+pub(super) fn is_checkpoint(name: &std::ffi::OsStr) -> bool {
+    name == CHECKPOINT || name == CHECKPOINT_STATE
+}
+
 /// A file of a directory.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ListedFile {
@@ -69,7 +77,7 @@ fn walk(directory: &Path, prefix: &str, visit: &mut dyn FnMut(&str, &fs::Metadat
     for entry in fs::read_dir(directory)? {
         let entry = entry?;
         let name = entry.file_name();
-        if prefix.is_empty() && (name == CHECKPOINT || staging::is_staging_name(&name)) {
+        if prefix.is_empty() && (is_checkpoint(&name) || staging::is_staging_name(&name)) {
             continue;
         }
         let name = format!("{prefix}{}", name.to_string_lossy());

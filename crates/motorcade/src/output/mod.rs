@@ -12,7 +12,7 @@ mod tracks;
 
 pub use camera::status_name;
 pub use directory::{OutputDirectory, RUN_RECORD};
-pub use listing::{CHECKPOINT, ListedFile};
+pub use listing::{CHECKPOINT, CHECKPOINT_STATE, ListedFile};
 pub use tracks::track_labels;
 
 use std::fs;

@@ -5,7 +5,7 @@ use super::options::PictureFaultOptions;
 use crate::frame_list::FrameList;
 
 /// Frames in which a part of the picture is blank.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct BlankParts {
     frames: FrameList,
     /// Largest share.

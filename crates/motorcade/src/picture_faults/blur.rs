@@ -8,7 +8,7 @@ use super::cells::Cells;
 use super::options::PictureFaultOptions;
 
 /// A part of the picture that blurs.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 struct Part {
     /// First frame.
     number: u64,
@@ -19,7 +19,7 @@ struct Part {
 }
 
 /// Search for parts that blur. What the camera drives past changes cell by cell and frame by frame; dirt changes its cells in one frame.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct BlurredParts {
     /// Number and relative gradients of each of the last pictures.
     pictures: VecDeque<(u64, Vec<f32>)>,

@@ -3,7 +3,7 @@
 use image::GrayImage;
 
 /// Square cells of a picture, row by row. Pixels beyond the last whole cell are left out.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct Cells {
     pub columns: usize,
     pub rows: usize,

@@ -7,7 +7,7 @@ use super::options::PictureFaultOptions;
 use crate::frame_list::FrameList;
 
 /// Frames in which exposure jumped.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct ExposureJumps {
     frames: FrameList,
     /// Largest factor, brighter or darker.

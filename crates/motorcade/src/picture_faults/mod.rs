@@ -16,7 +16,7 @@ use cells::Cells;
 use exposure::ExposureJumps;
 
 /// Compares each picture with the one before. The memory it takes does not grow with the drive but for what it found.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct PictureFaults {
     before: Cells,
     now: Cells,

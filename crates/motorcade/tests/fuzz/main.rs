@@ -26,11 +26,11 @@ use motorcade::dataset::{
     Calibration, GpsTrack, Sequence, SequenceOptions, SpeedRecord, read_labels, read_trajectory,
     read_vehicle_poses,
 };
-use motorcade::geometry::{Camera, World};
+use motorcade::geometry::{Camera, PinholeCamera, World};
 use motorcade::perception::{
     Checkpoint, DetectionTable, KeypointTable, Manifest, ModelOptions, ModelSet, Perception, Recording,
 };
-use motorcade::{Config, RunRecord};
+use motorcade::{Config, Motorcade, RunRecord, StateFolder};
 use motorcade_graph::g2o;
 use motorcade_shape::ShapePrior;
 use motorcade_testing::onnx;
@@ -191,6 +191,29 @@ fn checkpoints() {
     let sample = std::fs::read(&path).unwrap();
     fuzz("checkpoints", &[("checkpoint", sample.as_slice())], |path| {
         Checkpoint::resume(path, run()).is_ok_and(|found| found.is_some_and(observe))
+    });
+}
+
+/// The file of a state, and what stands in it, which the file's checksum keeps damage from.
+#[test]
+fn states() {
+    let camera = PinholeCamera { fx: 40.0, fy: 40.0, cx: 24.0, cy: 16.0, width: 48, height: 32 };
+    let slam = || Motorcade::builder(camera).height_m(1.5).build().unwrap();
+    let mut driven = slam();
+    for k in 0..3 {
+        let image = image::GrayImage::from_fn(48, 32, |x, y| image::Luma([((x + k) * 37 + y * 11) as u8]));
+        driven.push(&Frame::from_gray(image, i64::from(k) * 100_000_000)).unwrap();
+    }
+    let state = driven.state().unwrap();
+    fuzz("states", &[("state", state.as_slice())], |path| {
+        slam().resume(&std::fs::read(path).unwrap()).is_ok()
+    });
+    let folder = folder();
+    let of = |path: &Path| StateFolder::new(path.to_path_buf(), "run".to_owned());
+    of(&folder.path().join("s")).write(vec![state]).unwrap();
+    let file = std::fs::read(folder.path().join("s/state")).unwrap();
+    fuzz("state files", &[("s/state", file.as_slice())], |path| {
+        of(path.parent().unwrap()).read().is_ok_and(|parts| parts.is_some())
     });
 }
 

@@ -3,7 +3,7 @@
 use super::options::HeightOptions;
 
 /// Height by the evidence so far.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct HeightEstimate {
     /// Logarithm of 1 / height \[odometry units\].
     pub log_inverse_height: f64,
@@ -23,6 +23,14 @@ pub(crate) struct HeightFilter {
     pairs: usize,
 }
 
+/// State of a [`HeightFilter`] between two frames.
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+pub(crate) struct FilterState {
+    log_likelihood: Vec<f64>,
+    estimate: Option<HeightEstimate>,
+    pairs: usize,
+}
+
 impl HeightFilter {
     /// Every height is equally likely.
     pub fn new(options: HeightOptions) -> Self {
@@ -30,6 +38,18 @@ impl HeightFilter {
         let cells = ((high / low).ln() / options.step).ceil() as usize + 1;
         let log_likelihood = vec![0.0; cells];
         Self { options, log_likelihood, weights: Vec::with_capacity(cells), estimate: None, pairs: 0 }
+    }
+
+    /// The state after a frame.
+    pub fn state(&self) -> FilterState {
+        let Self { options: _, log_likelihood, weights: _, estimate, pairs } = self;
+        FilterState { log_likelihood: log_likelihood.clone(), estimate: *estimate, pairs: *pairs }
+    }
+
+    /// As after the frame of a state.
+    pub fn from_state(options: HeightOptions, state: FilterState) -> Self {
+        let FilterState { log_likelihood, estimate, pairs } = state;
+        Self { options, weights: Vec::with_capacity(log_likelihood.len()), log_likelihood, estimate, pairs }
     }
 
     /// Forgets everything.

@@ -59,6 +59,15 @@ pub(crate) struct MirrorScratch {
     patch: Vec<f32>,
 }
 
+/// State of a [`MirrorTest`] between two frames.
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+pub(crate) struct MirrorState {
+    own: f64,
+    compared: f64,
+    since_s: f64,
+    mirrors: bool,
+}
+
 impl MirrorTest {
     pub fn new(options: MirrorOptions) -> Self {
         Self {
@@ -69,6 +78,18 @@ impl MirrorTest {
             mirrors: false,
             scratch: MirrorScratch::default(),
         }
+    }
+
+    /// The state after a frame.
+    pub fn state(&self) -> MirrorState {
+        let Self { options: _, own, compared, since_s, mirrors, scratch: _ } = self;
+        MirrorState { own: *own, compared: *compared, since_s: *since_s, mirrors: *mirrors }
+    }
+
+    /// As after the frame of a state.
+    pub fn from_state(options: MirrorOptions, state: MirrorState) -> Self {
+        let MirrorState { own, compared, since_s, mirrors } = state;
+        Self { options, own, compared, since_s, mirrors, scratch: MirrorScratch::default() }
     }
 
     /// True while the road mirrors.

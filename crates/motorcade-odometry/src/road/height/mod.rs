@@ -11,9 +11,9 @@ mod mirror_options;
 mod options;
 mod travel;
 
-pub(super) use filter::{HeightEstimate, HeightFilter};
+pub(super) use filter::{FilterState, HeightEstimate, HeightFilter};
 pub(super) use likelihood::HeightSamples;
-pub(super) use mirror::{MirrorPair, MirrorTest, MirrorView};
+pub(super) use mirror::{MirrorPair, MirrorState, MirrorTest, MirrorView};
 pub use mirror_options::MirrorOptions;
 pub use options::HeightOptions;
 pub(super) use travel::Travel;

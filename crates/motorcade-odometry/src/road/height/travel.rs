@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 /// Smoothed direction of travel.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Travel {
     mean: Option<Vector3<f64>>,
 }

@@ -1,0 +1,161 @@
+//! The folder that holds the state of a run: a file that is replaced as a whole, and the rows that were put away.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use motorcade_dataset::regular_file;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+/// First bytes of the file.
+const MAGIC: &[u8; 16] = b"motorcade state\n";
+/// Version of the format; to be raised whenever a field of any state changes.
+const VERSION: u32 = 1;
+const STATE: &str = "state";
+const NEW: &str = "state.new";
+/// All names in the folder.
+const NAMES: [&str; 7] = [STATE, NEW, "motion", "road", "places", "detections", "keypoints"];
+/// Length of what stands before the content: magic, version, SHA-256 of the content.
+const HEADER: usize = MAGIC.len() + 4 + 32;
+
+/// What the file holds.
+#[derive(Serialize, Deserialize)]
+struct Content {
+    /// The run that it belongs to.
+    run: String,
+    parts: Vec<Vec<u8>>,
+}
+
+/// The folder of the state of one run.
+#[derive(Clone, Debug)]
+pub struct StateFolder {
+    path: PathBuf,
+    run: String,
+}
+
+impl StateFolder {
+    /// The folder at a path, of the run with this fingerprint. Nothing is made before something is written.
+    pub fn new(path: PathBuf, run: String) -> Self {
+        Self { path, run }
+    }
+
+    /// Place of the folder.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// True where nothing is at the path, or a folder: a link is not followed.
+    pub fn is_free(&self) -> bool {
+        fs::symlink_metadata(&self.path).map_or(true, |found| found.is_dir())
+    }
+
+    /// Removes what an earlier run left there. Other files in the folder stay.
+    pub fn clear(&self) {
+        if fs::symlink_metadata(&self.path).is_ok_and(|found| found.is_dir()) {
+            // Best effort: a state that stays is not used by a run that did not write it.
+            NAMES.iter().for_each(|name| drop(fs::remove_file(self.path.join(name))));
+            let _ = fs::remove_dir(&self.path);
+        }
+    }
+
+    /// Replaces the state. The earlier one stays valid until the new one is on the disk.
+    ///
+    /// # Errors
+    /// Those of the file system.
+    pub fn write(&self, parts: Vec<Vec<u8>>) -> io::Result<()> {
+        let content = Content { run: self.run.clone(), parts };
+        let content = postcard::to_stdvec(&content).map_err(io::Error::other)?;
+        fs::create_dir_all(&self.path)?;
+        let (new, state) = (self.path.join(NEW), self.path.join(STATE));
+        let write = || {
+            // A link there is removed, not followed.
+            let _ = fs::remove_file(&new);
+            let mut file = fs::OpenOptions::new().write(true).create_new(true).open(&new)?;
+            file.write_all(MAGIC)?;
+            file.write_all(&VERSION.to_le_bytes())?;
+            file.write_all(&Sha256::digest(&content))?;
+            file.write_all(&content)?;
+            file.sync_all()?;
+            fs::rename(&new, &state)
+        };
+        write().inspect_err(|_| drop(fs::remove_file(&new)))?;
+        // The new name too; not every file system does that for a folder.
+        let _ = File::open(&self.path).and_then(|folder| folder.sync_all());
+        Ok(())
+    }
+
+    /// The parts of the state that was written last; `None` where there is none.
+    ///
+    /// # Errors
+    /// A file that is damaged, of another version or of another run.
+    pub fn read(&self) -> io::Result<Option<Vec<Vec<u8>>>> {
+        let bytes = match regular_file::read(&self.path.join(STATE)) {
+            Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
+            read => read?,
+        };
+        let refused = |why: &str| io::Error::new(io::ErrorKind::InvalidData, why.to_owned());
+        let Some((header, content)) = bytes.split_at_checked(HEADER).filter(|(h, _)| h.starts_with(MAGIC))
+        else {
+            return Err(refused("it is none"));
+        };
+        let (version, digest) = header[MAGIC.len()..].split_at(4);
+        if version != VERSION.to_le_bytes() {
+            return Err(refused("it is of another version of the program"));
+        }
+        if digest != Sha256::digest(content).as_slice() {
+            return Err(refused("it is damaged"));
+        }
+        let Content { run, parts } = postcard::from_bytes(content).map_err(io::Error::other)?;
+        if run != self.run {
+            return Err(refused("it is one of another run"));
+        }
+        Ok(Some(parts))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_state_comes_back_or_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let state = |run: &str| StateFolder::new(folder.path().join("s"), run.to_owned());
+        assert!(state("a").read().unwrap().is_none() && !state("a").path().exists());
+        let parts = |n: u8| vec![vec![n; 300], Vec::new(), vec![7]];
+        state("a").write(parts(1)).unwrap();
+        state("a").write(parts(2)).unwrap();
+        assert_eq!(state("a").read().unwrap(), Some(parts(2)));
+        let refused = |words: &str| {
+            let error = state("a").read().unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+        };
+        assert!(state("b").read().unwrap_err().to_string().contains("another run"));
+        let path = folder.path().join("s/state");
+        let whole = fs::read(&path).unwrap();
+        for end in [0, 10, HEADER, HEADER + 20, whole.len() - 1] {
+            fs::write(&path, &whole[..end]).unwrap();
+            refused(if end < HEADER { "none" } else { "damaged" });
+        }
+        for at in [HEADER, whole.len() - 1] {
+            let mut damaged = whole.clone();
+            damaged[at] ^= 1;
+            fs::write(&path, &damaged).unwrap();
+            refused("damaged");
+        }
+        let mut other = whole.clone();
+        other[MAGIC.len()] += 1;
+        fs::write(&path, &other).unwrap();
+        refused("another version");
+        // What the file system left half written is not looked at, and what is not its own stays.
+        fs::write(&path, &whole).unwrap();
+        fs::write(folder.path().join("s/state.new"), "half").unwrap();
+        fs::write(folder.path().join("s/mine"), "mine").unwrap();
+        assert_eq!(state("a").read().unwrap(), Some(parts(2)));
+        state("a").clear();
+        let left: Vec<_> =
+            fs::read_dir(folder.path().join("s")).unwrap().map(|e| e.unwrap().file_name()).collect();
+        assert_eq!(left, ["mine"]);
+    }
+}
