@@ -1,4 +1,4 @@
-//! What hides a vehicle from the camera: others that are nearer to it.
+//! Vehicles hidden from the camera by others that are nearer to it.
 //!
 //! A tracker takes an edge of a box for hidden where another box with a lower bottom edge covers it, before anything is known of distances. Where the
 //! vehicle then comes out nearer than what is said to hide it, nothing hides it, and its box ends where it ends.

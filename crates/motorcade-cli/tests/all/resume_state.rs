@@ -14,7 +14,7 @@ use crate::resume::{BESIDE, RUN, answer, command, same};
 const NO_NETWORKS: &str = "run frames --calibration camera.toml --height 1.5 --progress none --models none --set run.checkpoint_s=0";
 const SAVED: &str = "goes on after ";
 
-/// Where the state is written: in the directory of the results where that is there, else beside it.
+/// Place of the state: in the directory of the results where that is there, else beside it.
 fn state_file(folder: &Path) -> PathBuf {
     let checkpoint = if folder.join("out").exists() { "out/.motorcade-checkpoint" } else { BESIDE };
     folder.join(format!("{checkpoint}.state/state"))

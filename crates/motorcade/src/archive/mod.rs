@@ -36,7 +36,7 @@ struct NamedFile {
     hash: Sha256,
 }
 
-/// What a named file held after some frame: it is cut to that when a run goes on.
+/// Length and digest of a named file after some frame: it is cut to that when a run goes on.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct ArchiveState {
     count: usize,
