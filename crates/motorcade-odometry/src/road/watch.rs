@@ -82,7 +82,7 @@ impl HeightWatch {
 
     /// The state after a frame.
     pub fn state(&self) -> WatchState {
-        // What is left out is options, or filled anew for every frame.
+        // Fields left out are options, or filled anew for every frame.
         let Self {
             options: _,
             readout_s: _,

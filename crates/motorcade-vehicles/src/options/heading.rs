@@ -111,7 +111,7 @@ mod tests {
         assert!((angle(172.0) - 179.2).abs() < 0.1 && (angle(-172.0) + 179.2).abs() < 0.1);
         assert!((angle(86.0) - 89.6).abs() < 0.1 && (angle(-95.0) + 90.5).abs() < 0.1);
         assert!((angle(45.0) - 45.0).abs() < 1e-9 && (angle(-135.0) + 135.0).abs() < 1e-9);
-        // Where the road bends its direction says less.
+        // A bending road says less by its direction.
         assert!(options.parked_angle(0.2, 0.15) > 0.09);
     }
 }

@@ -28,7 +28,7 @@ pub(crate) struct FrontEndState {
     away: PutAwayState,
 }
 
-/// What was recorded so far and is in memory.
+/// Record so far, as far as it is in memory.
 #[derive(Serialize, Deserialize)]
 struct RecordState {
     frames: Vec<FrameInfo>,
@@ -163,7 +163,7 @@ impl FrontEnd {
 
 impl RecordState {
     fn of(record: &FrontEndRecord) -> Self {
-        // What is left out is filled at the end of a drive alone, of online runs alone, or says how a process ended.
+        // Fields left out are filled at the end of a drive alone, of online runs alone, or say how a process ended.
         let FrontEndRecord {
             frames,
             detections,

@@ -29,7 +29,7 @@ struct DriveState {
 /// Rows that an earlier process took.
 #[derive(Clone, Debug)]
 pub(crate) struct Resumed {
-    /// How many.
+    /// Count.
     pub(crate) rows: usize,
     /// Number of the last one.
     number: u64,

@@ -19,7 +19,7 @@ const NAMES: [&str; 7] = [STATE, NEW, "motion", "road", "places", "detections", 
 /// Length of what stands before the content: magic, version, SHA-256 of the content.
 const HEADER: usize = MAGIC.len() + 4 + 32;
 
-/// What the file holds.
+/// Content of the file.
 #[derive(Serialize, Deserialize)]
 struct Content {
     /// The run that it belongs to.
