@@ -21,7 +21,8 @@ impl Opened {
     fn new(path: &Path, run: &Identity, perception: Checkpoint, resumed: bool) -> Self {
         let mut name = path.as_os_str().to_owned();
         name.push(".state");
-        let run: Vec<String> = run.iter().map(|(name, value)| format!("{name}={value}")).collect();
+        let mut run: Vec<String> = run.iter().map(|(name, value)| format!("{name}={value}")).collect();
+        run.push(program());
         let state = StateFolder::new(name.into(), run.join("\n"));
         if !resumed {
             state.clear();
@@ -65,6 +66,13 @@ pub fn open(out: &Path, resume: bool, run: Identity) -> anyhow::Result<Option<Op
             Ok(None)
         }
     }
+}
+
+/// Size and time of the program's file: another build may keep other fields in a state, or compute other bits.
+fn program() -> String {
+    let file = std::env::current_exe().and_then(std::fs::metadata);
+    let found = file.and_then(|file| Ok((file.len(), file.modified()?)));
+    format!("program={:?}", found.ok())
 }
 
 /// After the frames: says how many came from the checkpoint, and why it could not be written.

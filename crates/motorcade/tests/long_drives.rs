@@ -11,9 +11,8 @@ use std::cell::Cell;
 use common::{CAMERA, HEIGHT_M, drive, pose};
 use motorcade::dataset::Frame;
 use motorcade::{External, ExternalTrajectory, Motorcade, NoProgress, RunResult};
-use motorcade_geometry::PinholeCamera;
 use motorcade_perception::Observations;
-use motorcade_testing::street_image::{self, StreetPose, street_image};
+use motorcade_testing::street_image::{self, HALF_CAMERA, StreetPose, street_image};
 
 thread_local! {
     /// Bytes that this thread holds.
@@ -51,26 +50,13 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// The camera of the street at half the size, so that thousands of frames take seconds.
-const SMALL: PinholeCamera = {
-    let PinholeCamera { fx, fy, cx, cy, width, height } = street_image::CAMERA;
-    PinholeCamera {
-        fx: 0.5 * fx,
-        fy: 0.5 * fy,
-        cx: 0.5 * cx,
-        cy: 0.5 * cy,
-        width: width / 2,
-        height: height / 2,
-    }
-};
-
 #[test]
 fn memory_before_the_end_does_not_grow_with_the_frames() {
     const FRAMES: usize = 2400;
-    let mut slam = Motorcade::builder(SMALL).height_m(street_image::HEIGHT_M).build().unwrap();
+    let mut slam = Motorcade::builder(HALF_CAMERA).height_m(street_image::HEIGHT_M).build().unwrap();
     let mut held = Vec::with_capacity(FRAMES);
     for k in 0..FRAMES {
-        let image = street_image(&SMALL, &StreetPose::along(0.8 * k as f64));
+        let image = street_image(&HALF_CAMERA, &StreetPose::along(0.8 * k as f64));
         let frame = Frame { number: k as u64, ..Frame::from_gray(image, k as i64 * 100_000_000) };
         slam.push(&frame).unwrap();
         drop(frame);

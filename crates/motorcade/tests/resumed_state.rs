@@ -7,27 +7,13 @@ use std::path::Path;
 
 use image::{GrayImage, Luma};
 use motorcade::dataset::Frame;
-use motorcade::geometry::PinholeCamera;
 use motorcade::{Config, FrontEndRecord, Motorcade, Preset};
 use motorcade_perception::{
     BoundingBox, BoxConvention, Detection, Observations, RoadMask, VehicleClass, VehicleKeypoints,
 };
 use motorcade_shape::{HeadingEvidence, Layout, ObservedKeypoint};
-use motorcade_testing::street_image::{self, HEIGHT_M, StreetPose, street_image};
+use motorcade_testing::street_image::{HALF_CAMERA, HEIGHT_M, StreetPose, street_image};
 use nalgebra::{Point2, Vector2};
-
-/// A half of the street's camera.
-const SMALL: PinholeCamera = {
-    let PinholeCamera { fx, fy, cx, cy, width, height } = street_image::CAMERA;
-    PinholeCamera {
-        fx: 0.5 * fx,
-        fy: 0.5 * fy,
-        cx: 0.5 * cx,
-        cy: 0.5 * cy,
-        width: width / 2,
-        height: height / 2,
-    }
-};
 
 /// Frames after which some rows are put away.
 const LONG: u64 = 290;
@@ -47,12 +33,12 @@ const AHEAD: [u32; 4] = [104, 52, 136, 74];
 
 fn picture(k: u64) -> GrayImage {
     if BLACK.contains(&k) {
-        return GrayImage::new(SMALL.width, SMALL.height);
+        return GrayImage::new(HALF_CAMERA.width, HALF_CAMERA.height);
     }
     let k = if k == REPEATED { k - 1 } else { k };
     // A curve, for the check of the focal length.
     let heading_rad = 0.1 * (0.05 * k as f64).sin();
-    let mut image = street_image(&SMALL, &StreetPose { heading_rad, ..StreetPose::along(way_m(k)) });
+    let mut image = street_image(&HALF_CAMERA, &StreetPose { heading_rad, ..StreetPose::along(way_m(k)) });
     let [x1, y1, x2, y2] = AHEAD;
     for (x, y) in (y1..y2).flat_map(|y| (x1..x2).map(move |x| (x, y))) {
         image.put_pixel(x, y, Luma([((x * 53 + y * 91 + x * y * 7) % 199) as u8]));
@@ -76,7 +62,9 @@ fn car([x1, y1, x2, y2]: [f64; 4], score: f64) -> Detection {
 fn observations(k: u64, masks: bool) -> Observations {
     let mut detections = vec![car(AHEAD.map(f64::from), 0.9)];
     let ahead_m = 40.0 - way_m(k) % 34.0;
-    let at = |x: f64, y: f64| (SMALL.fx * x / ahead_m + SMALL.cx, SMALL.fy * y / ahead_m + SMALL.cy);
+    let at = |x: f64, y: f64| {
+        (HALF_CAMERA.fx * x / ahead_m + HALF_CAMERA.cx, HALF_CAMERA.fy * y / ahead_m + HALF_CAMERA.cy)
+    };
     let ((x1, y1), (x2, y2)) = (at(4.2, -0.1), at(5.9, HEIGHT_M));
     detections.push(car([x1, y1, x2.min(238.0), y2.min(118.0)], 0.8));
     let point = |i: usize| ObservedKeypoint {
@@ -92,7 +80,8 @@ fn observations(k: u64, masks: bool) -> Observations {
         presence: Some(0.3),
     };
     let road = GrayImage::from_fn(60, 30, |_, y| Luma([if y > 14 { 230 } else { 10 }]));
-    let road = (masks && k.is_multiple_of(2)).then(|| RoadMask::new(road, SMALL.width, SMALL.height));
+    let road =
+        (masks && k.is_multiple_of(2)).then(|| RoadMask::new(road, HALF_CAMERA.width, HALF_CAMERA.height));
     Observations {
         detections,
         road,
@@ -114,7 +103,7 @@ impl Kind {
     }
 
     fn slam(&self, folder: &Path) -> Motorcade {
-        let builder = Motorcade::builder(SMALL).height_m(HEIGHT_M).config(self.config);
+        let builder = Motorcade::builder(HALF_CAMERA).height_m(HEIGHT_M).config(self.config);
         let mut slam = builder.readout_s(self.readout_s).build().unwrap();
         slam.put_rows_in(folder);
         slam
@@ -229,11 +218,11 @@ fn states_that_do_not_fit_are_refused_and_change_nothing() {
     again.resume(&state).unwrap();
     assert!(again.resume(&state).is_err(), "frames were taken already");
     // Rows in files without a name are gone with their process.
-    let mut nameless = Motorcade::builder(SMALL).height_m(HEIGHT_M).build().unwrap();
+    let mut nameless = Motorcade::builder(HALF_CAMERA).height_m(HEIGHT_M).build().unwrap();
     assert!(nameless.resume(&state).is_err());
     (0..LONG).for_each(|k| kind.take(&mut nameless, k));
     assert!(nameless.state().is_err());
-    let mut online = Motorcade::builder(SMALL).height_m(HEIGHT_M).build().unwrap();
+    let mut online = Motorcade::builder(HALF_CAMERA).height_m(HEIGHT_M).build().unwrap();
     kind.take(&mut online, 0);
     online.estimate().unwrap();
     assert!(online.state().is_err());

@@ -141,6 +141,19 @@ fn states_that_cannot_be_used_are_said_and_the_run_starts_at_the_first_frame() {
     killed(folder, &format!("{run} --set run.seed=7"), 6);
     let foreign = fs::read(state_file(folder)).unwrap();
     tried(&|_| foreign.clone(), "another run");
+    // A copy of the program has another time, as another build has.
+    killed(folder, &run, 6);
+    let copy = folder.join("program");
+    fs::copy(env!("CARGO_BIN_EXE_motorcade"), &copy).unwrap();
+    let mut other = Command::new(&copy);
+    other
+        .args(format!("{run} --resume").split_whitespace())
+        .current_dir(folder)
+        .env_remove("MOTORCADE_MODELS");
+    let output: Answer = other.output().unwrap().into();
+    output.expect(0, &["is not used", "another build", "from the first frame"]);
+    same(folder, "whole", "out");
+    fs::remove_dir_all(folder.join("out")).unwrap();
     // The last picture before the state is another one of the same size.
     killed(folder, &run, 6);
     let state = fs::read(state_file(folder)).unwrap();

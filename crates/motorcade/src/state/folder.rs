@@ -108,7 +108,7 @@ impl StateFolder {
         }
         let Content { run, parts } = postcard::from_bytes(content).map_err(io::Error::other)?;
         if run != self.run {
-            return Err(refused("it is one of another run"));
+            return Err(refused("it is one of another run or of another build of the program"));
         }
         Ok(Some(parts))
     }
