@@ -108,6 +108,10 @@ pub(super) fn static_headings(
     let boxes = &input.track.boxes;
     let every = boxes.len().div_ceil(options.compared_boxes).max(1);
     let compared: Vec<&TrackBox> = boxes.iter().step_by(every).collect();
+    let frame = |b: Option<&&TrackBox>| b.map_or(0, |b| b.frame);
+    let span = (frame(compared.first()), frame(compared.last()));
+    // Boxes of one correlation time share their error, and count as one against the prior of the orientation.
+    let weight = input.independent_views(compared.len(), span, f64::MAX) / compared.len().max(1) as f64;
     let Some(middle) = compared.get(compared.len() / 2).and_then(|b| input.grounds.get(b.frame)) else {
         return vec![0.0; states.len()];
     };
@@ -128,7 +132,7 @@ pub(super) fn static_headings(
         // Prior of the orientation: along the road, else across it, seldom oblique.
         let prior =
             options.across_cost * angle.sin().powi(2) + options.oblique_cost * (2.0 * angle).sin().powi(2);
-        compared.iter().map(|b| one(b).unwrap_or(saturation)).sum::<f64>() + prior
+        weight * compared.iter().map(|b| one(b).unwrap_or(saturation)).sum::<f64>() + prior
     };
     let count = options.orientations;
     let angles = (0..count).map(|k| std::f64::consts::PI * k as f64 / count as f64);
