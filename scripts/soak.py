@@ -3,6 +3,7 @@
 slower, or the drive is not the one that was rendered.
 
     scripts/soak.py [--motorcade target/release/motorcade] [--frames 36000] [--width 400] [--modes online,drive] [--jumps] [--networks]
+        [--set NAME=VALUE …]
 
 A round of 49 s about a block of houses is rendered, cut where the camera comes back to where it was (to centimetres and a fifth of a degree), encoded (H.264, 10
 frames/s) and repeated to the number of frames. With --jumps a drive of 30 s is driven forwards and backwards in turn instead, which no car does: asked is only that no
@@ -31,6 +32,7 @@ parser.add_argument("--width", type=int, default=400)
 parser.add_argument("--modes", default="online,drive")
 parser.add_argument("--jumps", action="store_true", help="forwards and backwards in turn")
 parser.add_argument("--networks", action="store_true")
+parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="a setting of the runs")
 options = parser.parse_args()
 PART = 300
 ROUND = 500
@@ -100,6 +102,7 @@ def soak(mode, folder, movie, way_m):
     command = [options.motorcade, "run", movie, "--calibration", folder / "camera.toml", "--height", "1.65", "--out", folder / f"run-{mode}", "--progress", "json"]
     command += [] if options.networks else ["--models", "none"]
     command += ["--online"] if mode == "online" else []
+    command += [part for setting in options.set for part in ("--set", setting)]
     child = subprocess.Popen([str(c) for c in command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     lines = [0]
     def count():
