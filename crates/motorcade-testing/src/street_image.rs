@@ -7,8 +7,14 @@ use motorcade_geometry::PinholeCamera;
 pub const CAMERA: PinholeCamera =
     PinholeCamera { fx: 390.0, fy: 390.0, cx: 240.0, cy: 105.0, width: 480, height: 240 };
 /// The same camera at half the size, so that drives of thousands of frames take seconds.
-pub const HALF_CAMERA: PinholeCamera =
-    PinholeCamera { fx: 195.0, fy: 195.0, cx: 120.0, cy: 52.5, width: 240, height: 120 };
+pub const HALF_CAMERA: PinholeCamera = PinholeCamera {
+    fx: 0.5 * CAMERA.fx,
+    fy: 0.5 * CAMERA.fy,
+    cx: 0.5 * CAMERA.cx,
+    cy: 0.5 * CAMERA.cy,
+    width: CAMERA.width / 2,
+    height: CAMERA.height / 2,
+};
 /// Height of the camera above the road \[m\].
 pub const HEIGHT_M: f64 = 1.5;
 /// From the middle of the street to either wall \[m\].
