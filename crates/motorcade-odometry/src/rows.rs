@@ -62,6 +62,10 @@ impl<T> Rows<T> {
     pub fn push(&mut self, row: T) {
         self.kept.push(row);
     }
+    /// Drops the rows from `row` on.
+    pub fn truncate(&mut self, row: usize) {
+        self.kept.truncate(row.saturating_sub(self.first));
+    }
     /// The rows that are kept, oldest first.
     pub fn iter(&self) -> std::slice::Iter<'_, T> {
         self.kept.iter()
@@ -160,6 +164,9 @@ mod tests {
         assert_eq!(rows[4990..=4991], [4990, 4991]);
         assert_eq!((rows[4998..].len(), rows[..4999].last()), (2, Some(&4998)));
         assert_eq!((rows.get(10), rows.get(4999), rows.get(5000)), (None, Some(&4999), None));
+        rows.push(0);
+        rows.truncate(5000);
+        assert_eq!((rows.len(), rows.last()), (5000, Some(&4999)));
         rows.put_back(forgotten);
         assert_eq!((rows.first_kept(), rows.len(), rows[10]), (0, 5000, 10));
         assert!(rows.into_kept().into_iter().eq(0..5000));

@@ -5,6 +5,7 @@ use motorcade_geometry::PinholeCamera;
 use crate::features::Descriptor;
 use crate::index::Index;
 use crate::keyframe::PlacedKeyframe;
+use crate::keyframes::Keyframes;
 use crate::options::PlaceOptions;
 use crate::sequence::supported;
 use crate::verification::{PlaceMatch, verify};
@@ -45,13 +46,28 @@ pub fn find_places(
     search.finish()
 }
 
+/// A keyframe as a visit of a place.
+#[derive(Clone, Copy, Debug)]
+struct Visit {
+    /// The first keyframe of the place.
+    place: usize,
+    /// Its number among the visits of the place, from 1.
+    number: usize,
+    /// Of the first keyframe: visits so far.
+    visits: usize,
+}
+
 /// A search that takes the keyframes of a drive one after another.
 #[derive(Clone, Debug)]
 pub struct PlaceSearch {
     camera: PinholeCamera,
     options: PlaceOptions,
     index: Index,
-    keyframes: Vec<PlacedKeyframe>,
+    keyframes: Keyframes,
+    /// Of each keyframe in the index.
+    visits: Vec<Visit>,
+    /// Keyframes of later visits are not looked for.
+    most_visits: usize,
     /// Matches that geometry verified.
     verified: Vec<PlaceMatch>,
     report: SearchReport,
@@ -60,13 +76,31 @@ pub struct PlaceSearch {
 impl PlaceSearch {
     /// A search without any keyframe.
     pub fn new(camera: PinholeCamera, options: PlaceOptions) -> Self {
-        let (keyframes, verified, report) = (Vec::new(), Vec::new(), SearchReport::default());
-        Self { camera, options, index: Index::new(options.advanced.search), keyframes, verified, report }
+        Self {
+            camera,
+            options,
+            index: Index::new(options.advanced.search),
+            keyframes: Keyframes::default(),
+            visits: Vec::new(),
+            most_visits: usize::MAX,
+            verified: Vec::new(),
+            report: SearchReport::default(),
+        }
+    }
+
+    /// Keeps the features of this many visits of a place; keyframes of later ones find those and are not found themselves.
+    pub fn keeping_visits(self, most_visits: usize) -> Self {
+        Self { most_visits, ..self }
     }
 
     /// Keyframes so far.
-    pub fn keyframes(&self) -> &[PlacedKeyframe] {
+    pub fn keyframes(&self) -> &Keyframes {
         &self.keyframes
+    }
+
+    /// True of keyframes that later ones can match, now or once the camera has left them.
+    pub fn can_be_found(&self, keyframe: usize) -> bool {
+        self.visits.get(keyframe).is_none_or(|visit| visit.number <= self.most_visits)
     }
 
     /// Adds a keyframe that others are looked for among, without looking for it.
@@ -82,17 +116,18 @@ impl PlaceSearch {
         may_join: impl Fn(&PlacedKeyframe, &PlacedKeyframe, &PlaceMatch) -> bool,
     ) {
         // Keyframes enter once the camera has left them, or their map has ended.
-        let left = |k: &PlacedKeyframe| {
-            k.segment != keyframe.segment
-                || keyframe.way_m - k.way_m >= self.options.advanced.search.least_way_m
-        };
-        while let Some(next) = self.keyframes.get(self.index.len()).filter(|k| left(k)) {
-            self.index.push(descriptors(next));
+        let least_way_m = self.options.advanced.search.least_way_m;
+        let left =
+            |k: &PlacedKeyframe| k.segment != keyframe.segment || keyframe.way_m - k.way_m >= least_way_m;
+        while self.keyframes.get(self.index.len()).is_some_and(left) {
+            self.enter();
         }
         if self.index.len() > 0 {
             self.report.queries += 1;
             let scores = self.index.scores(descriptors(&keyframe));
-            let candidates = best(&scores, keyframe.landmarks.len(), &self.options);
+            let mut ranked = ranked(&scores, keyframe.landmarks.len(), &self.options);
+            ranked.retain(|k| self.can_be_found(*k));
+            let candidates = apart(ranked, self.options.advanced.search.candidates);
             self.report.candidates += candidates.len();
             let query = (self.keyframes.len(), &keyframe);
             let verified = candidates
@@ -107,20 +142,55 @@ impl PlaceSearch {
         self.add(keyframe);
     }
 
-    /// The matches so far that others along the way agree with.
-    pub fn supported(&self) -> Vec<PlaceMatch> {
-        supported(&self.keyframes, self.verified.clone(), &self.options.advanced.sequence)
+    /// Lets the next keyframe be found, unless its place was visited often enough: it keeps no features then.
+    fn enter(&mut self) {
+        let k = self.index.len();
+        let place = self.known_as(k).and_then(|earlier| self.visits.get(earlier)).map_or(k, |v| v.place);
+        self.visits.push(Visit { place, number: 1, visits: 0 });
+        self.visits[place].visits += 1;
+        self.visits[k].number = self.visits[place].visits;
+        if !self.can_be_found(k)
+            && let Some(keyframe) = self.keyframes.get_mut(k)
+        {
+            (keyframe.features, keyframe.landmarks) = (Vec::new(), Vec::new());
+        }
+        self.index.push(self.keyframes.get(k).into_iter().flat_map(descriptors));
     }
 
-    /// As [`supported`](Self::supported), of keyframes from `first` on alone: those shortly after it lack the others before them.
+    /// The keyframe of an earlier visit that this one matches, where others along the way agree.
+    fn known_as(&self, keyframe: usize) -> Option<usize> {
+        let at = self.verified.binary_search_by_key(&keyframe, |m| m.query).ok()?;
+        let way_m = self.keyframes.get(keyframe)?.way_m;
+        let sequence = &self.options.advanced.sequence;
+        let reach_m = sequence.reach_m + sequence.least_join_m;
+        let near =
+            |m: &&PlaceMatch| self.keyframes.get(m.query).is_some_and(|k| (k.way_m - way_m).abs() <= reach_m);
+        let (before, after) = self.verified.split_at(at);
+        let first = at - before.iter().rev().take_while(near).count();
+        let end = at + after.iter().take_while(near).count();
+        let around = supported(&self.keyframes, self.verified[first..end].to_vec(), sequence);
+        around.into_iter().find(|m| m.query == keyframe).map(|m| m.candidate)
+    }
+
+    /// Takes out what no later keyframe needs: keyframes before `before` that cannot be found, by their numbers, and matches of keyframes before it.
+    pub fn take_out(&mut self, before: usize) -> (Vec<(usize, PlacedKeyframe)>, Vec<PlaceMatch>) {
+        let (visits, most) = (&self.visits, self.most_visits);
+        let gone = |k: usize| visits.get(k).is_some_and(|visit| visit.number > most);
+        let keyframes = self.keyframes.take_out(before, gone);
+        let old = self.verified.partition_point(|m| m.query < before);
+        (keyframes, self.verified.drain(..old).collect())
+    }
+
+    /// Puts back all that was taken out, before the end.
+    pub fn put_back(&mut self, keyframes: Vec<(usize, PlacedKeyframe)>, matches: Vec<PlaceMatch>) {
+        self.keyframes.put_back(keyframes);
+        drop(self.verified.splice(..0, matches));
+    }
+
+    /// The matches of keyframes from `first` on that others along the way agree with; those shortly after it lack the others before them.
     pub fn supported_since(&self, first: usize) -> Vec<PlaceMatch> {
         let since = self.verified.partition_point(|m| m.query < first);
         supported(&self.keyframes, self.verified[since..].to_vec(), &self.options.advanced.sequence)
-    }
-
-    /// Keyframes so far with a candidate that geometry verified.
-    pub fn verified(&self) -> usize {
-        self.verified.len()
     }
 
     /// Counts so far; none of them supported yet.
@@ -132,7 +202,7 @@ impl PlaceSearch {
     pub fn finish(mut self) -> FoundPlaces {
         let matches = supported(&self.keyframes, self.verified, &self.options.advanced.sequence);
         self.report.supported = matches.len();
-        FoundPlaces { keyframes: self.keyframes, matches, report: self.report }
+        FoundPlaces { keyframes: self.keyframes.into_vec(), matches, report: self.report }
     }
 }
 
@@ -141,8 +211,8 @@ fn descriptors(keyframe: &PlacedKeyframe) -> impl Iterator<Item = Descriptor> {
     keyframe.landmarks.iter().filter_map(of)
 }
 
-/// The best keyframes by their own score and that of their neighbours, which see much of the same.
-fn best(scores: &[f32], landmarks: usize, options: &PlaceOptions) -> Vec<usize> {
+/// Keyframes that look alike, the best first, by their own score and that of their neighbours, which see much of the same.
+fn ranked(scores: &[f32], landmarks: usize, options: &PlaceOptions) -> Vec<usize> {
     let with_neighbours = |k: usize| {
         let around = &scores[k.saturating_sub(1)..(k + 2).min(scores.len())];
         around.iter().sum::<f32>()
@@ -151,12 +221,16 @@ fn best(scores: &[f32], landmarks: usize, options: &PlaceOptions) -> Vec<usize> 
     let mut all: Vec<(f32, usize)> = (0..scores.len()).map(|k| (with_neighbours(k), k)).collect();
     all.retain(|(score, _)| *score > least.max(1e-3));
     all.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    all.into_iter().map(|(_, k)| k).collect()
+}
+
+/// The first `most` of which none is the neighbour of another: neighbours say the same.
+fn apart(ranked: Vec<usize>, most: usize) -> Vec<usize> {
     let mut chosen: Vec<usize> = Vec::new();
-    for (_, k) in all {
-        if chosen.len() == options.advanced.search.candidates {
+    for k in ranked {
+        if chosen.len() == most {
             break;
         }
-        // Neighbours of a chosen one say the same.
         if chosen.iter().all(|c| c.abs_diff(k) > 1) {
             chosen.push(k);
         }

@@ -38,6 +38,7 @@ mod features;
 mod finder;
 mod index;
 mod keyframe;
+mod keyframes;
 mod landmarks;
 mod map;
 mod options;
@@ -48,6 +49,7 @@ mod verification;
 pub use features::{Descriptor, Feature, FeatureExtractor};
 pub use finder::{FoundPlaces, PlaceSearch, SearchReport, find_places};
 pub use keyframe::{Landmark, PlaceKeyframe, PlacedKeyframe};
+pub use keyframes::Keyframes;
 pub use map::{MapError, MapSummary, PlaceMap};
 pub use options::{
     AdvancedPlaceOptions, FeatureOptions, LandmarkOptions, PlaceOptions, SearchOptions, SequenceOptions,

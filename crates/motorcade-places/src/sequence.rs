@@ -1,12 +1,14 @@
 //! Agreement of matches along the way.
 
+use std::ops::Index;
+
 use crate::keyframe::PlacedKeyframe;
 use crate::options::SequenceOptions;
 use crate::verification::PlaceMatch;
 
 /// The matches that enough others agree with: driven on by odometry, they say the same of the two visits.
-pub(crate) fn supported(
-    keyframes: &[PlacedKeyframe],
+pub(crate) fn supported<K: Index<usize, Output = PlacedKeyframe>>(
+    keyframes: &K,
     matches: Vec<PlaceMatch>,
     options: &SequenceOptions,
 ) -> Vec<PlaceMatch> {
@@ -25,7 +27,11 @@ pub(crate) fn supported(
 }
 
 /// False for matches between two maps that agree over a short way only: no odometry connects the maps, and some houses stand twice.
-fn long_enough(keyframes: &[PlacedKeyframe], matches: &[PlaceMatch], options: &SequenceOptions) -> Vec<bool> {
+fn long_enough<K: Index<usize, Output = PlacedKeyframe>>(
+    keyframes: &K,
+    matches: &[PlaceMatch],
+    options: &SequenceOptions,
+) -> Vec<bool> {
     let between = |m: &PlaceMatch| keyframes[m.query].segment != keyframes[m.candidate].segment;
     let way_m = |k: usize| keyframes[matches[k].query].way_m;
     let mut out = vec![true; matches.len()];
@@ -42,7 +48,12 @@ fn long_enough(keyframes: &[PlacedKeyframe], matches: &[PlaceMatch], options: &S
     out
 }
 
-fn agree(keyframes: &[PlacedKeyframe], a: &PlaceMatch, b: &PlaceMatch, options: &SequenceOptions) -> bool {
+fn agree<K: Index<usize, Output = PlacedKeyframe>>(
+    keyframes: &K,
+    a: &PlaceMatch,
+    b: &PlaceMatch,
+    options: &SequenceOptions,
+) -> bool {
     let [q, c, r, d] = [a.query, a.candidate, b.query, b.candidate].map(|k| &keyframes[k]);
     if q.segment != r.segment || c.segment != d.segment {
         return false;

@@ -40,7 +40,7 @@ impl Default for OnlineOptions {
     }
 }
 
-/// Memory of an online run, and its corrections by places seen again. None of these numbers was measured.
+/// Memory of an online run, and its corrections by places seen again. `most_visits` alone was measured.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AdvancedOnlineOptions {
@@ -55,6 +55,9 @@ pub struct AdvancedOnlineOptions {
     pub least_corrected_keyframes: usize,
     /// Keyframes that a correction moves before the last place that was seen again: they hold the others to what is known. More have the same effect.
     pub overlap_keyframes: usize,
+    /// Visits of a place whose features are kept; each later one finds those. Memory grows with new streets alone then (a keyframe of 80 landmarks is
+    /// 5 kB, and 6 kB in the index). Ten rendered rounds of a block, poses told, 1, 3 and all visits: 0.60, 0.56 and 0.56 m SE(3).
+    pub most_visits: usize,
     /// Move of a keyframe from which on a correction names it \[m\]. A smaller one makes longer corrections.
     pub least_move_m: f64,
     /// Rotation of a keyframe from which on a correction names it \[rad\], with the same effect.
@@ -68,6 +71,7 @@ impl Default for AdvancedOnlineOptions {
             least_correction_m: 20.0,
             least_corrected_keyframes: 400,
             overlap_keyframes: 40,
+            most_visits: 3,
             least_move_m: 0.05,
             least_move_rad: 0.002,
         }

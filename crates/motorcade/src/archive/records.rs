@@ -2,11 +2,15 @@
 
 use std::io::{self, Read};
 
+use motorcade_multibody::{LoopEdge, MapEdge};
 use motorcade_odometry::{EgoFrame, FrameRecord, FrameStatus, RoadCurvature, RoadMeasurement, RoadState};
 use motorcade_perception::{BoundingBox, BoxConvention, Detection, VehicleClass, VehicleKeypoints};
-use motorcade_places::{Descriptor, Feature, PlaceKeyframe};
+use motorcade_places::{Descriptor, Feature, Landmark, PlaceKeyframe, PlaceMatch, PlacedKeyframe};
 use motorcade_shape::{HeadingEvidence, Layout, ObservedKeypoint};
 use motorcade_vehicles::{Source, VehicleState};
+
+use crate::closed_loop::ClosedLoop;
+use crate::kept_map::MapMatch;
 
 use super::stored::{Stored, no_such, stored_enum, stored_struct};
 
@@ -37,6 +41,13 @@ stored_struct!(RoadMeasurement {
 
 stored_struct!(Feature { descriptor, pixel, level, turn });
 stored_struct!(PlaceKeyframe { frame, segment, features });
+stored_struct!(Landmark { feature, point_in_camera, depth_sigma });
+stored_struct!(PlacedKeyframe { frame, segment, world_from_camera, covariance, way_m, features, landmarks });
+stored_struct!(PlaceMatch { query, candidate, query_from_candidate, covariance, inliers, share, rms_px });
+stored_struct!(LoopEdge { earlier, later, later_from_earlier, covariance });
+stored_struct!(ClosedLoop { edge, inliers, share, rms_px, weight, closed });
+stored_struct!(MapEdge { frame, world_from_keyframe, keyframe_covariance, camera_from_keyframe, covariance });
+stored_struct!(MapMatch { edge, map_frame, inliers, share, rms_px, weight, holds });
 
 stored_enum!(VehicleClass { Car = 0, Van = 1, Truck = 2, Bus = 3, Motorcycle = 4 });
 stored_enum!(BoxConvention { VisibleExtent = 0, ProjectedCuboid = 1 });

@@ -108,7 +108,7 @@ macro_rules! stored_number {
     )*};
 }
 
-stored_number!(u8, u64, i64, f32, f64);
+stored_number!(u8, u32, u64, i64, f32, f64);
 
 impl Stored for usize {
     fn write(&self, out: &mut Vec<u8>) {

@@ -3,15 +3,19 @@
 //! The estimator over the last seconds goes on in its own world, which drifts. Loops are closed among the keyframes of places alone, and
 //! their correction is a move of that world ([`Offsets`]) from the frame on at which it became known. A correction solves the keyframes
 //! since the last places that were seen again, and some hundreds at least; earlier ones are held as those of a kept map are, so that a
-//! correction costs the same after an hour.
+//! correction costs the same after an hour. Those before are [`settled`]: what only the end needs of them waits in temporary files, and of a
+//! place that is visited often the features of the first visits alone stay.
+
+mod settled;
 
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_multibody::{LoopReport, MapEdge, PlaceEdges, close_loops};
 use motorcade_odometry::{EgoFrame, EgoTrajectory, Rows};
-use motorcade_places::{FramePlacement, PlaceMap, PlaceMatch, PlaceSearch, PlacedKeyframe, place_keyframe};
+use motorcade_places::{FramePlacement, PlaceMap, PlaceMatch, PlaceSearch, place_keyframe};
 use motorcade_vehicles::VehicleState;
 use nalgebra::Matrix6;
 
+use self::settled::Settled;
 use super::loops::{join, search_with_map, within_drift};
 use super::place_edges::{KnownPose, Matched, Verdict};
 use crate::closed_loop::Loops;
@@ -62,19 +66,20 @@ pub(super) struct OnlineLoops {
     /// Cameras of the rows that keyframes to come need.
     ego: Rows<EgoFrame>,
     /// Way driven to each row \[m\].
-    way_m: Vec<f64>,
+    way_m: Rows<f64>,
     /// Cameras of the keyframes; the step to each goes from the one before.
-    trajectory: Vec<EgoFrame>,
+    trajectory: Rows<EgoFrame>,
     /// Times of the keyframes \[ns\].
     times_ns: Vec<i64>,
     /// Matches that the last correction was made of, with its verdicts, in order of their later keyframes.
     judged: Vec<(PlaceMatch, Verdict)>,
     /// Poses of the keyframes by the last correction.
-    corrected: Vec<KnownPose>,
+    corrected: Rows<KnownPose>,
+    settled: Settled,
     /// Way at the last correction \[m\].
     corrected_m: f64,
     /// Pose of each keyframe as reported last.
-    reported: Vec<Pose<World, Camera>>,
+    reported: Rows<Pose<World, Camera>>,
     pub(super) offsets: Offsets,
     pub(super) loops: Loops,
     revisions: usize,
@@ -86,30 +91,31 @@ impl OnlineLoops {
         let config = &settings.config;
         let wanted = config.online.enabled && config.loops.enabled && settings.external.trajectory.is_none();
         wanted.then(|| Self {
-            search: search_with_map(settings),
+            search: search_with_map(settings).keeping_visits(config.online.advanced.most_visits),
             of_map: settings.external.map.as_ref().map_or(0, |kept| kept.map.keyframes.len()),
             ego: Rows::default(),
-            way_m: Vec::new(),
-            trajectory: Vec::new(),
+            way_m: Rows::default(),
+            trajectory: Rows::default(),
             times_ns: Vec::new(),
             judged: Vec::new(),
-            corrected: Vec::new(),
+            corrected: Rows::default(),
+            settled: Settled::default(),
             corrected_m: f64::NEG_INFINITY,
-            reported: Vec::new(),
+            reported: Rows::default(),
             offsets: Offsets::default(),
             loops: Loops { kept: settings.external.map.as_ref().map(MapUse::of), ..Loops::default() },
             revisions: 0,
         })
     }
 
-    /// Keyframes of the drive.
-    fn own(&self) -> &[PlacedKeyframe] {
-        self.search.keyframes().get(self.of_map..).unwrap_or_default()
+    /// Number of keyframes of the drive.
+    fn own(&self) -> usize {
+        self.search.keyframes().len() - self.of_map
     }
 
     /// Number of keyframes whose features are not needed any more.
     pub(super) fn done(&self, settings: &Settings) -> usize {
-        self.own().len().saturating_sub(settings.config.places.advanced.landmarks.neighbours)
+        self.own().saturating_sub(settings.config.places.advanced.landmarks.neighbours)
     }
 
     /// Takes the newest row and the keyframes that became complete with it; returns the correction where there is one.
@@ -122,13 +128,16 @@ impl OnlineLoops {
         self.push(newest);
         let options = &settings.config.online.advanced;
         let reach = settings.config.places.advanced.landmarks.neighbours;
-        let before = self.own().len();
-        while self.own().len() + reach < view.places.len() {
+        let before = self.own();
+        while self.own() + reach < view.places.len() {
             self.take(view, settings)?;
         }
-        let taken = self.own().len() > before;
+        let taken = self.own() > before;
         let newest_m = *self.way_m.last()?;
-        if !taken || self.search.verified() == 0 || newest_m - self.corrected_m < options.least_correction_m {
+        if !taken
+            || self.search.report().verified == 0
+            || newest_m - self.corrected_m < options.least_correction_m
+        {
             return None;
         }
         let first = self.first_moved(options);
@@ -140,17 +149,29 @@ impl OnlineLoops {
             return None;
         }
         self.corrected_m = newest_m;
-        self.correct(&matches, first, view, settings)
+        let revision = self.correct(&matches, first, view, settings);
+        let (before, rows) =
+            (first.saturating_sub(options.overlap_keyframes), (&mut self.trajectory, &mut self.corrected));
+        let judged = (&mut self.judged, &mut self.loops);
+        self.settled.settle((before, self.of_map), &mut self.search, rows, judged);
+        drop(self.reported.forget_before(self.settled.first));
+        revision
     }
 
     /// The first keyframe that the next correction moves.
     fn first_moved(&self, options: &AdvancedOnlineOptions) -> usize {
         let seen_again = self.judged.iter().rev().find(|(_, (_, holds))| *holds);
-        let last = seen_again.map_or(0, |(m, _)| m.query - self.of_map);
-        let by_count = self.own().len().saturating_sub(options.least_corrected_keyframes);
+        let settled = self.settled.first;
+        let last = seen_again.map_or(settled, |(m, _)| m.query - self.of_map);
+        let by_count = self.own().saturating_sub(options.least_corrected_keyframes);
         let first = last.saturating_sub(options.overlap_keyframes).min(by_count);
         // Those before were never corrected.
-        first.min(self.corrected.len().saturating_sub(1))
+        first.min(self.corrected.len().saturating_sub(1)).max(settled)
+    }
+
+    /// Row of the newest keyframe of the drive.
+    fn last_row(&self) -> Option<usize> {
+        (self.own() > 0).then(|| self.search.keyframes().last().map(|k| k.frame))?
     }
 
     fn push(&mut self, newest: &EgoFrame) {
@@ -164,7 +185,7 @@ impl OnlineLoops {
     /// Looks for the next keyframe.
     fn take(&mut self, view: &FrontEndView<'_>, settings: &Settings) -> Option<()> {
         let places = view.places;
-        let k = self.own().len();
+        let k = self.own();
         let reach = settings.config.places.advanced.landmarks.neighbours;
         let from = k.saturating_sub(reach);
         let around = &places[from..(k + reach + 1).min(places.len())];
@@ -181,14 +202,16 @@ impl OnlineLoops {
         self.offsets.camera(placed.frame, &mut reported);
         self.reported.push(reported.world_from_camera);
         let needed = places.get((k + 1).saturating_sub(reach)).map_or(placed.frame, |first| first.frame);
-        drop(self.ego.forget_before(needed.min(placed.frame + 1)));
+        let needed = needed.min(placed.frame + 1);
+        drop(self.ego.forget_before(needed));
+        drop(self.way_m.forget_before(needed));
         self.search.take(placed, |later, earlier, found| within_drift(found, (later, earlier), settings));
         Some(())
     }
 
     /// The camera of the next keyframe, with the step from the one before.
     fn step_to(&self, row: usize, settings: &Settings) -> Option<EgoFrame> {
-        let first = self.own().last().map_or(0, |before| before.frame + 1);
+        let first = self.last_row().map_or(0, |before| before + 1);
         let frames = (first..=row).map(|row| self.ego[row].clone()).collect();
         let way = EgoTrajectory { frames, height_m: settings.height_m, noise: Vec::new() };
         way.of_rows(&[row.checked_sub(first)?]).frames.pop()
@@ -204,11 +227,12 @@ impl OnlineLoops {
     ) -> Option<Revision> {
         let (config, of_map) = (&settings.config, self.of_map);
         let keyframes = self.search.keyframes();
-        let rows: Vec<usize> = keyframes.iter().skip(of_map + first).map(|k| k.frame).collect();
+        let rows: Vec<usize> = keyframes.since(of_map + first).map(|k| k.frame).collect();
         let last = self.trajectory.last()?.world_from_camera;
         let matched = Matched { keyframes, of_map, matches };
         let camera = |keyframe: usize| keyframe.checked_sub(of_map + first);
-        let known = |keyframe: usize| match keyframe.checked_sub(of_map).and_then(|k| self.corrected.get(k)) {
+        let corrected = |k: usize| self.corrected.get(k).or_else(|| self.settled.pose(k));
+        let known = |keyframe: usize| match keyframe.checked_sub(of_map).and_then(corrected) {
             Some(corrected) => *corrected,
             None => (keyframes[keyframe].world_from_camera, keyframes[keyframe].covariance),
         };
@@ -241,19 +265,15 @@ impl OnlineLoops {
         matched.put_down(&mut self.loops, &verdicts);
         self.judged.extend(matches.iter().cloned().zip(verdicts));
         let counts = self.search.report();
-        (self.loops.keyframes, self.loops.candidates) = (self.own().len(), counts.candidates);
+        (self.loops.keyframes, self.loops.candidates) = (self.own(), counts.candidates);
         (self.loops.verified, self.loops.odometry_factor) = (counts.verified, report.odometry_factor);
         self.loops.most_moved_m = report.most_moved_m;
-        let held = self.judged.iter().filter(|(_, (_, holds))| *holds);
-        let of_drive = |m: &PlaceMatch| m.candidate >= of_map;
-        let closed = held.clone().filter(|(m, _)| of_drive(m)).count();
-        let all = self.judged.iter().filter(|(m, _)| of_drive(m)).count();
-        let by_map = self.loops.kept.is_some().then(|| held.count() - closed);
-        if closed + by_map.unwrap_or(0) == 0 {
+        let counts = self.settled.counts.with(&self.judged, of_map);
+        if counts.closed + counts.by_map == 0 {
             return None;
         }
         self.corrected.truncate(first);
-        self.corrected.extend(moved.frames.iter().map(|f| (f.world_from_camera, f.covariance)));
+        moved.frames.iter().for_each(|f| self.corrected.push((f.world_from_camera, f.covariance)));
         let newest = view.frames.len() - 1;
         if let Some(kept) = self.loops.kept.as_mut().filter(|kept| kept.met()) {
             kept.first_estimated_frame.get_or_insert(newest);
@@ -265,9 +285,9 @@ impl OnlineLoops {
         Some(Revision {
             number: self.revisions,
             frame: view.frames[newest].clone(),
-            closed,
-            switched_off: all - closed,
-            by_map,
+            closed: counts.closed,
+            switched_off: counts.of_drive - counts.closed,
+            by_map: self.loops.kept.is_some().then_some(counts.by_map),
             corrected_from_reported: offset * before.inverse(),
             keyframes: self.revised(&moved, (first, &rows), view, &config.online.advanced),
         })
@@ -295,15 +315,20 @@ impl OnlineLoops {
         );
     }
 
-    /// Ends the drive: the loops of the last correction, and the places of the drive as all matches correct them.
-    pub(super) fn finish(self, settings: &Settings) -> Loops {
-        let (mut loops, of_map, config) = (self.loops, self.of_map, &settings.config);
-        let found = self.search.finish();
+    /// Ends the drive: the loops of the last correction, and the places of the drive as all matches correct them. A warning where temporary files
+    /// did not read back: only the newest loops are listed then, and no places are kept.
+    pub(super) fn finish(self, settings: &Settings) -> (Loops, Option<String>) {
+        let Self { mut loops, of_map, mut search, mut trajectory, .. } = self;
+        if let Err(error) = self.settled.give_back(&mut search, &mut trajectory, &mut loops) {
+            let lost = format!("places of the drive are lost: a temporary file did not read back ({error})");
+            return (loops, Some(lost));
+        }
+        let (found, config) = (search.finish(), &settings.config);
         let matched = Matched { keyframes: &found.keyframes, of_map, matches: &found.matches };
         let known = |k: usize| (found.keyframes[k].world_from_camera, found.keyframes[k].covariance);
         let edges = matched.edges(|keyframe| keyframe.checked_sub(of_map), known);
-        let mut ego =
-            EgoTrajectory { frames: self.trajectory, height_m: settings.height_m, noise: Vec::new() };
+        let frames = trajectory.into_kept();
+        let mut ego = EgoTrajectory { frames, height_m: settings.height_m, noise: Vec::new() };
         // On failure the poses of before stand.
         let interval_s = interval_s(&self.times_ns);
         let _report =
@@ -315,7 +340,7 @@ impl OnlineLoops {
         }
         join(&mut own, &loops);
         loops.map = Some(PlaceMap { camera: settings.camera, height_m: settings.height_m, keyframes: own });
-        loops
+        (loops, None)
     }
 
     /// The keyframes that stand elsewhere than reported last; they are reported now.
@@ -327,9 +352,7 @@ impl OnlineLoops {
         options: &AdvancedOnlineOptions,
     ) -> Vec<RevisedKeyframe> {
         let mut out = Vec::new();
-        for ((frame, reported), row) in
-            moved.frames.iter().zip(self.reported.iter_mut().skip(first)).zip(rows)
-        {
+        for ((frame, reported), row) in moved.frames.iter().zip(&mut self.reported[first..]).zip(rows) {
             let off = reported.inverse() * frame.world_from_camera;
             let (moved_m, turned_rad) = (off.translation().norm(), off.rotation().angle());
             if moved_m > options.least_move_m || turned_rad > options.least_move_rad {

@@ -1,5 +1,7 @@
 //! Matches of places as edges of a graph, and its verdicts as matches.
 
+use std::ops::Index;
+
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_multibody::{LoopEdge, LoopReport, MapEdge, PlaceEdges};
 use motorcade_places::{PlaceMatch, PlacedKeyframe};
@@ -12,8 +14,8 @@ use crate::kept_map::MapMatch;
 pub(super) type KnownPose = (Pose<World, Camera>, Matrix6<f64>);
 
 /// Keyframes with the matches among them; the first `of_map` keyframes are those of the kept map.
-pub(super) struct Matched<'a> {
-    pub(super) keyframes: &'a [PlacedKeyframe],
+pub(super) struct Matched<'a, K> {
+    pub(super) keyframes: &'a K,
     pub(super) of_map: usize,
     pub(super) matches: &'a [PlaceMatch],
 }
@@ -21,7 +23,7 @@ pub(super) struct Matched<'a> {
 /// Weight of a match in the graph, and whether it holds.
 pub(super) type Verdict = (f64, bool);
 
-impl Matched<'_> {
+impl<K: Index<usize, Output = PlacedKeyframe>> Matched<'_, K> {
     /// The matches as edges. `camera` names the camera of a keyframe of the drive in the graph; a keyframe without one is fixed where `known`
     /// has it.
     pub(super) fn edges(

@@ -91,7 +91,7 @@ fn threads_change_no_byte_of_a_correction() {
 /// The places of a scene in a world moved by `there`, exact.
 fn kept_map(scene: &Scene, there: &Pose<World, World>) -> KeptMap {
     let settings = settings(1);
-    let mut map = drive(scene, &settings).0.finish(&settings).map.unwrap();
+    let mut map = drive(scene, &settings).0.finish(&settings).0.map.unwrap();
     for keyframe in &mut map.keyframes {
         keyframe.world_from_camera = *there * scene.truth[keyframe.frame];
     }
@@ -123,7 +123,7 @@ fn a_drive_is_in_the_world_of_a_kept_map_once_it_is_met() {
         assert!(off < 0.4, "row {row}: {off} m");
     }
     // Its own places are kept in that world too.
-    let kept = loops.finish(&settings);
+    let kept = loops.finish(&settings).0;
     assert!(kept.in_world_of_map());
     let worst = kept.map.unwrap().keyframes.iter().fold(0.0_f64, |worst, k| {
         let right = there * scene.truth[k.frame];
@@ -142,5 +142,53 @@ fn a_kept_map_of_other_streets_is_not_met() {
     let (loops, revisions) = drive(&scene(ROUND + 20, true), &settings);
     // The drive closes loops of its own.
     assert!(revisions.iter().all(|r| r.by_map == Some(0) && r.closed > 0), "{revisions:?}");
-    assert!(!loops.finish(&settings).in_world_of_map());
+    assert!(!loops.finish(&settings).0.in_world_of_map());
+}
+
+#[test]
+fn round_after_round_memory_holds_the_first_visits_alone() {
+    let rounds = 9;
+    let scene = scene(rounds * ROUND, true);
+    let mut settings = settings(1);
+    let online = &mut settings.config.online.advanced;
+    (online.least_corrected_keyframes, online.overlap_keyframes) = (60, 10);
+    let most_visits = online.most_visits;
+    let (loops, revisions) = drive(&scene, &settings);
+    let (settled, own) = (loops.settled.first, loops.own());
+    assert!(settled >= 256, "{settled} of {own}");
+    // Of the settled ones the first visits stay; some of the places were not known at the first look.
+    let held = loops.search.keyframes().since(0).count();
+    assert!(held < own - settled + (most_visits + 1) * ROUND / 3, "{held} of {own}, {settled} settled");
+    assert!(loops.trajectory.kept().len() < own - settled + 1 && loops.judged.len() < own - settled);
+    let newest = revisions.last().unwrap();
+    assert!(newest.closed > (rounds - 2) * ROUND / 3, "{newest:?}");
+    // The last rounds are told as well as the third.
+    let off_m = |row: usize| {
+        let mut frame = scene.ego[row].clone();
+        loops.offsets.camera(row, &mut frame);
+        (frame.world_from_camera.translation() - scene.truth[row].translation()).norm()
+    };
+    let worst_m = (2 * ROUND..rounds * ROUND).map(off_m).fold(0.0, f64::max);
+    assert!(worst_m < 1.0, "{worst_m} m");
+    let (found, lost) = loops.finish(&settings);
+    assert_eq!(lost, None);
+    // All loops and places are there at the end, in their order.
+    assert_eq!(found.closed().count(), newest.closed);
+    assert!(found.all.windows(2).all(|l| l[0].edge.later < l[1].edge.later));
+    let keyframes = found.map.unwrap().keyframes;
+    assert!(keyframes.iter().map(|k| k.frame).eq((0..own).map(|k| 3 * k)));
+    let with_landmarks = keyframes.iter().filter(|k| !k.landmarks.is_empty()).count();
+    assert!(with_landmarks < (most_visits + 2) * ROUND / 3, "{with_landmarks}");
+}
+
+#[test]
+fn places_that_do_not_read_back_are_a_warning() {
+    let scene = scene(9 * ROUND, true);
+    let mut settings = settings(1);
+    settings.config.online.advanced.least_corrected_keyframes = 60;
+    let (mut loops, _) = drive(&scene, &settings);
+    assert!(loops.settled.first > 0);
+    loops.settled.break_file();
+    let (found, lost) = loops.finish(&settings);
+    assert!(lost.unwrap().contains("did not read back") && found.map.is_none());
 }

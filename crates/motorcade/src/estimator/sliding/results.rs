@@ -5,7 +5,6 @@ use motorcade_vehicles::VehicleTrajectory;
 
 use super::SlidingEstimator;
 use crate::assembly::Estimated;
-use crate::closed_loop::Loops;
 use crate::estimate::{Estimate, VehicleEstimate};
 use crate::estimator::unit::Unit;
 use crate::progress::Progress;
@@ -54,7 +53,7 @@ impl SlidingEstimator {
         let unit = self.unit.iter().map(Unit::to_string);
         let (mut frames, lost) = self.ego.into_frames();
         let states_lost = self.archive.give_back(&mut self.vehicles);
-        let loops = self.loops.take().map_or_else(Loops::default, |loops| {
+        let (loops, places_lost) = self.loops.take().map_or_else(Default::default, |loops| {
             let states = self.vehicles.values_mut().flat_map(|v| &mut v.states);
             states.for_each(|state| loops.offsets.vehicle(state));
             frames.iter_mut().enumerate().for_each(|(row, frame)| loops.offsets.camera(row, frame));
@@ -62,7 +61,7 @@ impl SlidingEstimator {
         });
         let by_loops = loops.describe();
         let warnings = self.warnings.into_iter().chain(unit).chain(unknown).chain(by_loops);
-        let warnings = lost.into_iter().chain(states_lost).chain(warnings).collect();
+        let warnings = lost.into_iter().chain(states_lost).chain(places_lost).chain(warnings).collect();
         let estimated = Estimated {
             camera: settings.camera,
             ego: EgoTrajectory { frames, height_m: settings.height_m, noise: Vec::new() },
