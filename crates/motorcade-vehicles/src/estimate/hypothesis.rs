@@ -24,12 +24,13 @@ pub(super) struct TrackHypothesis {
 
 impl TrackHypothesis {
     /// Alternates positions, motion and headings from these headings on. `external` are the headings of external views, which
-    /// a static vehicle keeps.
+    /// a static vehicle keeps. The vehicle stands or moves as `assumed`, or as is more probable.
     pub(super) fn new(
         input: &TrackInput<'_>,
         times: &[f64],
         external: Option<&[f64]>,
         initial: Vec<f64>,
+        assumed: Option<bool>,
     ) -> Option<Self> {
         let advanced = &input.options.advanced;
         let first = input.grounds.get(input.start)?;
@@ -43,7 +44,7 @@ impl TrackHypothesis {
             let forward = external.and_then(|headings| mean_forward(input, headings));
             let p_moving = probability_moving(&positions, forward.as_ref(), views.inflation, advanced)
                 * off_road::factor(input, &positions);
-            let moves = p_moving > advanced.kinematic_state.moving_from;
+            let moves = assumed.unwrap_or(p_moving > advanced.kinematic_state.moving_from);
             let states = if moves {
                 smooth_motion(&positions, times, &up, advanced)
             } else {

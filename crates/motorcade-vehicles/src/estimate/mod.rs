@@ -12,6 +12,7 @@ mod nearest;
 mod off_road;
 mod parts;
 mod states;
+mod undecided;
 mod views;
 
 use motorcade_geometry::PinholeCamera;
@@ -59,7 +60,7 @@ pub fn estimate_track(
         let track = track.as_class(class);
         let input = TrackInput { track: &track, external: &none, prior: size_prior(class), ..input };
         let found = best_headings(&input, &times)?;
-        let vehicle = trajectory(&input, &found);
+        let vehicle = trajectory(&input, &times, &found);
         Some((class_cost(&input, &found), found, vehicle))
     };
     let own = if doubtful(&input, &best) { cost_as(track.class) } else { None };
@@ -69,7 +70,7 @@ pub fn estimate_track(
         let others = others.filter_map(|class| cost_as(class).filter(|of| is_typical(&of.1, class, options)));
         others.filter(|of| of.0 + preference < own.0).min_by(|a, b| a.0.total_cmp(&b.0))
     });
-    Some(better.map_or_else(|| trajectory(&input, &best), |(_, _, found)| found))
+    Some(better.map_or_else(|| trajectory(&input, &times, &best), |(_, _, found)| found))
 }
 
 /// True when a size lies within the usual range of its class. What fits only as an unusually small lorry is none.
@@ -98,18 +99,28 @@ fn best_headings(input: &TrackInput<'_>, times: &[f64]) -> Option<TrackHypothesi
     let options = input.options;
     let given = external_headings(input, times.len());
     let initial = given.clone().unwrap_or_else(|| vec![0.0; times.len()]);
-    let best = TrackHypothesis::new(input, times, given.as_deref(), initial)?;
+    let best = TrackHypothesis::new(input, times, given.as_deref(), initial, None)?;
     let stands = best.p_moving <= options.advanced.kinematic_state.moving_from;
     if given.is_some() || stands || best.views.inflation <= 1.0 {
         return Some(best);
     }
     let headings = static_headings(input, &best.states, options.traffic_side);
     let preference = options.advanced.hypothesis.preference_chi2;
-    let second = TrackHypothesis::new(input, times, None, headings);
+    let second = TrackHypothesis::new(input, times, None, headings, None);
     Some(second.filter(|s| s.views.chi2 + preference < best.views.chi2).unwrap_or(best))
 }
 
-fn trajectory(input: &TrackInput<'_>, best: &TrackHypothesis) -> VehicleTrajectory {
+fn trajectory(input: &TrackInput<'_>, times: &[f64], best: &TrackHypothesis) -> VehicleTrajectory {
+    let probable = trajectory_of(input, best);
+    let undecided = input.options.advanced.kinematic_state.is_undecided(best.p_moving);
+    let rival = if undecided { undecided::rival(input, times, best) } else { None };
+    match rival {
+        Some(rival) => undecided::mixture(probable, &trajectory_of(input, &rival).states),
+        None => probable,
+    }
+}
+
+fn trajectory_of(input: &TrackInput<'_>, best: &TrackHypothesis) -> VehicleTrajectory {
     VehicleTrajectory {
         id: input.track.id,
         class: input.track.class,

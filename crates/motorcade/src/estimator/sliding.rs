@@ -6,6 +6,8 @@
 //! [`OnlineOptions::interval_s`], only some are estimated in full ("estimated rows"), those between are predicted from the last.
 
 mod results;
+mod undecided;
+mod window;
 
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
@@ -14,7 +16,7 @@ use std::time::Instant;
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_multibody::{MultibodyGraph, WindowFrames};
 use motorcade_odometry::{EgoFrame, EgoTrajectory, RoadMeasurement, Uncertainty};
-use motorcade_vehicles::{GroundFrame, KeypointFitters, KeypointTrack, Tracker, VehicleTrajectory};
+use motorcade_vehicles::{KeypointFitters, KeypointTrack, Tracker, VehicleTrajectory};
 
 use super::ego_archive::EgoArchive;
 use super::online_loops::OnlineLoops;
@@ -31,6 +33,8 @@ use crate::revision::Revision;
 use crate::scale_source;
 use crate::settings::Settings;
 use crate::timing::Stopwatch;
+use undecided::Undecided;
+use window::Window;
 
 /// Slack for times rounded to milliseconds \[s\].
 const ROUNDING_S: f64 = 1e-3;
@@ -77,28 +81,6 @@ struct Placed {
     /// Place of the first among the estimated rows.
     first: usize,
     poses: Vec<Pose<World, Camera>>,
-}
-
-/// The estimated rows of the last seconds, numbered from 0.
-struct Window {
-    /// Place of its first frame among the estimated rows.
-    first: usize,
-    /// Row of the run of each frame.
-    rows: Vec<usize>,
-    infos: Vec<FrameInfo>,
-    ego: EgoTrajectory,
-    grounds: Vec<GroundFrame>,
-}
-
-impl Window {
-    /// Speed over the last interval: the window has one scale, which may be another one than that of the frame before when it was reported.
-    fn speed_mps(&self) -> f64 {
-        let ([.., before, newest], [.., from, to]) = (&self.ego.frames[..], &self.infos[..]) else {
-            return 0.0;
-        };
-        let step = newest.world_from_camera.translation() - before.world_from_camera.translation();
-        speed_mps(step.norm(), (to.timestamp_ns - from.timestamp_ns) as f64 * 1e-9)
-    }
 }
 
 impl SlidingEstimator {
@@ -217,7 +199,7 @@ impl SlidingEstimator {
         let Some(before) = self.ego.newest() else { return 0.0 };
         let newest = view.frames.len() - 1;
         let step = camera.world_from_camera.translation() - before.world_from_camera.translation();
-        speed_mps(step.norm(), seconds(view, newest - 1, newest))
+        window::speed_mps(step.norm(), seconds(view, newest - 1, newest))
     }
 
     /// Moves older estimates out of memory; returns the first row that later estimates need.
@@ -393,10 +375,12 @@ impl SlidingEstimator {
     }
 
     /// Optimises the window, where it shall be. A graph that cannot be solved is begun anew from where the camera stands.
-    fn solve(&mut self, window: &mut Window, vehicles: &mut [VehicleTrajectory], settings: &Settings) {
+    fn solve(&mut self, window: &mut Window, vehicles: &mut Vec<VehicleTrajectory>, settings: &Settings) {
         if !settings.config.graph.enabled {
             return add_camera(&window.ego, vehicles);
         }
+        let undecided =
+            Undecided::out_of(vehicles, &window.ego, &settings.config.vehicles.advanced.kinematic_state);
         let times_s = times_s(&window.infos);
         let frames = WindowFrames { first: window.first, times_s: &times_s };
         let (options, iterations) = (&settings.config.graph, settings.config.online.iterations);
@@ -413,6 +397,7 @@ impl SlidingEstimator {
                 "row {row}: the window of the multi-object graph was not solved ({error}); front-end estimates stand"
             ));
         }
+        undecided.back_into(vehicles, &window.ego);
     }
 
     /// Adds the newest state of a vehicle to its trajectory, when it was seen in the newest of the window's `rows`.
@@ -437,11 +422,6 @@ impl SlidingEstimator {
         (kept.size_by_road, kept.p_moving) = (size_by_road, p_moving);
         kept.states.push(state);
     }
-}
-
-/// Speed over a way; 0 in no time.
-fn speed_mps(way_m: f64, seconds: f64) -> f64 {
-    if seconds > 0.0 { way_m / seconds } else { 0.0 }
 }
 
 /// Time from one row to a later one \[s\].

@@ -46,7 +46,11 @@ pub(crate) fn estimate_vehicles(
 ) -> Vec<VehicleTrajectory> {
     let VehicleInput { frames, detections, grounds, .. } = *input;
     let Settings { camera, config, external, .. } = settings;
-    let options = &config.vehicles;
+    let mut options = config.vehicles;
+    if known.is_none() {
+        options.advanced.kinematic_state.undecided_from = 0.5;
+    }
+    let options = &options;
     if let Some(poses) = &external.vehicles {
         let numbers: Vec<u64> = frames.iter().map(|f| f.number).collect();
         let tracks = external_tracks(poses, &numbers, grounds, detections, camera, options);

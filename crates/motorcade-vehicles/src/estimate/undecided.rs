@@ -1,0 +1,99 @@
+//! Vehicles that may stand or move.
+
+use motorcade_geometry::Pose;
+use nalgebra::Matrix3;
+
+use super::headings::external_headings;
+use super::hypothesis::TrackHypothesis;
+use super::input::TrackInput;
+use crate::trajectory::{VehicleState, VehicleTrajectory};
+
+/// The other hypothesis: a vehicle that moves where the more probable one stands, and the other way round.
+pub(super) fn rival(
+    input: &TrackInput<'_>,
+    times: &[f64],
+    best: &TrackHypothesis,
+) -> Option<TrackHypothesis> {
+    let stands = best.p_moving <= input.options.advanced.kinematic_state.moving_from;
+    let given = external_headings(input, times.len());
+    let initial = given.clone().unwrap_or_else(|| vec![0.0; times.len()]);
+    TrackHypothesis::new(input, times, given.as_deref(), initial, Some(stands))
+}
+
+/// Mean and covariance of the mixture of both hypotheses: x = Σ pᵢ xᵢ, Σ = Σ pᵢ (Σᵢ + (xᵢ − x)(xᵢ − x)ᵀ) (Bar-Shalom et al. 2001, section 1.4.16).
+/// Orientation, size, class and measurements are those of the more probable one.
+pub(super) fn mixture(mut probable: VehicleTrajectory, rival: &[VehicleState]) -> VehicleTrajectory {
+    let share = probable.p_moving.min(1.0 - probable.p_moving);
+    for (state, other) in probable.states.iter_mut().zip(rival) {
+        mix(state, other, share);
+    }
+    probable
+}
+
+/// Mixes a share of another hypothesis into a state.
+fn mix(state: &mut VehicleState, other: &VehicleState, share: f64) {
+    let between = share * (1.0 - share);
+    let mean = |own: f64, other: f64| own + share * (other - own);
+    let variance = |own: f64, other: f64, off: f64| mean(own, other) + between * off * off;
+    let (own_r, other_r) = (state.world_from_vehicle.rotation(), other.world_from_vehicle.rotation());
+    let (own_t, other_t) = (state.world_from_vehicle.translation(), other.world_from_vehicle.translation());
+    // Covariances of the position, in the axes of the vehicle as it is returned.
+    let turn = (own_r.inverse() * other_r).to_rotation_matrix().into_inner();
+    let off = own_r.inverse() * (other_t - own_t);
+    let of_other: Matrix3<f64> = other.covariance.fixed_view::<3, 3>(3, 3).into_owned();
+    let of_own: Matrix3<f64> = state.covariance.fixed_view::<3, 3>(3, 3).into_owned();
+    let mixed =
+        of_own * (1.0 - share) + turn * of_other * turn.transpose() * share + off * off.transpose() * between;
+    state.covariance.fixed_view_mut::<3, 3>(3, 3).copy_from(&mixed);
+    let heading = turn[(1, 0)].atan2(turn[(0, 0)]);
+    state.covariance[(2, 2)] = variance(state.covariance[(2, 2)], other.covariance[(2, 2)], heading);
+    let speed = other.speed_mps - state.speed_mps;
+    state.speed_sigma_mps =
+        variance(state.speed_sigma_mps.powi(2), other.speed_sigma_mps.powi(2), speed).sqrt();
+    state.speed_mps = mean(state.speed_mps, other.speed_mps);
+    state.yaw_rate_radps = mean(state.yaw_rate_radps, other.yaw_rate_radps);
+    state.world_from_vehicle = Pose::from_parts(own_r, own_t + (other_t - own_t) * share);
+}
+
+#[cfg(test)]
+mod tests {
+    use motorcade_geometry::Pose;
+    use nalgebra::{Matrix6, UnitQuaternion, Vector3};
+
+    use super::mixture;
+    use crate::test_vehicles::car_ahead;
+
+    #[test]
+    fn a_mixture_has_the_moments_of_both_hypotheses() {
+        let mut stands = car_ahead(1, 2.0, 30.0);
+        stands.p_moving = 0.3;
+        let quarter = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::FRAC_PI_2);
+        let mut moves = stands.states.clone();
+        for state in &mut stands.states {
+            (state.covariance, state.speed_mps, state.speed_sigma_mps) = (Matrix6::identity(), 0.0, 0.1);
+        }
+        for state in &mut moves {
+            let pose = state.world_from_vehicle;
+            // 10 m nearer and turned by a quarter; known to 2 m along its own axis, which is the other one's left.
+            state.world_from_vehicle =
+                Pose::from_parts(pose.rotation() * quarter, pose.translation() - 10.0 * Vector3::z());
+            state.covariance = Matrix6::identity();
+            state.covariance[(3, 3)] = 4.0;
+            (state.speed_mps, state.speed_sigma_mps) = (8.0, 0.2);
+        }
+        let rotation = stands.states[0].world_from_vehicle.rotation();
+        let mixed = mixture(stands, &moves);
+        for state in &mixed.states {
+            let close = |a: f64, b: f64| (a - b).abs() < 1e-9;
+            assert!(state.world_from_vehicle.rotation() == rotation);
+            assert!(close(state.world_from_vehicle.translation().z, 27.0));
+            let covariance = state.covariance;
+            // Forward is away from the camera here: 0.7 + 0.3 + 0.21 × 10²; left: 0.7 + 0.3 × 4.
+            assert!(close(covariance[(3, 3)], 22.0) && close(covariance[(4, 4)], 1.9), "{covariance}");
+            assert!(close(covariance[(2, 2)], 1.0 + 0.21 * std::f64::consts::FRAC_PI_2.powi(2)));
+            assert!(close(state.speed_mps, 2.4));
+            let variance: f64 = 0.7 * 0.01 + 0.3 * 0.04 + 0.21 * 64.0;
+            assert!(close(state.speed_sigma_mps, variance.sqrt()));
+        }
+    }
+}
