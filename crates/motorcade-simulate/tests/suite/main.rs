@@ -59,7 +59,7 @@ fn within_bounds(cases: &[Case]) {
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
-/// Drives of minutes that come to a place again: `tests/places.rs` renders parts of them, `scripts/loops.py` judges whole ones.
+/// Drives of minutes that come to a place again: `tests/all/places.rs` renders parts of them, `scripts/loops.py` judges whole ones.
 const SEEN_AGAIN: [&str; 7] =
     ["block", "figure-eight", "tunnel", "town-10min", "suburb", "twin-houses", "same-street-opposite"];
 

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test")]
 
-mod common;
-
-use common::{HEIGHT_M, drive, settings};
+use crate::common::{HEIGHT_M, drive, settings};
 use motorcade::{
     Config, DistanceSensor, Distances, External, FrontEndRecord, NoProgress, RunResult, Settings,
     estimate_drive,
@@ -38,7 +36,7 @@ fn distances(sensor: DistanceSensor) -> Distances {
     let one = |k: usize| {
         let (from, to) = (10 * k + 3, 10 * k + 13);
         let straight = sensor == DistanceSensor::Gps;
-        let line_m = (common::pose(to).translation() - common::pose(from).translation()).norm();
+        let line_m = (crate::common::pose(to).translation() - crate::common::pose(from).translation()).norm();
         let error_m = 0.05 * (k as f64 * 2.1).sin();
         MeasuredDistance {
             from_s: time_s(from as f64) + OFFSET_S,

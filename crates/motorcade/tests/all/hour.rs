@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test")]
 
-mod common;
-
-use common::{drive, settings};
+use crate::common::{drive, settings};
 use motorcade::{Config, NoProgress, estimate_drive};
 
 /// Frames of an hour at 10 Hz.

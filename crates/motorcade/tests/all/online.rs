@@ -2,11 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test")]
 
-mod common;
-
 use std::time::Instant;
 
-use common::{HEIGHT_M, drive, gap_m, pose, settings};
+use crate::common::{HEIGHT_M, drive, gap_m, pose, settings};
 use motorcade::{Config, FrontEndRecord, NoProgress, RunResult, SlidingEstimator, estimate_drive};
 use motorcade_geometry::robust::quantile;
 use motorcade_vehicles::Source;

@@ -1,6 +1,6 @@
 //! Grey images of rendered views, warped into each other by their depth and poses.
 
-#![allow(dead_code, reason = "no test uses all of it")]
+#![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly too")]
 
 use motorcade_geometry::{Camera, PinholeCamera, Pose};
 use motorcade_simulate::{Drive, Picture, RenderOptions, Renderer, Scenario, Site, simulate};

@@ -3,12 +3,10 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test")]
 #![allow(unsafe_code, reason = "memory of a thread can be counted by a global allocator alone")]
 
-mod common;
-
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use common::{CAMERA, HEIGHT_M, drive, pose};
+use crate::common::{CAMERA, HEIGHT_M, drive, pose};
 use motorcade::dataset::Frame;
 use motorcade::{External, ExternalTrajectory, Motorcade, NoProgress, RunResult};
 use motorcade_perception::Observations;

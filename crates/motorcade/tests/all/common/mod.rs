@@ -1,7 +1,5 @@
 //! The output of the front end for a generated drive.
 
-#![allow(dead_code, reason = "each test uses its part")]
-
 use motorcade::{Config, FrameInfo, FrontEndRecord, Settings, Stopwatch};
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_odometry::{ExternalTrajectoryOptions, OdometryTrajectory, RoadMeasurement, RoadState};

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test")]
 
-mod common;
-
-use common::{HEIGHT_M, drive, settings};
+use crate::common::{HEIGHT_M, drive, settings};
 use motorcade::{CameraCoupling, Config, GraphOptions, NoProgress, RunResult, Settings, estimate_drive};
 use proptest::prelude::*;
 

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly too")]
 
-mod common;
-
-use common::{View, drive, matches, shift};
+use crate::common::{View, drive, matches, shift};
 use motorcade_simulate::Renderer;
 
 /// Largest error \[px\].

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly too")]
 
-mod common;
-
-use common::{View, drive};
+use crate::common::{View, drive};
 use motorcade_simulate::Renderer;
 
 /// Side of the squares that brightness is compared over \[px\].

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test")]
 
-mod common;
-
-use common::{CAMERA, HEIGHT_M};
+use crate::common::{CAMERA, HEIGHT_M};
 use motorcade::{External, ExternalTrajectory, FrameInfo, Motorcade, NoProgress, RunResult};
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_perception::{BoxConvention, Detection, Observations, VehicleClass};
