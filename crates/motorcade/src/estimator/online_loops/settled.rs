@@ -30,12 +30,11 @@ pub(super) struct Settled {
 /// Matches that were judged.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Counts {
-    /// Of all matches.
-    pub(super) all: usize,
-    /// With places of the drive: those that hold, and all.
-    pub(super) closed: usize,
+    /// With places of the drive.
     pub(super) of_drive: usize,
-    /// Those that hold, with places of the kept map.
+    /// Those of them that hold.
+    pub(super) closed: usize,
+    /// With places of the kept map, those that hold.
     pub(super) by_map: usize,
 }
 
@@ -48,7 +47,6 @@ impl Counts {
     ) -> Self {
         for (m, (_, holds)) in judged {
             let (of_drive, holds) = (usize::from(m.candidate >= of_map), usize::from(*holds));
-            self.all += 1;
             self.of_drive += of_drive;
             self.closed += of_drive * holds;
             self.by_map += (1 - of_drive) * holds;
