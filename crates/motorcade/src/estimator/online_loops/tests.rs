@@ -182,6 +182,22 @@ fn round_after_round_memory_holds_the_first_visits_alone() {
 }
 
 #[test]
+fn matches_with_a_kept_map_come_back_at_the_end() {
+    let map = kept_map(&scene(ROUND + 20, true), &Pose::identity());
+    let mut settings = settings(1);
+    settings.external.map = Some(map);
+    settings.config.online.advanced.least_corrected_keyframes = 60;
+    let scene = scene(6 * ROUND, true);
+    let (loops, revisions) = drive(&scene, &settings);
+    let (settled, by_map) = (loops.settled.first, revisions.last().unwrap().by_map.unwrap());
+    assert!(settled > 0 && by_map > settled / 2, "{by_map} by the map, {settled} settled");
+    let (found, lost) = loops.finish(&settings);
+    let matches = found.kept.unwrap().matches;
+    assert_eq!((lost, matches.iter().filter(|m| m.holds).count()), (None, by_map));
+    assert!(matches.windows(2).all(|m| m[0].edge.frame < m[1].edge.frame));
+}
+
+#[test]
 fn places_that_do_not_read_back_are_a_warning() {
     let scene = scene(9 * ROUND, true);
     let mut settings = settings(1);
