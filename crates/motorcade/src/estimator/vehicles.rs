@@ -48,6 +48,7 @@ pub(crate) fn estimate_vehicles(
     let Settings { camera, config, external, .. } = settings;
     let mut options = config.vehicles;
     if known.is_none() {
+        // A drive as a whole has seen enough to decide.
         options.advanced.kinematic_state.undecided_from = 0.5;
     }
     let options = &options;
