@@ -11,7 +11,7 @@ use crate::closed_loop::{ClosedLoop, Loops};
 use crate::estimator::place_edges::{KnownPose, Verdict};
 use crate::kept_map::MapMatch;
 
-/// What the end of a drive needs of its settled keyframes, in temporary files, and the little that later keyframes need.
+/// Settled keyframes: what the end of a drive needs of them, in temporary files, and the poses that later keyframes need.
 #[derive(Default)]
 pub(super) struct Settled {
     /// Keyframes of the drive before this one are settled.
