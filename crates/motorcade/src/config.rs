@@ -273,6 +273,7 @@ impl Config {
             online.least_corrected_keyframes > 0,
             "online.advanced.least_corrected_keyframes must be at least 1",
         )?;
+        check(online.most_visits > 0, "online.advanced.most_visits must be at least 1")?;
         check(self.scale.distances.clock_sigma_s > 0.0, "scale.distances.clock_sigma_s must be positive")?;
         self.graph.validate()?;
         self.places.validate()?;

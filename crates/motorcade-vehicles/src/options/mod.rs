@@ -63,6 +63,10 @@ impl VehicleOptions {
             let text = "vehicles.advanced.kinematic_state: line_dof and line_least_scale must be positive";
             return Err(text.to_owned());
         }
+        if !(0.0..=0.5).contains(&kinematic_state.undecided_from) {
+            let text = "vehicles.advanced.kinematic_state.undecided_from must lie between 0 and 0.5";
+            return Err(text.to_owned());
+        }
         if keypoints.road_height_sigma_m <= 0.0 {
             return Err("vehicles.advanced.keypoints.road_height_sigma_m must be positive".to_owned());
         }
