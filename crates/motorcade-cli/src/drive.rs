@@ -220,9 +220,9 @@ impl LoadedDrive {
         Ok(builder.build()?)
     }
 
-    /// True of a drive whose state between two frames can be kept: one of frames, estimated as a whole with its own odometry.
-    pub fn keeps_state(&self, config: &Config) -> bool {
-        self.sequence().is_some() && !config.online.enabled && self.external.trajectory.is_none()
+    /// True of a drive whose state between two frames can be kept: one of frames.
+    pub fn keeps_state(&self) -> bool {
+        self.sequence().is_some()
     }
 
     /// Looks through the first frames for what is fixed to the camera: for drives that are estimated as a whole.

@@ -39,7 +39,8 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     let mut drive = drive.calibrated(arguments, &config, &reporter)?.load(arguments, &config)?;
     let run = identity(arguments, &input_hash, &config, &fingerprint);
     let mut live = LiveView::open(arguments, &drive.camera()?)?;
-    let keeps_state = !live.is_open() && drive.keeps_state(&config);
+    // A view that is shown or recorded has all frames.
+    let keeps_state = !live.is_open() && drive.keeps_state();
     let checkpoint = drive.save(arguments, run, keeps_state)?;
     let every = Duration::from_secs_f64(config.run.checkpoint_s);
     checkpoint.iter().for_each(|checkpoint| checkpoint.perception.sync_every(every));
@@ -54,10 +55,11 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     drive.push_all(&mut slam, &reporter, &mut |slam, frame| {
         pictures.push(frame);
         live.show(slam, frame, &reporter);
-        saved.iter_mut().for_each(|saved| saved.write_when_due(slam, &pictures, &reporter));
         if config.online.enabled {
             print_estimate(slam, &reporter);
         }
+        // After the line of the frame: a run that goes on prints those of the frames after it.
+        saved.iter_mut().for_each(|saved| saved.write_when_due(slam, &pictures, &reporter));
     })?;
     if reporter.cancelled() {
         saved.iter_mut().for_each(|saved| saved.write(&slam, &pictures, &reporter));

@@ -20,7 +20,7 @@ pub struct PinholeCamera {
 }
 
 /// Why intrinsics were refused.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error, serde::Serialize, serde::Deserialize)]
 #[error("camera intrinsics: {0}")]
 pub struct InvalidCamera(pub(crate) String);
 

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 const LEAST_AXIS: f64 = 1e-6;
 
 /// The plane of the road under a camera: `upᵀX = −height` for its points X in the camera.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct RoadPlane {
     /// Unit normal towards the camera, camera frame; (0, −1, 0) for a level road.
     pub up: Vector3<f64>,

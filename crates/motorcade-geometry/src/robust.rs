@@ -16,7 +16,7 @@ pub struct Loss {
 /// A robust loss ρ of `s = rᵀ Ω r`, with ρ(0) = 0 and ρ'(0) = 1. Scales are in standard deviations: χ²₆(0.95) = 12.59
 /// suggests c ≈ 3.55 for residuals of six dimensions. Weights only: the second-order term makes H indefinite for
 /// outliers.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum RobustKernel {
     /// `s`: least squares.
     #[default]

@@ -14,6 +14,9 @@ pub enum GraphError {
     /// A factor, or its group, that the graph does not have (any more).
     #[error("factor {0} or its group is not in the graph")]
     UnknownFactor(FactorId),
+    /// Values of a state that do not fit together.
+    #[error("the values of the state do not fit together")]
+    Values,
     /// A factor asked for another type than the variable has.
     #[error("variable {variable} is not a {expected}")]
     WrongType {

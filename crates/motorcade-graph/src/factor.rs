@@ -1,5 +1,6 @@
 //! Factors, and their shares of the normal equations.
 
+use std::any::Any;
 use std::fmt;
 
 use motorcade_geometry::robust::Loss;
@@ -33,7 +34,7 @@ impl<'a> Terms<'a> {
 
 /// One term `ρ(rᵀ Ω r)` of the cost. Implement [`terms`](Self::terms) and [`evaluate`](Self::evaluate); the rest
 /// follows.
-pub trait Factor: fmt::Debug + Send + Sync {
+pub trait Factor: Any + fmt::Debug + Send + Sync {
     /// Variables and information.
     fn terms(&self) -> Terms<'_>;
 

@@ -1,5 +1,7 @@
 //! Fixed-lag smoothing: a window of recent variables, optimised from the last solution, the past kept as a prior.
 
+mod state;
+
 use std::collections::VecDeque;
 
 use nalgebra::DMatrix;
@@ -11,6 +13,8 @@ use crate::ids::VariableId;
 use crate::marginalise::marginalise;
 use crate::marginals::Marginals;
 use crate::solver::{Options, Report, Solver};
+
+pub use state::FixedLagState;
 
 /// A graph over the last `lag` frames. Cost and memory of a frame stay the same from start to end of a drive.
 ///

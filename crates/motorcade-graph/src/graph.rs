@@ -1,5 +1,7 @@
 //! Variables and the factors between them.
 
+mod state;
+
 use motorcade_geometry::robust::Loss;
 use nalgebra::{DMatrixViewMut, DVectorViewMut};
 
@@ -9,6 +11,8 @@ use crate::group::{GroupId, LossScale};
 use crate::ids::{FactorId, VariableId};
 use crate::manifold::{Manifold, Value};
 use crate::values::Values;
+
+pub(crate) use state::GraphState;
 
 /// A factor of a graph.
 #[derive(Debug)]
@@ -80,6 +84,16 @@ impl Graph {
 
     /// [`add_factor`](Self::add_factor) for a factor already boxed.
     pub fn add_boxed(&mut self, factor: Box<dyn Factor>) -> Result<FactorId, GraphError> {
+        self.check(factor.as_ref())?;
+        let id = FactorId(self.next_factor);
+        self.next_factor += 1;
+        self.version += 1;
+        self.factors.push(Entry { id, group: GroupId::default(), factor });
+        Ok(id)
+    }
+
+    /// Evaluates a factor once.
+    fn check(&self, factor: &dyn Factor) -> Result<(), GraphError> {
         let mut dof = 0;
         for (k, &id) in factor.variables().iter().enumerate() {
             dof += self.values.value(id)?.dof();
@@ -101,11 +115,7 @@ impl Graph {
         if r.iter().chain(&j).any(|x| !x.is_finite()) {
             return Err(GraphError::NotFinite);
         }
-        let id = FactorId(self.next_factor);
-        self.next_factor += 1;
-        self.version += 1;
-        self.factors.push(Entry { id, group: GroupId::default(), factor });
-        Ok(id)
+        Ok(())
     }
 
     /// Removes a factor; the others keep their ids.

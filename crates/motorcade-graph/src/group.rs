@@ -3,7 +3,9 @@
 use motorcade_geometry::robust::Loss;
 
 /// Name of a group of factors of one graph.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize,
+)]
 pub struct GroupId(pub(crate) u32);
 
 /// Scale of the losses of a group: `ρ_group(s) = amplitude · ρ(s / variance)` for `s = rᵀ Ω r`.
@@ -11,7 +13,7 @@ pub struct GroupId(pub(crate) u32);
 /// A variance f with amplitude 1 multiplies the covariances of the group's factors by f. Both equal to μ give graduated
 /// non-convexity (Yang et al., RA-L 2020): for [`RobustKernel::GemanMcClure`](motorcade_geometry::robust::RobustKernel)
 /// `μc² s / (μc² + s)`, convex for large μ and least squares at infinity.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct LossScale {
     /// Factor on the covariances inside the kernel.
     pub variance: f64,

@@ -3,7 +3,7 @@
 use std::fmt;
 
 /// Name of a variable: a number that is never used again, also after the variable was removed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
 pub struct VariableId(pub(crate) u32);
 
 impl VariableId {
@@ -20,7 +20,7 @@ impl fmt::Display for VariableId {
 }
 
 /// Name of a factor: factors are numbered from 0 in the order they were added.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
 pub struct FactorId(pub(crate) u32);
 
 impl FactorId {

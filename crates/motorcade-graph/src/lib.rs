@@ -87,7 +87,7 @@ mod values;
 
 pub use error::GraphError;
 pub use factor::{Factor, MeasuredPose, Normal, RelativePose, Terms};
-pub use fixed_lag::FixedLag;
+pub use fixed_lag::{FixedLag, FixedLagState};
 pub use graph::Graph;
 pub use group::{GroupId, LossScale};
 pub use ids::{FactorId, VariableId};

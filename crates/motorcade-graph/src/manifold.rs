@@ -122,7 +122,7 @@ impl Manifold for DVector<f64> {
 }
 
 /// A variable's value, of one of the spaces above.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Value {
     /// Rigid motion.
     Se3(Isometry3<f64>),

@@ -24,7 +24,7 @@ impl Kernel for RobustKernel {
 }
 
 /// A factor under a robust kernel, which changes its loss and nothing else.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Robust<F, K = RobustKernel> {
     /// The factor.
     pub factor: F,
@@ -39,7 +39,7 @@ impl<F: Factor, K: Kernel> Robust<F, K> {
     }
 }
 
-impl<F: Factor, K: Kernel> Factor for Robust<F, K> {
+impl<F: Factor, K: Kernel + 'static> Factor for Robust<F, K> {
     fn terms(&self) -> Terms<'_> {
         self.factor.terms()
     }

@@ -8,7 +8,7 @@ use crate::manifold::{Manifold, Value, Variable};
 ///
 /// Ids count up for ever, storage does not: once most slots are of removed variables, the stretch at the front where
 /// they are is dropped, and the few variables that live on in it (a scale, a calibration) move to a list of their own.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct Values {
     /// Survivors from before `base`, increasing.
     old: Vec<(VariableId, Value)>,
@@ -65,6 +65,14 @@ impl Values {
         self.old.extend(moved.filter_map(|(k, s)| Some((VariableId(base + k as u32), s?))));
         self.dead -= cut - (self.old.len() - before);
         self.base += cut as u32;
+    }
+
+    /// True of values that were kept in a file and are none of another program.
+    pub(crate) fn fit_together(&self) -> bool {
+        let Self { old, base, slots, dead } = self;
+        let ordered = old.is_sorted_by(|a, b| a.0 < b.0) && old.last().is_none_or(|o| o.0.0 < *base);
+        let counted = u32::try_from(slots.len()).is_ok_and(|count| base.checked_add(count).is_some());
+        ordered && counted && slots.iter().filter(|slot| slot.is_none()).count() == *dead
     }
 
     fn entry(&mut self, id: VariableId) -> Option<&mut Option<Value>> {

@@ -1,5 +1,7 @@
 //! The graph of a window of frames: the whole drive, or its last seconds.
 
+mod state;
+
 use std::collections::{BTreeMap, VecDeque};
 
 use motorcade_geometry::{Camera, Pose, World};
@@ -18,6 +20,8 @@ use crate::start;
 use crate::times::FrameTimes;
 use crate::track_scales::{TrackScales, scale_weight};
 use crate::variance::{self, VarianceFactor};
+
+pub use state::MultibodyGraphState;
 
 /// Frames of a window.
 #[derive(Clone, Copy, Debug)]

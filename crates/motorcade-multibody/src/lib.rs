@@ -60,7 +60,7 @@ mod variance;
 
 pub use advanced::AdvancedGraphOptions;
 pub use classes::EdgeClass;
-pub use graph::{MultibodyGraph, WindowFrames};
+pub use graph::{MultibodyGraph, MultibodyGraphState, WindowFrames};
 pub use kernel::GraphKernel;
 pub use loops::{AdvancedLoopOptions, LoopEdge, LoopOptions, LoopReport, MapEdge, PlaceEdges, close_loops};
 pub use motion_factors::{NoSideSlip, SteadyMotion};

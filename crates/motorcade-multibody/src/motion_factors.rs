@@ -7,7 +7,7 @@ use nalgebra::{DMatrixViewMut, DVectorViewMut, Isometry3, Matrix4, Matrix6, SMat
 
 /// Constant body velocity over three poses (6): `r = log(C⁻¹ B)`, B = V₁⁻¹V₂ the motion over the second interval and
 /// `C = exp(ρ log A)` that expected from the first, A = V₀⁻¹V₁, ρ = Δt₂/Δt₁.
-#[derive(Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct SteadyMotion {
     variables: [VariableId; 3],
     /// ρ.
@@ -73,7 +73,7 @@ impl Factor for SteadyMotion {
 /// Rolling without side slip (4): of the twist `[ω, ν] = log(V₀⁻¹V₁)` roll, pitch and up vanish, and so does the sideways motion of
 /// the rear axle, `ν_y − a ω_z` with the axle a behind the vehicle's origin, as in motion along an arc. The middle of a long
 /// vehicle does slip in a curve.
-#[derive(Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct NoSideSlip {
     variables: [VariableId; 2],
     rear_axle_m: f64,

@@ -28,7 +28,7 @@ pub enum Node {
 }
 
 /// The nodes of a vehicle.
-#[derive(Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct VehicleNodes {
     pub(crate) poses: PoseNodes,
     /// Scales shared by its measurements.
@@ -36,7 +36,7 @@ pub(crate) struct VehicleNodes {
 }
 
 /// The pose nodes of a vehicle, by row of the run.
-#[derive(Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) enum PoseNodes {
     /// One node, first seen in a row.
     Static(usize, VariableId),

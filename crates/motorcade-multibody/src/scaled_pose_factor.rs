@@ -14,7 +14,7 @@ use nalgebra::{DMatrixViewMut, DVectorViewMut, Isometry3, Matrix6, Vector6};
 /// errors across it (small).
 ///
 /// The covariance of the factor is that with the scale held; the effect of a wrong scale is the scale variable's.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct ScaledPoseFactor {
     variables: [VariableId; 3],
     measurement: Isometry3<f64>,

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::options::GraphOptions;
 
 /// Nodes of the scales of a vehicle, logarithms.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct TrackScales {
     /// Size: the logarithm of its height \[m\], its proportions kept.
     pub(crate) size: VariableId,

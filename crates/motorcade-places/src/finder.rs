@@ -1,5 +1,7 @@
 //! Search of a drive for places that are seen again.
 
+mod state;
+
 use motorcade_geometry::PinholeCamera;
 
 use crate::features::Descriptor;
@@ -10,8 +12,10 @@ use crate::options::PlaceOptions;
 use crate::sequence::supported;
 use crate::verification::{PlaceMatch, verify};
 
+pub use state::PlaceSearchState;
+
 /// Counts of a search.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct SearchReport {
     /// Keyframes that were looked for among earlier ones.
     pub queries: usize,
@@ -47,7 +51,7 @@ pub fn find_places(
 }
 
 /// A keyframe as a visit of a place.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 struct Visit {
     /// The first keyframe of the place.
     place: usize,
@@ -174,9 +178,9 @@ impl PlaceSearch {
 
     /// Takes out what no later keyframe needs: keyframes before `before` that cannot be found, by their numbers, and matches of keyframes before it.
     pub fn take_out(&mut self, before: usize) -> (Vec<(usize, PlacedKeyframe)>, Vec<PlaceMatch>) {
-        let (visits, most) = (&self.visits, self.most_visits);
-        let gone = |k: usize| visits.get(k).is_some_and(|visit| visit.number > most);
-        let keyframes = self.keyframes.take_out(before, gone);
+        let found = |k: &usize| self.can_be_found(*k);
+        let gone: Vec<usize> = self.keyframes.numbers_before(before).filter(|k| !found(k)).collect();
+        let keyframes = self.keyframes.take_out(&gone);
         let old = self.verified.partition_point(|m| m.query < before);
         (keyframes, self.verified.drain(..old).collect())
     }

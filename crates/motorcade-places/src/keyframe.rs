@@ -17,7 +17,7 @@ pub struct PlaceKeyframe {
 }
 
 /// A keyframe with its pose, ready to be searched.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct PlacedKeyframe {
     /// Frame of the drive.
     pub frame: usize,
@@ -50,7 +50,7 @@ impl PlacedKeyframe {
 }
 
 /// A feature with a position. 20 bytes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Landmark {
     /// Index of the feature.
     pub feature: u32,

@@ -6,7 +6,7 @@ use std::ops::Index;
 use crate::keyframe::PlacedKeyframe;
 
 /// Keyframes by their numbers, from 0 in the order they came; those that are not needed any more can be taken out and keep their numbers.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct Keyframes {
     count: usize,
     kept: BTreeMap<usize, PlacedKeyframe>,
@@ -47,14 +47,14 @@ impl Keyframes {
         self.kept.get_mut(&keyframe)
     }
 
-    /// Takes out those before `before` of which `gone` holds.
-    pub(crate) fn take_out(
-        &mut self,
-        before: usize,
-        gone: impl Fn(usize) -> bool,
-    ) -> Vec<(usize, PlacedKeyframe)> {
-        let numbers: Vec<usize> = self.kept.range(..before).map(|(k, _)| *k).filter(|k| gone(*k)).collect();
-        numbers.into_iter().filter_map(|k| Some((k, self.kept.remove(&k)?))).collect()
+    /// Numbers of those before `before` that were not taken out.
+    pub(crate) fn numbers_before(&self, before: usize) -> impl Iterator<Item = usize> {
+        self.kept.range(..before).map(|(number, _)| *number)
+    }
+
+    /// Takes out those of these numbers.
+    pub(crate) fn take_out(&mut self, numbers: &[usize]) -> Vec<(usize, PlacedKeyframe)> {
+        numbers.iter().filter_map(|k| Some((*k, self.kept.remove(k)?))).collect()
     }
 
     pub(crate) fn put_back(&mut self, older: Vec<(usize, PlacedKeyframe)>) {

@@ -47,7 +47,7 @@ mod sequence;
 mod verification;
 
 pub use features::{Descriptor, Feature, FeatureExtractor};
-pub use finder::{FoundPlaces, PlaceSearch, SearchReport, find_places};
+pub use finder::{FoundPlaces, PlaceSearch, PlaceSearchState, SearchReport, find_places};
 pub use keyframe::{Landmark, PlaceKeyframe, PlacedKeyframe};
 pub use keyframes::Keyframes;
 pub use map::{MapError, MapSummary, PlaceMap};

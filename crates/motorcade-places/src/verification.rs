@@ -12,7 +12,7 @@ use crate::keyframe::{Landmark, PlacedKeyframe};
 use crate::options::{PlaceOptions, VerificationOptions};
 
 /// Two visits of a place.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct PlaceMatch {
     /// Index of the later keyframe.
     pub query: usize,

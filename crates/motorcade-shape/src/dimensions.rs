@@ -26,7 +26,7 @@ impl Dimensions {
 }
 
 /// Size prior: mean and standard deviation of a vehicle's class.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct SizePrior {
     /// Mean.
     pub mean: Dimensions,

@@ -49,7 +49,7 @@ pub enum PriorError {
 }
 
 /// Error of a fit.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub enum FitError {
     /// The observation has another number of keypoints than the prior.
@@ -78,7 +78,7 @@ pub enum FitError {
         /// Name of the number.
         what: String,
         /// Expected value.
-        expected: &'static str,
+        expected: String,
         /// Found value.
         found: f64,
     },

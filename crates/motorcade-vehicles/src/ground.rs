@@ -4,7 +4,7 @@ use motorcade_geometry::{Camera, Pose, RoadPlane, World};
 use nalgebra::{Matrix3, Point3, Vector3};
 
 /// Camera pose and road of one frame.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub struct GroundFrame {
     /// Camera \[m\].
     pub world_from_camera: Pose<World, Camera>,

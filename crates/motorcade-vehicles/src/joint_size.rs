@@ -16,7 +16,7 @@ pub(crate) struct JointSize {
 }
 
 /// Size of a vehicle by the road alone: its edges and the place where it touches the road, without any prior of its size.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct SizeByRoad {
     /// Class that the detector calls it.
     pub class: VehicleClass,

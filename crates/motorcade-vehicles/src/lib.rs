@@ -70,5 +70,5 @@ pub use options::{
 pub use outline::{image_box, upright_pose};
 pub use size_prior::size_prior;
 pub use track::{Track, TrackBox};
-pub use tracker::{AdvancedTrackerOptions, Tracker, TrackerOptions, track_vehicles};
+pub use tracker::{AdvancedTrackerOptions, Tracker, TrackerOptions, TrackerState, track_vehicles};
 pub use trajectory::{PoseObservation, Scaling, Source, VehicleMeasurement, VehicleState, VehicleTrajectory};

@@ -9,7 +9,7 @@ use crate::options::BoxFitOptions;
 pub(crate) const SLACK_PX: f64 = 1.0;
 
 /// A box and which of its edges are measurements.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ObservedBox {
     /// The box \[px\].
     pub bbox: BoundingBox,

@@ -6,7 +6,7 @@ use crate::observed_box::ObservedBox;
 use crate::trajectory::{Source, VehicleTrajectory};
 
 /// One box of a track.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TrackBox {
     /// Frame (row of the run).
     pub frame: usize,
@@ -17,7 +17,7 @@ pub struct TrackBox {
 }
 
 /// The boxes of one vehicle, in order of time.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Track {
     /// Identity.
     pub id: usize,
@@ -68,7 +68,7 @@ pub(crate) fn boxes_of(track: &Track, vehicle: &VehicleTrajectory) -> Option<Tra
 }
 
 /// Sums of scores by class.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct ClassVotes([f64; VehicleClass::ALL.len()]);
 
 impl ClassVotes {

@@ -21,7 +21,7 @@ pub enum Source {
 }
 
 /// A vehicle in one frame.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct VehicleState {
     /// Frame (row of the run).
     pub frame: usize,
@@ -48,7 +48,7 @@ pub struct VehicleState {
 }
 
 /// Measurement of a vehicle's pose in a single frame.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub struct VehicleMeasurement {
     /// Pose in the camera \[m\].
     pub camera_from_vehicle: Pose<Camera, Vehicle>,
@@ -57,7 +57,7 @@ pub struct VehicleMeasurement {
 }
 
 /// Scale that the distance of an observation depends on.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Scaling {
     /// The vehicle's size.
     Size,
@@ -70,7 +70,7 @@ pub enum Scaling {
 
 /// Pose measurement from one source in one frame, conditioned on the scale of the vehicle's size: an error of the scale is
 /// common to all frames of a track, the covariance is that of the rest.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub struct PoseObservation {
     /// Box, keypoints or external pose.
     pub source: Source,
@@ -85,7 +85,7 @@ pub struct PoseObservation {
 }
 
 /// A vehicle with its states.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct VehicleTrajectory {
     /// Identity.
     pub id: usize,

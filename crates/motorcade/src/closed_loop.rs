@@ -9,7 +9,7 @@ use motorcade_places::PlaceMap;
 use crate::kept_map::MapUse;
 
 /// Two frames that see the same place.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct ClosedLoop {
     /// Frames (rows of the run), relative pose and covariance.
     pub edge: LoopEdge,
@@ -26,7 +26,7 @@ pub struct ClosedLoop {
 }
 
 /// Loops of a drive, and what was searched.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct Loops {
     /// Keyframes of places.
     pub keyframes: usize,
@@ -45,6 +45,8 @@ pub struct Loops {
     /// A kept map that the drive was given, and where it was met.
     pub kept: Option<MapUse>,
     /// The places of the drive, in its corrected world; `None` of drives whose places are not kept.
+    // Made at the end of a drive.
+    #[serde(skip)]
     pub map: Option<PlaceMap>,
     /// Reason why the trajectory was not corrected, where it was not.
     pub problem: Option<String>,

@@ -35,7 +35,7 @@ impl KeptMap {
 }
 
 /// A frame that sees a place of a kept map.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct MapMatch {
     /// Frame (row of the run), pose relative to the map's keyframe, covariance.
     pub edge: MapEdge,
@@ -54,7 +54,7 @@ pub struct MapMatch {
 }
 
 /// A kept map in a drive.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct MapUse {
     /// Hash of the map's file.
     pub digest: String,

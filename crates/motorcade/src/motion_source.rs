@@ -4,11 +4,12 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use image::GrayImage;
-use motorcade_geometry::{Camera, Pose, World};
+use motorcade_geometry::{Camera, PinholeCamera, Pose, World};
 use motorcade_odometry::{
-    ExternalTrajectoryOptions, FrameRecord, Odometry, OdometryOptions, OdometryTrajectory, Pyramid,
-    RoadFeedback, ShiftedFrame, StaticMask,
+    ExternalTrajectoryOptions, FrameRecord, Odometry, OdometryOptions, OdometryState, OdometryTrajectory,
+    Pyramid, RoadFeedback, ShiftedFrame, StaticMask,
 };
+use serde::{Deserialize, Serialize};
 
 /// A camera trajectory from elsewhere, one pose a frame of the run.
 #[derive(Clone, Debug)]
@@ -65,7 +66,40 @@ pub(crate) enum MotionSource {
     },
 }
 
+/// State of the motion between two frames, without what the settings give.
+#[derive(Serialize, Deserialize)]
+pub(crate) enum MotionState {
+    Own(Box<OdometryState>),
+    External(OdometryTrajectory),
+}
+
 impl MotionSource {
+    /// The state after the last frame.
+    pub(crate) fn state(&self) -> MotionState {
+        match self {
+            Self::Own(odometry) => MotionState::Own(Box::new(odometry.state())),
+            Self::External { poses: _, trajectory, pyramid_levels: _, options: _ } => {
+                MotionState::External(trajectory.clone())
+            }
+        }
+    }
+    /// As in a state, with the settings of this one; `None` where one is external and the other one is not.
+    pub(crate) fn resumed(&self, camera: PinholeCamera, state: MotionState) -> Option<Self> {
+        match (self, state) {
+            (Self::Own(own), MotionState::Own(state)) => {
+                Some(Self::Own(Box::new(Odometry::from_state(camera, *own.options(), *state))))
+            }
+            (Self::External { poses, pyramid_levels, options, .. }, MotionState::External(trajectory)) => {
+                Some(Self::External {
+                    poses: poses.clone(),
+                    trajectory,
+                    pyramid_levels: *pyramid_levels,
+                    options: *options,
+                })
+            }
+            _ => None,
+        }
+    }
     pub(crate) fn external(trajectory: &ExternalTrajectory, options: &OdometryOptions) -> Self {
         Self::External {
             poses: trajectory.unit_poses(),

@@ -122,8 +122,8 @@ impl Motorcade {
             fixed.observe(&gray, frame.timestamp_ns, &settings.camera);
         }
         front_end.record_mut().stopwatch.add("perception", perception_ms);
-        if repeated.is_repeated(&gray, frame.timestamp_ns) {
-            front_end.skip(frame.number, frame.timestamp_ns, "repeats the frame before".to_owned());
+        if let Some(repetition) = repeated.repetition(&gray, frame.timestamp_ns) {
+            front_end.skip(frame.number, frame.timestamp_ns, repetition.problem().to_owned());
             return Ok(());
         }
         let checks = &settings.config.checks.advanced.pictures;

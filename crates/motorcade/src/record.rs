@@ -5,6 +5,7 @@ use motorcade_odometry::{OdometryTrajectory, RoadMeasurement, Rows};
 use motorcade_perception::{Detection, Observations, VehicleKeypoints};
 use motorcade_places::PlaceKeyframe;
 
+use crate::repeated_frames::Repetition;
 use crate::settings::Settings;
 use crate::timing::Stopwatch;
 
@@ -23,6 +24,11 @@ pub struct FrameInfo {
 }
 
 impl FrameInfo {
+    /// True of a frame that repeats the one before and has nothing of its own to be tracked.
+    pub fn is_repeated(&self) -> bool {
+        self.problem.as_deref() == Some(Repetition::Repeated.problem())
+    }
+
     pub(crate) fn of(frame: &Frame) -> Self {
         Self { number: frame.number, timestamp_ns: frame.timestamp_ns, problem: None }
     }

@@ -5,6 +5,25 @@ use motorcade_dataset::Sequence;
 
 use crate::check_options::RepeatedFrameOptions;
 
+/// Why a frame shows nothing new.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Repetition {
+    /// Its picture is that of the frame before, as in a video whose rate was raised.
+    Repeated,
+    /// The picture of a camera that drove did not change.
+    Frozen,
+}
+
+impl Repetition {
+    /// The problem of its frame.
+    pub(crate) fn problem(self) -> &'static str {
+        match self {
+            Self::Repeated => "repeats the frame before",
+            Self::Frozen => "the picture is frozen",
+        }
+    }
+}
+
 /// Distinguishes repeated frames from those of a standing camera: the frames around them differ.
 #[derive(Clone, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct RepeatedFrames {
@@ -34,8 +53,8 @@ impl RepeatedFrames {
         Self { options: self.options, ..state }
     }
 
-    /// True when a frame repeats the last one that did not.
-    pub fn is_repeated(&mut self, image: &GrayImage, timestamp_ns: i64) -> bool {
+    /// What a frame repeats of the last one that did not; `None` of one that shows something new.
+    pub fn repetition(&mut self, image: &GrayImage, timestamp_ns: i64) -> Option<Repetition> {
         self.frames += 1;
         let options = &self.options;
         let pixels = || image.as_raw().iter().step_by(options.step_px).copied();
@@ -51,13 +70,13 @@ impl RepeatedFrames {
             let lasting = (timestamp_ns - self.last_ns) as f64 >= options.longest_s * 1e9;
             if self.freezes && lasting {
                 self.frozen += 1;
-                return true;
+                return Some(Repetition::Frozen);
             }
             let near = difference < (options.most_share * self.usual).min(options.most_grey)
                 && self.usual > options.moving_grey;
             if near && !lasting {
                 self.count += 1;
-                return true;
+                return Some(Repetition::Repeated);
             }
             if near {
                 // The camera stands.
@@ -69,7 +88,7 @@ impl RepeatedFrames {
         self.last.clear();
         self.last.extend(pixels());
         (self.last_ns, self.before_ns) = (timestamp_ns, timestamp_ns);
-        false
+        None
     }
 
     /// The findings in words.
@@ -106,7 +125,7 @@ pub fn repeated_pictures(
 ) -> RepeatedPictures {
     let mut frames = RepeatedFrames::new(*options);
     for frame in sequence.frames().take(most).flatten() {
-        frames.is_repeated(&frame.gray(), frame.timestamp_ns);
+        let _counted = frames.repetition(&frame.gray(), frame.timestamp_ns);
     }
     RepeatedPictures { looked_at: frames.frames, repeated: frames.count, frozen: frames.frozen }
 }
@@ -126,7 +145,7 @@ mod tests {
     fn every_third_picture_of_a_raised_rate_is_new() {
         let mut repeated = RepeatedFrames::default();
         let found: Vec<bool> = (0..30)
-            .map(|k| repeated.is_repeated(&picture(k / 3, 5 * (k % 3)), i64::from(k) * 33_000_000))
+            .map(|k| repeated.repetition(&picture(k / 3, 5 * (k % 3)), i64::from(k) * 33_000_000).is_some())
             .collect();
         for (k, found) in found.iter().enumerate().skip(4) {
             assert_eq!(*found, k % 3 != 0, "frame {k}");
@@ -148,7 +167,7 @@ mod tests {
     fn a_camera_that_stands_is_not_repeated_for_longer_than_a_moment() {
         let mut repeated = RepeatedFrames::default();
         let found: Vec<bool> =
-            (0..80).map(|k| repeated.is_repeated(&braking(k), i64::from(k) * 50_000_000)).collect();
+            (0..80).map(|k| repeated.repetition(&braking(k), i64::from(k) * 50_000_000).is_some()).collect();
         assert!(found[..20].iter().all(|f| !f), "{found:?}");
         assert!(found[50..].iter().filter(|f| **f).count() < 10, "{found:?}");
         assert!(repeated.describe().iter().all(|text| !text.contains("frozen")));
@@ -158,8 +177,9 @@ mod tests {
     fn a_picture_that_freezes_in_full_motion_is_frozen() {
         let mut repeated = RepeatedFrames::default();
         let shown = |k: u32| if (20..60).contains(&k) { 19 } else { k };
-        let found: Vec<bool> =
-            (0..80).map(|k| repeated.is_repeated(&picture(shown(k), 0), i64::from(k) * 50_000_000)).collect();
+        let found: Vec<bool> = (0..80)
+            .map(|k| repeated.repetition(&picture(shown(k), 0), i64::from(k) * 50_000_000).is_some())
+            .collect();
         assert!(found[..20].iter().chain(&found[60..]).all(|f| !f), "{found:?}");
         assert!(found[20..60].iter().all(|f| *f), "{found:?}");
         assert!(repeated.describe().iter().any(|text| text.contains("of 80 frames are frozen")));

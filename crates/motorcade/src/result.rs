@@ -63,15 +63,17 @@ impl RunResult {
     }
 
     /// Share of frames whose pose was tracked (or stood). Frames of the first second that were filled in from the map that
-    /// began after them do not count against it.
+    /// began after them do not count against it, nor do frames that repeat the one before.
     pub fn tracked_share(&self) -> f64 {
         const FIRST_SECOND_NS: i64 = 1_000_000_000;
         let start_ns = self.frames.first().map_or(0, |f| f.timestamp_ns);
         let in_first_second =
             |k: usize| self.frames.get(k).is_some_and(|f| f.timestamp_ns - start_ns < FIRST_SECOND_NS);
         let good = |s: FrameStatus| matches!(s, FrameStatus::Tracked | FrameStatus::Standstill);
-        let counted =
-            |(k, f): &(usize, &EgoFrame)| !in_first_second(*k) || f.status != FrameStatus::Initialising;
+        let repeated = |k: usize| self.frames.get(k).is_some_and(FrameInfo::is_repeated);
+        let counted = |(k, f): &(usize, &EgoFrame)| {
+            !repeated(*k) && (!in_first_second(*k) || f.status != FrameStatus::Initialising)
+        };
         let (mut tracked, mut all) = (0_usize, 0_usize);
         for (_, frame) in self.ego.frames.iter().enumerate().filter(counted) {
             all += 1;

@@ -8,7 +8,7 @@ use crate::estimate;
 use crate::record::FrameInfo;
 
 /// A correction of an online run: places seen again show where the camera is and was. Estimates returned before stay as they are.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Revision {
     /// Number of the correction, from 1.
     pub number: usize,
@@ -27,7 +27,7 @@ pub struct Revision {
 }
 
 /// A keyframe where a correction puts it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct RevisedKeyframe {
     /// Number of the frame.
     pub number: u64,

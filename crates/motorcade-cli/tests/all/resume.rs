@@ -150,8 +150,9 @@ fn online_and_stopped_runs_go_on_too() {
     assert_eq!(json(&folder.join("out/run.json"))["interrupted"], true);
     // The results of a stopped run are replaced without --force, those of a whole one are not.
     let again = answer(folder, &format!("{run} out --resume"));
-    again.expect(0, &["frames came from the checkpoint"]);
-    assert_eq!(again.stdout, whole.stdout, "every frame is printed again");
+    again.expect(0, &["goes on after "]);
+    // Lines of the frames that the stopped run estimated stand in its output.
+    assert!(again.stdout.lines().count() < 10 && whole.stdout.ends_with(&again.stdout), "{}", again.stdout);
     same(folder, "whole", "out");
     let output = answer(folder, &format!("{run} out --resume"));
     assert!(output.expect(0, &[]).stdout.contains("already holds this run"));

@@ -79,6 +79,45 @@ fn a_killed_run_goes_on_with_its_state_to_the_same_bytes() {
     no_leftovers(&folder.join("out"));
 }
 
+/// Line of each frame of an online run.
+fn lines(output: &str) -> Vec<&str> {
+    output.lines().filter(|line| line.contains("\"camera\"")).collect()
+}
+
+#[test]
+fn a_killed_online_run_goes_on_with_the_lines_of_the_frames_after_its_state() {
+    let folder = drive(30);
+    let folder = folder.path();
+    let run = format!("{NO_NETWORKS} --online --out");
+    let whole = answer(folder, &format!("{run} whole"));
+    whole.expect(0, &[]);
+    for (writes, threads) in [(2, 2), (12, 1)] {
+        killed(folder, &format!("{run} out --threads {threads}"), writes);
+        let output = answer(folder, &format!("{run} out --resume"));
+        output.expect(0, &[SAVED]);
+        assert_eq!(lines(&output.stdout), lines(&whole.stdout)[saved(&output)..]);
+        same(folder, "whole", "out");
+        fs::remove_dir_all(folder.join("out")).unwrap();
+    }
+    no_leftovers(folder);
+}
+
+#[test]
+fn a_killed_run_beside_a_trajectory_goes_on_with_its_state() {
+    let folder = drive(20);
+    let folder = folder.path();
+    answer(folder, &format!("{NO_NETWORKS} --out first")).expect(0, &[]);
+    for mode in ["", "--online "] {
+        let run = format!("{NO_NETWORKS} {mode}--trajectory first/ego.kitti.txt --out");
+        answer(folder, &format!("{run} whole --force")).expect(0, &[]);
+        killed(folder, &format!("{run} out"), 8);
+        let output = answer(folder, &format!("{run} out --resume"));
+        assert!(saved(output.expect(0, &[SAVED])) >= 7, "{}", output.stderr);
+        same(folder, "whole", "out");
+        fs::remove_dir_all(folder.join("out")).unwrap();
+    }
+}
+
 /// Networks too: keypoints are looked for every few frames, and all output is kept.
 #[test]
 fn what_detectors_remember_and_what_is_kept_of_them_comes_back() {

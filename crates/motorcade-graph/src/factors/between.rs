@@ -19,7 +19,7 @@ use crate::values::Values;
 /// ```
 ///
 /// H needs one congruence `A = J_jᵀ Ω J_j` and the adjoint: `H_jj = A`, `H_ji = −A·Ad`, `H_ii = Adᵀ·A·Ad`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Between {
     variables: [VariableId; 2],
     measurement: Isometry3<f64>,

@@ -12,7 +12,7 @@ use crate::values::Values;
 ///
 /// With `d = x̄.local(x)` the stacked tangents, `r = d + m` and `cost = rᵀ Λ r`; the Jacobian is block diagonal with
 /// [`Manifold::local_jacobian`]. Λ stays as it was where it was made.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct LinearPrior {
     variables: Vec<VariableId>,
     at: Vec<Value>,

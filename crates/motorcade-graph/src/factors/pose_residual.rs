@@ -3,7 +3,7 @@
 use crate::GraphError;
 
 /// Residual (6, rotation first) of the error motion `E = Z⁻¹ Xi⁻¹ Xj`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum PoseResidual {
     /// `log(E) = [ω, ν]` (GTSAM).

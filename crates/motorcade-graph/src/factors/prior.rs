@@ -49,7 +49,7 @@ impl Factor for PosePrior {
 }
 
 /// `r = x − z` (n), `J = I`, for a variable of R^n.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct VectorPrior {
     variables: [VariableId; 1],
     measurement: DVector<f64>,

@@ -9,7 +9,7 @@ use super::options::LoopOptions;
 use crate::edges::inverse;
 
 /// A relative pose of two frames that see the same place.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct LoopEdge {
     /// The earlier frame.
     pub earlier: usize,
@@ -34,7 +34,7 @@ impl LoopEdge {
 }
 
 /// The pose of a frame relative to a keyframe of a kept map.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct MapEdge {
     /// The frame.
     pub frame: usize,

@@ -19,15 +19,15 @@ impl Odometry {
     ) {
         let first = initialisation.first_frame;
         // Frames at standstill were not kept and share the first pose.
-        let standing = (frame.number - first).saturating_sub(initialisation.tracks.len());
-        let start_ns = self.trajectory.frames[first + standing].timestamp_ns;
+        let standing = initialisation.standing;
+        let start_ns = self.trajectory.frames[standing].timestamp_ns;
         let moving_ns = frame.timestamp_ns - start_ns;
         let (mut before, mut refiner) = (CameraFromWorld::identity(), PoseRefiner::default());
         for k in first..frame.number {
-            let along = (k - first).saturating_sub(standing);
             let elapsed_ns = (self.trajectory.frames[k].timestamp_ns - start_ns).max(0);
             let guess = CameraFromWorld::exp(&(last_pose.log() * ratio(elapsed_ns, moving_ns)));
-            let tracks = along.checked_sub(1).and_then(|t| initialisation.tracks.get(t));
+            let at = initialisation.tracks.binary_search_by_key(&k, |tracks| tracks.frame).ok();
+            let tracks = at.filter(|_| k > standing).map(|at| &initialisation.tracks[at]);
             let refined = tracks.and_then(|tracks| {
                 let observation = |(i, l): &(usize, Landmark)| {
                     Some(Observation { point_in_world: l.point_in_world?, pixel: tracks.pixels[*i]? })
@@ -48,7 +48,7 @@ impl Odometry {
                 }
                 // The first frame is the origin of the map.
                 None if k == first => record.status = FrameStatus::Tracked,
-                None if along == 0 => record.status = FrameStatus::Standstill,
+                None if k <= standing => record.status = FrameStatus::Standstill,
                 None => before = guess,
             }
             // The first keyframe is the world.

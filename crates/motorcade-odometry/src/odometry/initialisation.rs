@@ -18,13 +18,16 @@ pub(super) struct Initialisation {
     pub first_frame: usize,
     pub first_ns: i64,
     pub first_pixels: Vec<Point2<f64>>,
-    /// Pixels in the frames since.
+    /// The camera stands up to this frame.
+    pub standing: usize,
+    /// Pixels in the frames since, in order; none of frames that were skipped.
     pub tracks: Vec<Tracks>,
 }
 
 /// Pixels of the first corners in a later frame.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct Tracks {
+    pub frame: usize,
     pub timestamp_ns: i64,
     /// `None` where lost.
     pub pixels: Vec<Option<Point2<f64>>>,
@@ -68,7 +71,7 @@ impl Odometry {
         let Some(last) = self.last.take() else { return };
         let pixels = self.track_corners(&last.template.pyramid, frame, &initialisation);
         let alive = pixels.iter().flatten().count();
-        initialisation.tracks.push(Tracks { timestamp_ns: frame.timestamp_ns, pixels });
+        initialisation.tracks.push(Tracks { frame: frame.number, timestamp_ns: frame.timestamp_ns, pixels });
         if alive < self.tracks_needed(initialisation.first_pixels.len()) {
             self.restart_initialisation(frame);
             return;
@@ -82,8 +85,10 @@ impl Odometry {
             // While standing, only the first and the present frame are kept.
             initialisation.tracks.truncate(initialisation.tracks.len().saturating_sub(1).max(1));
             if let Some(tracks) = initialisation.tracks.last_mut() {
-                tracks.timestamp_ns = frame.timestamp_ns;
+                (tracks.frame, tracks.timestamp_ns) = (frame.number, frame.timestamp_ns);
             }
+            // The pixels that are kept are those of the present frame too.
+            initialisation.standing = initialisation.first_frame.max(frame.number - 1);
         }
         if flow_px >= needed_px && self.try_to_initialise(frame, &initialisation) {
             return;
@@ -98,6 +103,7 @@ impl Odometry {
             first_frame: frame.number,
             first_ns: frame.timestamp_ns,
             first_pixels,
+            standing: frame.number,
             tracks: Vec::new(),
         });
         self.last = Some(LastFrame::at(frame, CameraFromWorld::identity()));

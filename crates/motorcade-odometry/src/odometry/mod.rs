@@ -27,6 +27,7 @@ pub use state::OdometryState;
 use crate::map::{Landmark, Window};
 use crate::rolling_shutter::RowMotion;
 use crate::rows::Rows;
+use crate::time::nanoseconds;
 use crate::tracking::{Pyramid, PyramidPool, StaticMask};
 use crate::trajectory::{FrameRecord, OdometryTrajectory};
 use initialisation::Initialisation;
@@ -165,7 +166,10 @@ impl Odometry {
     /// Records a frame that could not be read; its pose is bridged.
     pub fn skip(&mut self, timestamp_ns: i64) {
         if self.initialisation.is_some() || self.last.is_none() {
-            self.initialisation = None;
+            // Corners are not found again after a long gap.
+            let longest_ns = nanoseconds(self.options.advanced.policy.give_up_s);
+            let newest_ns = self.last.as_ref().map_or(timestamp_ns, |last| last.timestamp_ns);
+            self.initialisation.take_if(|_| timestamp_ns - newest_ns > longest_ns);
             self.record_initialising(timestamp_ns);
         } else {
             self.bridge(timestamp_ns);

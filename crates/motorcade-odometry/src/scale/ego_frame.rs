@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 use crate::trajectory::FrameStatus;
 
 /// A frame of the metric trajectory.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct EgoFrame {
     /// Pose \[m\]; the world is the camera of the first frame.
     pub world_from_camera: Pose<World, Camera>,

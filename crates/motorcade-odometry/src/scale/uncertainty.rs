@@ -14,7 +14,7 @@ fn along(step: &Pose<Camera, Camera>) -> Vector6<f64> {
 
 /// Joint covariance of pose and scale. Errors of scale last for seconds: taken as independent from step to step they would
 /// average out, and the covariance of the pose would be several times too small.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct Uncertainty {
     /// Covariance of the pose (6×6).
     pose: Matrix6<f64>,

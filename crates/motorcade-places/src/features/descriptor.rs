@@ -1,7 +1,7 @@
 //! Binary descriptors.
 
 /// 256 binary tests of a patch, compared by Hamming distance.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub struct Descriptor(pub [u64; 4]);
 
 impl Descriptor {

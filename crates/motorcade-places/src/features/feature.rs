@@ -5,7 +5,7 @@ use nalgebra::Point2;
 use super::descriptor::Descriptor;
 
 /// A corner with its descriptor. 44 bytes.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Feature {
     /// The descriptor, steered by the orientation of the patch.
     pub descriptor: Descriptor,

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 
 /// Probabilities of the heading against the viewing ray, in even bins: bin `k` of `n` is centred at `k / n` of a turn, 0 drives
 /// straight away from the camera, positive turns left seen from above.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct HeadingEvidence {
     bins: Vec<f64>,
 }

@@ -17,7 +17,7 @@ const LEVEL_HEIGHT_SIGMA_M: f64 = 0.03;
 const LEVEL_SLOPE_SIGMA_DEG: f64 = 0.5;
 
 /// Output of a keypoint network for one point.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ObservedKeypoint {
     /// Pixel \[px\].
     pub pixel: Point2<f64>,
@@ -45,7 +45,7 @@ impl ObservedKeypoint {
 }
 
 /// The road under a vehicle, and how well it is known.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct MeasuredRoad {
     /// The road under the camera.
     pub plane: RoadPlane,
@@ -75,7 +75,7 @@ impl MeasuredRoad {
 }
 
 /// One vehicle in one image.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Observation {
     /// The keypoints in the order of the prior.
     pub keypoints: Vec<ObservedKeypoint>,
@@ -155,5 +155,5 @@ fn require(
     expected: &'static str,
     found: f64,
 ) -> Result<(), FitError> {
-    if holds { Ok(()) } else { Err(FitError::Value { what: what(), expected, found }) }
+    if holds { Ok(()) } else { Err(FitError::Value { what: what(), expected: expected.into(), found }) }
 }

@@ -10,7 +10,7 @@ use crate::dimensions::Dimensions;
 pub const CLEAR_COST: f64 = 9.2;
 
 /// Another hypothesis for the same keypoints.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Alternative {
     /// Its pose \[m\].
     pub camera_from_vehicle: Pose<Camera, Vehicle>,
@@ -21,7 +21,7 @@ pub struct Alternative {
 }
 
 /// Pose and shape of a vehicle.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ShapeFit {
     /// Pose \[m\].
     pub camera_from_vehicle: Pose<Camera, Vehicle>,

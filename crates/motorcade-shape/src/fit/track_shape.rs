@@ -9,7 +9,7 @@ use super::model::Shape;
 pub(crate) type ShapeMatrix = SMatrix<f64, MAX_SHAPE, MAX_SHAPE>;
 
 /// A shape and its covariance, for [`ShapeFitter::fit_shaped`](super::ShapeFitter::fit_shaped) of the same fitter.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TrackShape {
     /// Whitened coefficients λ_b / σ_b.
     pub(super) mean: Shape,

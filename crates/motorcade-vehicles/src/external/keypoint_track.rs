@@ -8,6 +8,7 @@ use motorcade_shape::{ShapeFit, TrackFit, TrackShape};
 use super::frame_keypoints::FrameKeypoints;
 
 /// The keypoints of a track by row of the run, their fits, and the shape that they agree on.
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 pub struct KeypointTrack {
     /// Class that the fits assume.
     pub(super) class: VehicleClass,
@@ -24,6 +25,7 @@ pub struct KeypointTrack {
 }
 
 /// Keypoints of a frame and what was fitted to them; `Some(None)` where the fit failed.
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 struct KnownFrame {
     keypoints: FrameKeypoints,
     fit: Option<Option<ShapeFit>>,

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use crate::options::MotionOptions;
 
 /// Filtered position and velocity.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct MotionFilter {
     /// Position \[m\], velocity \[m/s\], world.
     pub(crate) x: Vector6<f64>,

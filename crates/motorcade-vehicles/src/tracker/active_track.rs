@@ -17,6 +17,7 @@ const LEAST_STEP_S: f64 = 1e-3;
 const COUNT_ROUNDING: f64 = 1e-6;
 
 /// A track that is being followed.
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 pub(super) struct ActiveTrack {
     pub(super) track: Track,
     /// Position in the camera of the frame of its last box \[m\]. It is kept relative to that camera, because the estimate of the

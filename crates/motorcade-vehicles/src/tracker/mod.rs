@@ -8,6 +8,7 @@ mod association;
 mod localizer;
 mod options;
 mod standing;
+mod state;
 
 use motorcade_geometry::PinholeCamera;
 use motorcade_perception::{BoundingBox, Detection};
@@ -20,6 +21,7 @@ use association::{Candidate, by_overlap, greedy};
 use localizer::Localizer;
 
 pub use options::{AdvancedTrackerOptions, TrackerOptions};
+pub use state::TrackerState;
 
 /// Slack for times rounded to nanoseconds: a gap of exactly the longest is bridged \[s\].
 const ROUNDING_S: f64 = 1e-6;

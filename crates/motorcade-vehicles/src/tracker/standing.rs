@@ -10,7 +10,7 @@ use super::options::AdvancedTrackerOptions;
 use crate::ground::GroundFrame;
 
 /// Position of a vehicle that stands, and how much better or worse that explains its boxes than motion does.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, serde::Serialize, serde::Deserialize)]
 pub(super) struct Standing {
     /// In the camera of the frame of the last box \[m\].
     in_camera: Point3<f64>,

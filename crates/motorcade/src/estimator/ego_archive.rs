@@ -1,8 +1,11 @@
 //! Cameras of a drive of any length: the newest in memory, older ones in a temporary file.
 
+use std::io;
+use std::path::PathBuf;
+
 use motorcade_odometry::{EgoFrame, FrameStatus, Rows};
 
-use crate::archive::Archive;
+use crate::archive::{Archive, ArchiveState};
 
 /// Estimated cameras of all frames so far. Results need them at the end of a drive, estimates of later frames do not.
 #[derive(Default)]
@@ -12,7 +15,32 @@ pub(super) struct EgoArchive {
     older: Archive<EgoFrame>,
 }
 
+/// State of the cameras between two frames.
+#[derive(serde::Serialize, serde::Deserialize)]
+pub(super) struct EgoArchiveState {
+    rows: Rows<EgoFrame>,
+    older: ArchiveState,
+}
+
 impl EgoArchive {
+    /// With older cameras in a file of this name.
+    pub fn named(path: PathBuf) -> Self {
+        Self { rows: Rows::default(), older: Archive::named(path) }
+    }
+    /// The state after the last frame.
+    pub fn state(&self) -> io::Result<EgoArchiveState> {
+        let Self { rows, older } = self;
+        Ok(EgoArchiveState { rows: rows.clone(), older: older.state()? })
+    }
+    /// As in a state, with the file of this one.
+    pub fn resumed(&self, state: EgoArchiveState) -> io::Result<Self> {
+        let EgoArchiveState { rows, older } = state;
+        if rows.first_kept() != older.len() {
+            return Err(io::Error::other("its cameras do not fit together"));
+        }
+        Ok(Self { rows, older: self.older.resumed(&older)? })
+    }
+
     /// Frames so far.
     pub fn len(&self) -> usize {
         self.rows.len()

@@ -20,3 +20,4 @@ pub(crate) mod vehicles;
 
 pub use drive::estimate_drive;
 pub use sliding::SlidingEstimator;
+pub(crate) use sliding::SlidingState;

@@ -7,6 +7,7 @@
 //! place that is visited often the features of the first visits alone stay.
 
 mod settled;
+mod state;
 
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_multibody::{LoopReport, MapEdge, PlaceEdges, close_loops};
@@ -25,8 +26,10 @@ use crate::record::{FrontEndView, mean_interval_between};
 use crate::revision::{RevisedKeyframe, Revision};
 use crate::settings::Settings;
 
+pub(super) use state::OnlineLoopsState;
+
 /// Moves of the world of the estimator over the last seconds, by the first row they hold for.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct Offsets(Vec<(usize, Pose<World, World>)>);
 
 impl Offsets {

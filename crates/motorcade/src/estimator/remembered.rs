@@ -5,7 +5,7 @@ use motorcade_odometry::{EgoFrame, RoadMeasurement, RoadState, road_tilt};
 use nalgebra::Matrix3;
 
 /// A measurement of earlier, and the way since.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub(super) struct Remembered {
     /// Segment of the odometry whose unit it measured.
     pub segment: usize,

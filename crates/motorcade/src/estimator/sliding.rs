@@ -6,6 +6,7 @@
 //! [`OnlineOptions::interval_s`], only some are estimated in full ("estimated rows"), those between are predicted from the last.
 
 mod results;
+mod state;
 mod undecided;
 mod window;
 
@@ -33,6 +34,7 @@ use crate::revision::Revision;
 use crate::scale_source;
 use crate::settings::Settings;
 use crate::timing::Stopwatch;
+pub(crate) use state::SlidingState;
 use undecided::Undecided;
 use window::Window;
 
@@ -76,7 +78,7 @@ pub struct SlidingEstimator {
 }
 
 /// Poses of a window before its graph.
-#[derive(Default)]
+#[derive(Clone, Default, serde::Serialize, serde::Deserialize)]
 struct Placed {
     /// Place of the first among the estimated rows.
     first: usize,

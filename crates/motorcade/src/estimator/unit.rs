@@ -16,7 +16,7 @@ use crate::estimator_options::UnitOptions;
 const ROUNDING_S: f64 = 1e-6;
 
 /// Metres a unit of a trajectory.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Unit {
     pub(crate) metres: f64,
     /// Relative standard deviation.
@@ -44,7 +44,21 @@ pub(crate) struct UnitEstimator {
     by_vehicle: BTreeMap<usize, UnitEstimate>,
 }
 
+/// State of an estimator between two frames.
+pub(crate) type UnitState = BTreeMap<usize, UnitEstimate>;
+
 impl UnitEstimator {
+    /// The state after the last frame.
+    pub(crate) fn state(&self) -> UnitState {
+        let Self { options: _, by_vehicle } = self;
+        by_vehicle.clone()
+    }
+
+    /// As in a state, with the options of this one.
+    pub(crate) fn resumed(self, by_vehicle: UnitState) -> Self {
+        Self { by_vehicle, ..self }
+    }
+
     /// Without vehicles.
     pub(crate) fn new(options: UnitOptions) -> Self {
         Self { options, by_vehicle: BTreeMap::new() }
@@ -100,8 +114,8 @@ fn information(estimates: &[UnitEstimate]) -> f64 {
 }
 
 /// Unit by one vehicle, taken for static.
-#[derive(Clone, Copy, Debug)]
-struct UnitEstimate {
+#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
+pub(crate) struct UnitEstimate {
     ln_metres: f64,
     sigma: f64,
 }

@@ -1,10 +1,12 @@
 //! States of vehicles of a drive of any length: the newest in memory, older ones in a temporary file.
 
 use std::collections::BTreeMap;
+use std::io;
+use std::path::PathBuf;
 
 use motorcade_vehicles::{VehicleState, VehicleTrajectory};
 
-use crate::archive::Archive;
+use crate::archive::{Archive, ArchiveState};
 
 /// Rows after which states are moved: many at once.
 const EVERY: usize = 256;
@@ -17,7 +19,31 @@ pub(super) struct VehicleArchive {
     moved_before: usize,
 }
 
+/// The archive between two frames.
+#[derive(serde::Serialize, serde::Deserialize)]
+pub(super) struct VehicleArchiveState {
+    states: ArchiveState,
+    moved_before: usize,
+}
+
 impl VehicleArchive {
+    /// With a file of this name.
+    pub fn named(path: PathBuf) -> Self {
+        Self { states: Archive::named(path), moved_before: 0 }
+    }
+
+    /// The state after the last frame.
+    pub fn state(&self) -> io::Result<VehicleArchiveState> {
+        let Self { states, moved_before } = self;
+        Ok(VehicleArchiveState { states: states.state()?, moved_before: *moved_before })
+    }
+
+    /// As in a state, with the file of this one.
+    pub fn resumed(&self, state: &VehicleArchiveState) -> io::Result<Self> {
+        let VehicleArchiveState { states, moved_before } = state;
+        Ok(Self { states: self.states.resumed(states)?, moved_before: *moved_before })
+    }
+
     /// Moves the states before `row` to a temporary file, but for the last of each vehicle.
     pub fn put_away_before(&mut self, row: usize, vehicles: &mut BTreeMap<usize, VehicleTrajectory>) {
         if row < self.moved_before + EVERY {

@@ -4,28 +4,29 @@ use std::io;
 use std::path::Path;
 
 use motorcade_calibrate::FocalCheckState;
-use motorcade_odometry::{Odometry, OdometryState, Rows};
+use motorcade_odometry::Rows;
 use serde::{Deserialize, Serialize};
 
 use super::{FrontEnd, PutAway};
 use crate::archive::{Archive, ArchiveState, Stored, StoredList};
 use crate::error::{Error, Result};
-use crate::motion_source::MotionSource;
+use crate::motion_source::MotionState;
 use crate::place_recorder::PlaceRecorderState;
 use crate::record::{FrameInfo, FrontEndRecord};
 use crate::scale_source::ScaleState;
 use crate::settings::Settings;
 use crate::timing::Stopwatch;
 
-/// State of the front end of a drive that is estimated as a whole, without what its configuration gives.
+/// State of the front end of a drive, without what its configuration gives.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct FrontEndState {
-    odometry: OdometryState,
+    motion: MotionState,
     scale: ScaleState,
     places: Option<PlaceRecorderState>,
     focal: Option<FocalCheckState>,
     record: RecordState,
     away: PutAwayState,
+    read_from: Option<usize>,
 }
 
 /// Record so far, as far as it is in memory.
@@ -35,6 +36,8 @@ struct RecordState {
     /// First row in memory, and the rows from there on.
     detections: (usize, StoredList),
     keypoints: (usize, StoredList),
+    forgotten_measurements: usize,
+    forgotten: bool,
     stopwatch: Stopwatch,
     warnings: Vec<String>,
 }
@@ -72,18 +75,14 @@ impl FrontEnd {
     /// The state after the last frame.
     ///
     /// # Errors
-    /// A drive that is estimated online or on an external trajectory; rows that could not be put away in a file with a name.
+    /// Rows that could not be put away in a file with a name.
     pub(crate) fn state(&self) -> Result<FrontEndState> {
         // A field that is new does not compile here until it is kept or known to be no state.
-        let Self { motion, scale, places, focal, record, away, whole, read_from } = self;
-        let Some(odometry) = motion.odometry().filter(|_| *whole && read_from.is_none()) else {
-            let problem = "only a drive that is estimated as a whole, with its own odometry, keeps a state";
-            return Err(Error::Config(problem.to_owned()));
-        };
-        let PutAway { motion, measurements, places: places_away, detections, keypoints } = away;
+        let Self { motion, scale, places, focal, record, away, whole: _, read_from } = self;
+        let PutAway { motion: motion_away, measurements, places: places_away, detections, keypoints } = away;
         let files = || {
             Ok(PutAwayState {
-                motion: motion.state()?,
+                motion: motion_away.state()?,
                 measurements: measurements.state()?,
                 places: places_away.state()?,
                 detections: detections.state()?,
@@ -91,12 +90,13 @@ impl FrontEnd {
             })
         };
         Ok(FrontEndState {
-            odometry: odometry.state(),
+            motion: motion.state(),
             scale: scale.state(),
             places: places.as_ref().map(|places| places.state()),
             focal: focal.as_ref().map(|focal| focal.state()),
             record: RecordState::of(record),
             away: files().map_err(|e: io::Error| unusable(&e))?,
+            read_from: *read_from,
         })
     }
 
@@ -105,18 +105,19 @@ impl FrontEnd {
     /// # Errors
     /// A state of another configuration, or whose files of rows are not as they were.
     pub(crate) fn resumed(&self, state: FrontEndState, settings: &Settings) -> Result<Self> {
-        let FrontEndState { odometry, scale, places, focal, record, away } = state;
+        let FrontEndState { motion, scale, places, focal, record, away, read_from } = state;
         let other = || Error::Input("the state is one of another configuration".to_owned());
-        let own = self.motion.odometry().filter(|_| self.whole).ok_or_else(other)?;
-        let motion = Odometry::from_state(settings.camera, *own.options(), odometry);
+        let motion = self.motion.resumed(settings.camera, motion).ok_or_else(other)?;
         let frames = &motion.trajectory().frames;
         let read = |e: io::Error| unusable(&e);
         let (detections, keypoints) = (record.detections, record.keypoints);
         let rows = [frames.len(), detections.0 + detections.1.len(), keypoints.0 + keypoints.1.len()];
+        // An online run forgets what its results do not list.
+        let kept = |first: usize| if self.whole { first } else { 0 };
         let put_away = [
-            (away.motion.len(), frames.first_kept()),
+            (away.motion.len(), kept(frames.first_kept())),
             (away.detections.len(), detections.0),
-            (away.keypoints.len(), keypoints.0),
+            (away.keypoints.len(), kept(keypoints.0)),
         ];
         if rows != [record.frames.len(); 3] || put_away.iter().any(|(files, memory)| files != memory) {
             return Err(Error::Input("the rows of the state do not fit together".to_owned()));
@@ -142,7 +143,7 @@ impl FrontEnd {
             keypoints: self.away.keypoints.resumed(&away.keypoints).map_err(read)?,
         };
         Ok(Self {
-            motion: MotionSource::Own(Box::new(motion)),
+            motion,
             scale: self.scale.resumed(settings.camera, &settings.config, scale).ok_or_else(other)?,
             places,
             focal,
@@ -150,20 +151,22 @@ impl FrontEnd {
                 frames: record.frames,
                 detections: rows_of(&detections)?,
                 keypoints: rows_of(&keypoints)?,
+                forgotten_measurements: record.forgotten_measurements,
+                forgotten: record.forgotten,
                 stopwatch: record.stopwatch,
                 warnings: record.warnings,
                 ..self.record.clone()
             },
             away,
             whole: self.whole,
-            read_from: self.read_from,
+            read_from,
         })
     }
 }
 
 impl RecordState {
     fn of(record: &FrontEndRecord) -> Self {
-        // Fields left out are filled at the end of a drive alone, of online runs alone, or say how a process ended.
+        // Fields left out are filled at the end of a drive alone, or say how a process ended.
         let FrontEndRecord {
             frames,
             detections,
@@ -171,8 +174,8 @@ impl RecordState {
             detects_vehicles: _,
             motion: _,
             road_measurements: _,
-            forgotten_measurements: _,
-            forgotten: _,
+            forgotten_measurements,
+            forgotten,
             places: _,
             stopwatch,
             warnings,
@@ -184,6 +187,8 @@ impl RecordState {
             frames: frames.clone(),
             detections: (detections.first_kept(), StoredList::of(detections.kept())),
             keypoints: (keypoints.first_kept(), StoredList::of(keypoints.kept())),
+            forgotten_measurements: *forgotten_measurements,
+            forgotten: *forgotten,
             stopwatch: stopwatch.clone(),
             warnings: warnings.clone(),
         }

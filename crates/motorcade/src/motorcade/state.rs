@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Motorcade;
 use crate::error::{Error, Result};
+use crate::estimator::SlidingState;
 use crate::fixed_parts::FixedParts;
 use crate::front_end::FrontEndState;
 use crate::picture_faults::PictureFaults;
@@ -16,10 +17,12 @@ use crate::repeated_frames::RepeatedFrames;
 /// Every how many bytes of a picture its hash takes one: it tells a picture from another one, and is made of every frame.
 const HASHED: usize = 997;
 
-/// State of a [`Motorcade`] that estimates a drive as a whole, without what its configuration gives.
+/// State of a [`Motorcade`], without what its configuration gives.
 #[derive(Serialize, Deserialize)]
-struct DriveState {
+struct DriveState<'a> {
     front_end: FrontEndState,
+    /// Of drives that are estimated frame by frame.
+    sliding: Option<SlidingState<'a>>,
     fixed: FixedParts,
     repeated: RepeatedFrames,
     pictures: PictureFaults,
@@ -60,13 +63,14 @@ impl Motorcade {
     /// ([`state`](Self::state)) of a long drive can then be kept. To be called before the first frame; the folder is made when it is needed.
     pub fn put_rows_in(&mut self, folder: &Path) {
         self.front_end.put_rows_in(folder);
+        self.sliding.put_rows_in(folder);
     }
 
     /// All that is known after the last frame, as bytes. A [`Motorcade`] of the same camera, height and configuration that
     /// [resumes](Self::resume) with it gives the same bits for the frames to come.
     ///
     /// # Errors
-    /// A drive that is estimated frame by frame, or on an external trajectory; rows that could not be put away in a file with a name.
+    /// Rows that could not be put away in a file with a name.
     pub fn state(&self) -> Result<Vec<u8>> {
         // A field that is new does not compile here until it is kept or known to be no state.
         let Self {
@@ -80,11 +84,9 @@ impl Motorcade {
             last_picture,
             resumed: _,
         } = self;
-        if !sliding.is_empty() {
-            return Err(Error::Config("a drive that is estimated frame by frame keeps no state".to_owned()));
-        }
         let state = DriveState {
             front_end: front_end.state()?,
+            sliding: if sliding.is_empty() { None } else { Some(sliding.state()?) },
             fixed: fixed.clone(),
             repeated: repeated.clone(),
             pictures: pictures.clone(),
@@ -108,8 +110,12 @@ impl Motorcade {
         if !rest.is_empty() {
             return Err(unusable("there is more than a state"));
         }
-        let DriveState { front_end, fixed, repeated, pictures, last_picture } = state;
+        let DriveState { front_end, sliding, fixed, repeated, pictures, last_picture } = state;
         let front_end = self.front_end.resumed(front_end, &self.settings)?;
+        let sliding = sliding.map(|sliding| self.sliding.resumed(sliding, &self.settings)).transpose()?;
+        if sliding.as_ref().is_some_and(|sliding| sliding.len() > front_end.len()) {
+            return Err(unusable("it has estimates of frames that it does not have"));
+        }
         let frames = &front_end.record().frames;
         let Some(number) = frames.last().map(|f| f.number) else { return Err(unusable("it has no frames")) };
         let skipped = frames.iter().map(|f| SkippedFrame {
@@ -120,6 +126,7 @@ impl Motorcade {
         self.perception.skip(&skipped.collect::<Vec<_>>())?;
         self.resumed = Some(Resumed { rows: frames.len(), number, picture: last_picture.clone() });
         self.front_end = front_end;
+        sliding.into_iter().for_each(|sliding| self.sliding = sliding);
         self.fixed = self.fixed.resumed(fixed);
         self.repeated = self.repeated.resumed(repeated);
         (self.pictures, self.last_picture) = (pictures, last_picture);

@@ -11,11 +11,26 @@ use sha2::{Digest, Sha256};
 /// First bytes of the file.
 const MAGIC: &[u8; 16] = b"motorcade state\n";
 /// Version of the format; to be raised whenever a field of any state changes.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const STATE: &str = "state";
 const NEW: &str = "state.new";
 /// All names in the folder.
-const NAMES: [&str; 7] = [STATE, NEW, "motion", "road", "places", "detections", "keypoints"];
+const NAMES: [&str; 14] = [
+    STATE,
+    NEW,
+    "motion",
+    "road",
+    "places",
+    "detections",
+    "keypoints",
+    "poses",
+    "vehicles",
+    "settled_cameras",
+    "settled_keyframes",
+    "settled_matches",
+    "settled_loops",
+    "settled_by_map",
+];
 /// Length of what stands before the content: magic, version, SHA-256 of the content.
 const HEADER: usize = MAGIC.len() + 4 + 32;
 

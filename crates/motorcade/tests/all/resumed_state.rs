@@ -7,13 +7,17 @@ use std::path::Path;
 
 use image::{GrayImage, Luma};
 use motorcade::dataset::Frame;
-use motorcade::{Config, FrontEndRecord, Motorcade, Preset};
+use motorcade::{
+    Config, External, ExternalTrajectory, FrontEndRecord, Motorcade, NoProgress, Preset, RunResult,
+};
+use motorcade_geometry::Pose;
+use motorcade_multibody::CameraCoupling;
 use motorcade_perception::{
     BoundingBox, BoxConvention, Detection, Observations, RoadMask, VehicleClass, VehicleKeypoints,
 };
 use motorcade_shape::{HeadingEvidence, Layout, ObservedKeypoint};
 use motorcade_testing::street_image::{HALF_CAMERA, HEIGHT_M, StreetPose, street_image};
-use nalgebra::{Point2, Vector2};
+use nalgebra::{Point2, UnitQuaternion, Vector2, Vector3};
 
 /// Frames after which some rows are put away.
 const LONG: u64 = 290;
@@ -95,32 +99,50 @@ struct Kind {
     config: Config,
     masks: bool,
     readout_s: f64,
+    /// Every frame is estimated when it comes.
+    estimated: bool,
+    /// The camera's motion is given, in metres or in another unit.
+    trajectory: Option<bool>,
 }
 
 impl Kind {
     fn plain() -> Self {
-        Self { config: Config::default(), masks: false, readout_s: 0.0 }
+        Self { config: Config::default(), masks: false, readout_s: 0.0, estimated: false, trajectory: None }
     }
 
     fn slam(&self, folder: &Path) -> Motorcade {
         let builder = Motorcade::builder(HALF_CAMERA).height_m(HEIGHT_M).config(self.config);
+        let pose = |k: u64| Pose::from_parts(UnitQuaternion::identity(), Vector3::z() * way_m(k));
+        let trajectory = self.trajectory.map(|metric| ExternalTrajectory {
+            world_from_camera: (0..2 * LONG).map(pose).collect(),
+            metric,
+        });
+        let builder = builder.external(External { trajectory, ..External::default() });
         let mut slam = builder.readout_s(self.readout_s).build().unwrap();
         slam.put_rows_in(folder);
         slam
     }
 
-    fn take(&self, slam: &mut Motorcade, k: u64) {
+    /// Takes a frame; the line of its estimate, where there is one.
+    fn take(&self, slam: &mut Motorcade, k: u64) -> Option<String> {
         let time_ns = k as i64 * 100_000_000;
         if k == MISSING {
-            return slam.skip(k, time_ns, "did not read").unwrap();
+            slam.skip(k, time_ns, "did not read").unwrap();
+        } else {
+            let frame = Frame { number: k, ..Frame::from_gray(picture(k), time_ns) };
+            slam.push_observed(&frame, observations(k, self.masks), 1.0).unwrap();
         }
-        let frame = Frame { number: k, ..Frame::from_gray(picture(k), time_ns) };
-        slam.push_observed(&frame, observations(k, self.masks), 1.0).unwrap();
+        self.estimated.then(|| format!("{:?}", slam.estimate().unwrap()))
     }
 }
 
 /// All of a record but the times of stages, by the shortest text of each number that reads back as the same bits.
 fn text(slam: Motorcade) -> String {
+    if slam.settings().config.online.enabled {
+        let RunResult { frames, ego, vehicles, road_measurements, warnings, .. } =
+            slam.finish_online(&NoProgress);
+        return format!("{frames:?}\n{ego:?}\n{vehicles:?}\n{road_measurements:?}\n{warnings:?}");
+    }
     let FrontEndRecord { frames, detections, keypoints, motion, road_measurements, places, warnings, .. } =
         slam.into_record().0;
     format!(
@@ -133,9 +155,9 @@ fn goes_on(kind: &Kind, frames: u64, after: &[u64]) -> String {
     let folder = tempfile::tempdir().unwrap();
     let rows = folder.path().join("rows");
     let mut whole = kind.slam(&rows);
-    let mut states = Vec::new();
+    let (mut states, mut lines) = (Vec::new(), Vec::new());
     for k in 0..frames {
-        kind.take(&mut whole, k);
+        lines.push(kind.take(&mut whole, k));
         if after.contains(&(k + 1)) {
             states.push((k + 1, whole.state().unwrap()));
         }
@@ -152,7 +174,7 @@ fn goes_on(kind: &Kind, frames: u64, after: &[u64]) -> String {
         let mut slam = kind.slam(&copy);
         slam.resume(&state).unwrap();
         assert_eq!((slam.frames() as u64, slam.state().unwrap() == state), (taken, true), "{taken}");
-        (taken..frames).for_each(|k| kind.take(&mut slam, k));
+        (taken..frames).for_each(|k| assert!(kind.take(&mut slam, k) == lines[k as usize], "{taken} {k}"));
         assert!(text(slam) == whole, "after {taken} frames");
     }
     whole
@@ -170,6 +192,52 @@ fn a_drive_goes_on_after_any_frame_with_the_same_bits() {
 #[test]
 fn rows_that_were_put_away_come_back() {
     goes_on(&Kind::plain(), LONG + 10, &[LONG]);
+}
+
+fn online() -> Kind {
+    let mut kind = Kind { estimated: true, ..Kind::plain() };
+    kind.config.online.enabled = true;
+    kind
+}
+
+#[test]
+fn a_drive_that_is_estimated_online_goes_on_with_the_same_bits() {
+    let whole = goes_on(&online(), 75, &[1, 2, 4, 12, 15, 22, 27, 36, 60]);
+    for part in ["Tracked", "Bridged", "Keypoints", "VehicleTrajectory"] {
+        assert!(whole.contains(part), "{part}");
+    }
+    // Cameras and states of vehicles are put away; only some frames are estimated in full.
+    let mut sparse = online();
+    sparse.config.online.interval_s = 0.3;
+    goes_on(&sparse, LONG + 30, &[LONG]);
+}
+
+#[test]
+fn a_camera_that_moves_with_the_vehicles_and_no_graph_at_all_go_on_too() {
+    let mut free = online();
+    free.config.graph.camera = CameraCoupling::Free;
+    let mut without = online();
+    without.config.graph.enabled = false;
+    let paper = Kind { config: Config::preset(Preset::Paper), ..Kind::plain() };
+    let mut paper = Kind { estimated: true, ..paper };
+    paper.config.online.enabled = true;
+    for kind in [free, without, paper] {
+        goes_on(&kind, 50, &[3, 30, 41]);
+    }
+}
+
+#[test]
+fn estimates_beside_a_drive_that_is_estimated_as_a_whole_go_on_too() {
+    goes_on(&Kind { estimated: true, ..Kind::plain() }, 50, &[3, 30, 41]);
+}
+
+#[test]
+fn a_drive_on_a_given_trajectory_goes_on_with_the_same_bits() {
+    for metric in [true, false] {
+        let given = Kind { trajectory: Some(metric), ..Kind::plain() };
+        goes_on(&given, 55, &[3, 30, 45]);
+        goes_on(&Kind { trajectory: Some(metric), ..online() }, 55, &[3, 30, 45]);
+    }
 }
 
 #[test]
@@ -190,7 +258,7 @@ fn states_that_do_not_fit_are_refused_and_change_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let (kind, rows) = (Kind::plain(), folder.path().join("rows"));
     let mut slam = kind.slam(&rows);
-    (0..LONG).for_each(|k| kind.take(&mut slam, k));
+    (0..LONG).for_each(|k| drop(kind.take(&mut slam, k)));
     let state = slam.state().unwrap();
     let motion = rows.join("motion");
     let whole = fs::read(&motion).unwrap();
@@ -220,10 +288,6 @@ fn states_that_do_not_fit_are_refused_and_change_nothing() {
     // Rows in files without a name are gone with their process.
     let mut nameless = Motorcade::builder(HALF_CAMERA).height_m(HEIGHT_M).build().unwrap();
     assert!(nameless.resume(&state).is_err());
-    (0..LONG).for_each(|k| kind.take(&mut nameless, k));
+    (0..LONG).for_each(|k| drop(kind.take(&mut nameless, k)));
     assert!(nameless.state().is_err());
-    let mut online = Motorcade::builder(HALF_CAMERA).height_m(HEIGHT_M).build().unwrap();
-    kind.take(&mut online, 0);
-    online.estimate().unwrap();
-    assert!(online.state().is_err());
 }

@@ -208,6 +208,15 @@ fn states() {
     fuzz("states", &[("state", state.as_slice())], |path| {
         slam().resume(&std::fs::read(path).unwrap()).is_ok()
     });
+    let mut driven = slam();
+    for k in 0..6 {
+        let image = image::GrayImage::from_fn(48, 32, |x, y| image::Luma([((x + k) * 37 + y * 11) as u8]));
+        driven.step(&Frame::from_gray(image, i64::from(k) * 100_000_000)).unwrap();
+    }
+    let estimated = driven.state().unwrap();
+    fuzz("states of estimates", &[("state", estimated.as_slice())], |path| {
+        slam().resume(&std::fs::read(path).unwrap()).is_ok()
+    });
     let folder = folder();
     let of = |path: &Path| StateFolder::new(path.to_path_buf(), "run".to_owned());
     of(&folder.path().join("s")).write(vec![state]).unwrap();

@@ -8,7 +8,7 @@ use crate::dimensions::Dimensions;
 use crate::error::FitError;
 
 /// A vehicle's pose in one frame of its track.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct FrameFit {
     /// Pose \[m\].
     pub camera_from_vehicle: Pose<Camera, Vehicle>,
@@ -27,7 +27,7 @@ pub struct FrameFit {
 }
 
 /// Fit of a vehicle over its track.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TrackFit {
     /// One entry per observation: its pose, or its error.
     pub frames: Vec<Result<FrameFit, FitError>>,

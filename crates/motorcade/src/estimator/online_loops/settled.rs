@@ -1,5 +1,7 @@
 //! Keyframes that no correction moves any more, and their matches.
 
+mod state;
+
 use std::collections::BTreeMap;
 use std::io;
 
@@ -10,6 +12,8 @@ use crate::archive::Archive;
 use crate::closed_loop::{ClosedLoop, Loops};
 use crate::estimator::place_edges::{KnownPose, Verdict};
 use crate::kept_map::MapMatch;
+
+pub(super) use state::SettledState;
 
 /// Settled keyframes: what the end of a drive needs of them, in temporary files, and the poses that later keyframes need.
 #[derive(Default)]
@@ -28,7 +32,7 @@ pub(super) struct Settled {
 }
 
 /// Matches that were judged.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct Counts {
     /// With places of the drive.
     pub(super) of_drive: usize,

@@ -1,5 +1,6 @@
 //! A circle driven twice, or by a kept map, with odometry that drifts.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use motorcade_geometry::{Pose, World};
@@ -23,8 +24,19 @@ fn settings(threads: usize) -> Settings {
 
 fn drive(scene: &Scene, settings: &Settings) -> (OnlineLoops, Vec<Revision>) {
     let mut loops = OnlineLoops::new(settings).unwrap();
+    let revisions = drive_on(&mut loops, scene, 0..scene.frames.len(), settings);
+    (loops, revisions)
+}
+
+/// Takes some rows.
+fn drive_on(
+    loops: &mut OnlineLoops,
+    scene: &Scene,
+    rows: Range<usize>,
+    settings: &Settings,
+) -> Vec<Revision> {
     let mut revisions = Vec::new();
-    for rows in 1..=scene.frames.len() {
+    for rows in rows.start + 1..=rows.end {
         let view = FrontEndView {
             frames: &scene.frames[..rows],
             detections: &Rows::default(),
@@ -35,7 +47,7 @@ fn drive(scene: &Scene, settings: &Settings) -> (OnlineLoops, Vec<Revision>) {
         };
         revisions.extend(loops.advance(&view, &scene.ego[rows - 1], settings));
     }
-    (loops, revisions)
+    revisions
 }
 
 #[test]
@@ -207,4 +219,44 @@ fn places_that_do_not_read_back_are_a_warning() {
     loops.settled.break_file();
     let (found, lost) = loops.finish(&settings);
     assert!(lost.unwrap().contains("did not read back") && found.map.is_none());
+}
+
+#[test]
+fn loops_go_on_from_a_state_with_the_same_bits() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut settings = settings(1);
+    settings.external.map = Some(kept_map(&scene(ROUND + 20, true), &Pose::identity()));
+    let online = &mut settings.config.online.advanced;
+    (online.least_corrected_keyframes, online.overlap_keyframes) = (60, 10);
+    let scene = scene(5 * ROUND, true);
+    let named = || {
+        let mut loops = OnlineLoops::new(&settings).unwrap();
+        loops.put_rows_in(folder.path());
+        loops
+    };
+    // After the first loop, and once keyframes are settled.
+    let stops = [ROUND + 50, 5 * ROUND - 60];
+    let (mut whole, mut states, mut revisions) = (named(), Vec::new(), Vec::new());
+    for rows in [0..stops[0], stops[0]..stops[1], stops[1]..scene.frames.len()] {
+        revisions.extend(drive_on(&mut whole, &scene, rows, &settings));
+        states.push(postcard::to_stdvec(&whole.state().unwrap()).unwrap());
+    }
+    assert!(whole.settled.first > 0);
+    let lines = |revisions: &[Revision], from: usize| -> Vec<String> {
+        let later = revisions.iter().filter(|r| (from..from + 60).contains(&(r.frame.number as usize)));
+        later.map(Revision::to_json).collect()
+    };
+    // The files hold more than belongs to a state; of the later one first, as they are cut to it.
+    for (stop, state) in stops.into_iter().zip(&states).rev() {
+        let resumed = |rows: usize| named().resumed(postcard::from_bytes(state).unwrap(), rows);
+        assert!(resumed(stop + 1).is_err());
+        let mut again = resumed(stop).unwrap();
+        assert!(postcard::to_stdvec(&again.state().unwrap()).unwrap() == *state);
+        let found = drive_on(&mut again, &scene, stop..stop + 60, &settings);
+        assert!(!found.is_empty() && lines(&found, stop) == lines(&revisions, stop), "after {stop} rows");
+        if stop == stops[1] {
+            assert!(postcard::to_stdvec(&again.state().unwrap()).unwrap() == states[2]);
+            assert_eq!(again.finish(&settings).1, None);
+        }
+    }
 }
