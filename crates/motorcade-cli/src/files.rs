@@ -6,6 +6,8 @@ use motorcade::output::io_error;
 use motorcade_dataset::atomic_file::PendingFile;
 use serde::Serializer;
 
+use crate::interruption;
+
 /// A file to be written. Made before long work, so that a place that cannot be written is reported at once.
 #[derive(Debug)]
 pub struct OutFile {
@@ -27,7 +29,7 @@ impl OutFile {
 
     /// Writes the content and puts the file in its place.
     pub fn write(self, text: impl AsRef<[u8]>) -> Result<(), motorcade::Error> {
-        self.file.write(text).map_err(|e| io_error(&self.path, &e))
+        interruption::held_up(|| self.file.write(text)).map_err(|e| io_error(&self.path, &e))
     }
 }
 

@@ -12,7 +12,7 @@ use motorcade_graph::solver::{Control, Termination};
 use crate::arguments::{CompareArguments, GraphCommand, InfoArguments, OptimiseArguments};
 use crate::exit;
 use crate::files::OutFile;
-use crate::progress::interruption;
+use crate::interruption;
 use compare::{CompareReport, Differences, compare};
 use info::{InfoReport, info};
 use optimise::{OptimiseReport, OptimiseRequest, optimise};
@@ -27,7 +27,7 @@ pub fn graph(command: &GraphCommand) -> anyhow::Result<u8> {
 }
 
 fn optimised(arguments: &OptimiseArguments) -> anyhow::Result<u8> {
-    let cancel = Some(interruption());
+    let cancel = Some(interruption::listen());
     let json = OutFile::create_optional(arguments.json.as_deref())?;
     let out = OutFile::create(&arguments.out)?;
     let (report, text) = optimise(&OptimiseRequest {

@@ -10,6 +10,7 @@ use motorcade_perception::{ModelOptions, try_models};
 
 use crate::arguments::ProbeArguments;
 use crate::exit;
+use crate::interruption::interrupted;
 
 /// Most memory of a network and one picture \[kB\]; the largest detectors for vehicles need a quarter of it.
 const MOST_KB: u64 = 4 << 20;
@@ -30,12 +31,15 @@ pub fn probe(arguments: &ProbeArguments) -> anyhow::Result<u8> {
 /// Tries the networks of a folder. Errors other than a lack of memory or time are left to the run itself, which names them.
 ///
 /// # Errors
-/// A network that ends the process or asks for too much.
-pub fn check(folder: &Path, (width, height): (u32, u32)) -> Result<(), motorcade_perception::Error> {
+/// A network that ends the process or asks for too much; Ctrl-C.
+pub fn check(folder: &Path, (width, height): (u32, u32)) -> anyhow::Result<()> {
     // Without a second process the networks run untried.
     let Ok(program) = std::env::current_exe() else { return Ok(()) };
     let mut command = Command::new(program);
     command.arg("probe-models").arg(folder).arg(width.to_string()).arg(height.to_string());
+    // Ctrl-C in a terminal is for this process, which ends that one.
+    #[cfg(unix)]
+    std::os::unix::process::CommandExt::process_group(&mut command, 0);
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null());
     let Ok(mut child) = command.spawn() else { return Ok(()) };
     let problem = wait(&mut child);
@@ -45,7 +49,11 @@ pub fn check(folder: &Path, (width, height): (u32, u32)) -> Result<(), motorcade
         let _ = out.read_to_string(&mut names);
     }
     let path = names.lines().last().map_or_else(|| folder.to_path_buf(), PathBuf::from);
-    problem.map_or(Ok(()), |problem| Err(motorcade_perception::Error::Model { path, problem }))
+    match problem {
+        None => Ok(()),
+        Some(_) if interrupted() => Err(exit::Stopped("stopped while the networks were tried").into()),
+        Some(problem) => Err(motorcade_perception::Error::Model { path, problem }.into()),
+    }
 }
 
 /// Waits for the process; the problem where it did not end by itself.
@@ -58,6 +66,7 @@ fn wait(child: &mut Child) -> Option<String> {
                 return status.code().is_none().then(|| died.to_owned());
             }
             Err(_) => return None,
+            Ok(None) if interrupted() => break "stopped".to_owned(),
             Ok(None) if memory_kb(child.id()).is_some_and(|kb| kb > MOST_KB) => {
                 break format!("the network asks for more than {} GB of memory", MOST_KB >> 20);
             }

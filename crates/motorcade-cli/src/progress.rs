@@ -1,4 +1,4 @@
-//! Progress on stderr and the answer to Ctrl-C.
+//! Progress on stderr.
 
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -10,6 +10,8 @@ use motorcade::Progress;
 
 use crate::arguments::ProgressKind;
 use crate::exit::eprint;
+use crate::interruption;
+use crate::printer::Printer;
 
 /// Progress for a terminal, a log or a program.
 pub struct Reporter {
@@ -18,21 +20,7 @@ pub struct Reporter {
     stage: Mutex<(&'static str, Option<usize>)>,
     last_reported: AtomicUsize,
     interrupted: Arc<AtomicBool>,
-    unprinted: Mutex<Option<motorcade::Error>>,
-}
-
-/// A flag that the first Ctrl-C raises, to stop and write what there is; the second stops at once.
-pub fn interruption() -> Arc<AtomicBool> {
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupted);
-    // A second handler (tests in one process) is refused; the first one then keeps listening.
-    let _ = ctrlc::set_handler(move || {
-        if flag.swap(true, Ordering::SeqCst) {
-            std::process::exit(i32::from(crate::exit::INTERRUPTED));
-        }
-        eprint("motorcade: stopping; writing what there is (Ctrl-C again to stop at once)");
-    });
-    interrupted
+    printer: Mutex<Option<Printer>>,
 }
 
 /// The kind of progress that suits stderr, and its bar, which is hidden where there is none.
@@ -55,8 +43,8 @@ impl Reporter {
             bar,
             stage: Mutex::new(("", None)),
             last_reported: AtomicUsize::new(0),
-            interrupted: interruption(),
-            unprinted: Mutex::new(None),
+            interrupted: interruption::listen(),
+            printer: Mutex::new(None),
         }
     }
 
@@ -67,15 +55,17 @@ impl Reporter {
 
     /// One line of results on stdout, beside the bar.
     pub fn print(&self, line: &str) {
-        let printed = self.bar.suspend(|| crate::exit::print(line));
-        if let (Err(error), Ok(mut first)) = (printed, self.unprinted.lock()) {
-            first.get_or_insert(error);
+        let bar = self.bar.clone();
+        let new = || Printer::new(move |line| bar.suspend(|| crate::exit::print(line)));
+        if let Ok(mut printer) = self.printer.lock() {
+            printer.get_or_insert_with(new).print(line);
         }
     }
 
-    /// The first error of [`print`](Self::print).
+    /// Waits until all is printed; the first error of [`print`](Self::print).
     pub fn printed(&self) -> Result<(), motorcade::Error> {
-        self.unprinted.lock().ok().and_then(|mut first| first.take()).map_or(Ok(()), Err)
+        let printer = self.printer.lock().ok().and_then(|mut printer| printer.take());
+        printer.map_or(Ok(()), Printer::finish)
     }
 
     fn stage(&self) -> (&'static str, Option<usize>) {

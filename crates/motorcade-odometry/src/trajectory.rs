@@ -1,12 +1,13 @@
 //! Camera poses of all frames, up to scale.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use motorcade_geometry::{Camera, Pose, World};
 use nalgebra::{Matrix6, Vector6};
 
 use crate::rows::Rows;
-use crate::time::calibrated;
+use crate::time::{calibrated, ratio};
 
 type CameraFromWorld = Pose<Camera, World>;
 type CameraFromCamera = Pose<Camera, Camera>;
@@ -111,8 +112,37 @@ impl OdometryTrajectory {
         });
     }
 
+    /// Bridges frames evenly from the one before them to the one after, where both have a pose in one map; else they have none of their own.
+    pub(crate) fn bridge(&mut self, rows: Range<usize>) {
+        let ends = rows.start.checked_sub(1).and_then(|before| {
+            let (from, to) = (self.frames.get(before)?, self.frames.get(rows.end)?);
+            let step = self.camera_of(to)? * self.camera_of(from)?.inverse();
+            (from.segment == to.segment).then(|| (from.clone(), to.timestamp_ns, step.log()))
+        });
+        for row in rows {
+            let Some(record) = self.frames.get(row) else { continue };
+            let bridged = match &ends {
+                Some((from, to_ns, step)) => {
+                    let along = ratio(record.timestamp_ns - from.timestamp_ns, to_ns - from.timestamp_ns);
+                    FrameRecord {
+                        timestamp_ns: record.timestamp_ns,
+                        status: FrameStatus::Bridged,
+                        camera_from_keyframe: CameraFromCamera::exp(&(step * along))
+                            * from.camera_from_keyframe,
+                        inliers: 0,
+                        rms_px: 0.0,
+                        covariance: Matrix6::zeros(),
+                        ..*from
+                    }
+                }
+                None => FrameRecord::unplaced(record.timestamp_ns),
+            };
+            self.frames[row] = bridged;
+        }
+    }
+
     /// The frames `range`, numbered from 0, and the keyframes they need.
-    pub fn window(&self, range: std::ops::Range<usize>) -> Self {
+    pub fn window(&self, range: Range<usize>) -> Self {
         let mut frames = self.frames[range].to_vec();
         let mut spans: BTreeMap<usize, (usize, usize)> = BTreeMap::new();
         for record in frames.iter().filter(|r| r.segment < self.keyframes.len()) {
@@ -179,6 +209,32 @@ fn external_covariance(step: f64, interval: f64, options: &ExternalTrajectoryOpt
 mod tests {
     use super::*;
     use motorcade_geometry::lie::se3;
+
+    #[test]
+    fn frames_that_repeat_go_evenly_to_the_next_one() {
+        let pose =
+            |s: f64| -> CameraFromWorld { Pose::exp(&(Vector6::new(0.01, 0.02, 0.0, 0.1, 0.0, 1.0) * s)) };
+        let at = |s: f64, k: i64| FrameRecord {
+            status: FrameStatus::Tracked,
+            segment: 0,
+            camera_from_keyframe: pose(s).cast::<Camera, Camera>(),
+            ..FrameRecord::unplaced(k * 33_000_000)
+        };
+        let keyframes = vec![vec![CameraFromWorld::identity()]];
+        let frames: Vec<_> = [(0.0, 0), (0.0, 1), (0.1, 2), (3.0, 3), (3.1, 4)].map(|(s, k)| at(s, k)).into();
+        let mut whole = OdometryTrajectory { frames: frames.clone().into(), keyframes };
+        whole.bridge(1..3);
+        for (k, s) in [(0, 0.0), (1, 1.0), (2, 2.0), (3, 3.0), (4, 3.1)] {
+            let off = whole.camera_from_world(k).unwrap() * pose(s).inverse();
+            assert!(off.log().norm() < 1e-9, "{k}: {off:?}");
+            let bridged = whole.frames[k].status == FrameStatus::Bridged;
+            assert_eq!(bridged, (1..3).contains(&k));
+        }
+        // Before there is a map they have no pose.
+        let mut begun = OdometryTrajectory { frames: frames.into(), keyframes: Vec::new() };
+        begun.bridge(1..3);
+        assert!(begun.frames[1].segment == usize::MAX && begun.frames[3].segment == 0);
+    }
 
     #[test]
     fn a_window_keeps_the_poses_of_its_frames() {

@@ -81,13 +81,17 @@ fn summary_warnings(result: &RunResult, metric: bool) -> Vec<String> {
     if let (true, Some(first), Some(last)) = (result.interrupted, result.frames.first(), result.frames.last())
     {
         let all = result.planned_frames.map_or_else(String::new, |all| format!(" of {all}"));
-        out.push(format!("interrupted: the results hold frames {} to {}{all}", first.number, last.number));
+        let (first, last) = (first.number, last.number);
+        out.push(format!("interrupted: the results hold {n}{all} frames, numbers {first} to {last}"));
     }
     let tracked = |f: &&EgoFrame| matches!(f.status, FrameStatus::Tracked | FrameStatus::Standstill);
+    let repeated = result.frames.iter().filter(|f| f.is_repeated()).count();
     let untracked = n - result.ego.frames.iter().filter(tracked).count();
-    if untracked > 0 {
+    // A warning of its own tells of those that repeat the frame before.
+    if untracked > repeated {
         out.push(format!(
-            "{untracked} of {n} frames have a bridged or filled-in pose (see `status` in frames.csv)"
+            "{} of {n} frames have a bridged or filled-in pose (see `status` in frames.csv)",
+            untracked - repeated
         ));
     }
     if result.road_measurements.is_empty() && n > 0 && !metric {

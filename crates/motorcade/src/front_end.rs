@@ -3,6 +3,7 @@
 mod state;
 
 use std::io;
+use std::ops::Range;
 
 use image::GrayImage;
 use motorcade_calibrate::{FocalCheck, FocalCheckOptions};
@@ -23,6 +24,7 @@ use crate::place_recorder::{Candidate, PlaceRecorder};
 use crate::plausibility;
 use crate::progress::Progress;
 use crate::record::{FrameInfo, FrontEndRecord, FrontEndView, known_places};
+use crate::repeated_frames::Repetition;
 use crate::scale_source::ScaleSource;
 use crate::settings::Settings;
 
@@ -137,6 +139,14 @@ impl FrontEnd {
         self.motion.skip(timestamp_ns);
         let info = FrameInfo { number, timestamp_ns, problem: Some(problem) };
         self.push(info, Observations::default());
+    }
+
+    /// Bridges earlier frames of which it became known that they repeat the one before.
+    pub(crate) fn bridge_repeated(&mut self, rows: Range<usize>) {
+        for info in self.record.frames.get_mut(rows.clone()).into_iter().flatten() {
+            info.problem = Some(Repetition::Repeated.problem().to_owned());
+        }
+        self.motion.bridge_rows(rows);
     }
 
     /// Takes a frame without an image, of which an external trajectory has the pose.

@@ -138,6 +138,12 @@ impl MotionSource {
             }
         }
     }
+    /// Frames that were taken and turned out to show nothing new.
+    pub(crate) fn bridge_rows(&mut self, rows: Range<usize>) {
+        if let Self::Own(odometry) = self {
+            odometry.bridge_rows(rows);
+        }
+    }
     pub(crate) fn apply_road(&mut self, feedback: &RoadFeedback<'_>) {
         if let Self::Own(odometry) = self {
             odometry.apply_road(feedback);

@@ -124,6 +124,7 @@ impl Motorcade {
         front_end.record_mut().stopwatch.add("perception", perception_ms);
         if let Some(repetition) = repeated.repetition(&gray, frame.timestamp_ns) {
             front_end.skip(frame.number, frame.timestamp_ns, repetition.problem().to_owned());
+            front_end.bridge_repeated(repeated.repeat_the_first());
             return Ok(());
         }
         let checks = &settings.config.checks.advanced.pictures;

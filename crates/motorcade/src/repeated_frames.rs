@@ -1,5 +1,7 @@
 //! Frames that show the frame before again: ten pictures a second in a video of thirty, or a picture that is frozen for seconds.
 
+use std::ops::Range;
+
 use image::GrayImage;
 use motorcade_dataset::Sequence;
 
@@ -41,6 +43,19 @@ pub(crate) struct RepeatedFrames {
     count: usize,
     frozen: usize,
     frames: usize,
+    first_ns: i64,
+    first: FirstRun,
+}
+
+/// Frames alike at the start of a drive, before it is known how much two frames differ: a camera that stands, or pictures that repeat.
+#[derive(Clone, Copy, serde::Serialize, serde::Deserialize)]
+enum FirstRun {
+    /// So many frames after the first one differ by this at most \[grey levels\].
+    Alike { frames: usize, difference: f64 },
+    /// One differed soon after: they repeat the first one if the next frame is a repetition.
+    Ended { frames: usize },
+    /// They were told apart.
+    Known,
 }
 
 impl RepeatedFrames {
@@ -78,6 +93,8 @@ impl RepeatedFrames {
                 self.count += 1;
                 return Some(Repetition::Repeated);
             }
+            let since_first_s = (timestamp_ns - self.first_ns) as f64 * 1e-9;
+            self.first = self.first.with(difference, since_first_s, options);
             if near {
                 // The camera stands.
                 self.usual = 0.0;
@@ -85,10 +102,21 @@ impl RepeatedFrames {
             self.newest = difference;
             self.usual += (difference - self.usual) * if self.usual == 0.0 { 1.0 } else { options.rate };
         }
+        if self.frames == 1 {
+            self.first_ns = timestamp_ns;
+        }
         self.last.clear();
         self.last.extend(pixels());
         (self.last_ns, self.before_ns) = (timestamp_ns, timestamp_ns);
         None
+    }
+
+    /// Rows that repeat the first one, once, where the last frame showed that they do.
+    pub fn repeat_the_first(&mut self) -> Range<usize> {
+        let FirstRun::Ended { frames } = self.first else { return 0..0 };
+        self.first = FirstRun::Known;
+        self.count += frames;
+        1..1 + frames
     }
 
     /// The findings in words.
@@ -103,6 +131,31 @@ impl RepeatedFrames {
             format!("{frozen} of {frames} frames are frozen: the picture of a camera that drove did not change; their poses are bridged")
         });
         repeated.into_iter().chain(frozen).collect()
+    }
+}
+
+impl Default for FirstRun {
+    fn default() -> Self {
+        Self::Alike { frames: 0, difference: 0.0 }
+    }
+}
+
+impl FirstRun {
+    /// With the next frame that repeats none.
+    fn with(self, difference: f64, since_first_s: f64, options: &RepeatedFrameOptions) -> Self {
+        match self {
+            Self::Alike { frames, difference: most } if difference <= options.moving_grey => {
+                Self::Alike { frames: frames + 1, difference: most.max(difference) }
+            }
+            Self::Alike { frames, difference: most }
+                if frames > 0
+                    && most < options.most_share * difference
+                    && since_first_s <= options.longest_s =>
+            {
+                Self::Ended { frames }
+            }
+            _ => Self::Known,
+        }
     }
 }
 
@@ -151,6 +204,27 @@ mod tests {
             assert_eq!(*found, k % 3 != 0, "frame {k}");
         }
         assert!(repeated.describe()[0].contains("of 30 frames"));
+    }
+
+    #[test]
+    fn the_first_repetitions_are_known_once_the_rate_is() {
+        let first = |frames: u32, shown: &dyn Fn(u32) -> u32| -> Vec<(u32, Range<usize>)> {
+            let mut repeated = RepeatedFrames::default();
+            let mut found = Vec::new();
+            for k in 0..frames {
+                if repeated.repetition(&picture(shown(k), 3 * (k % 3)), i64::from(k) * 33_000_000).is_some() {
+                    let rows = repeated.repeat_the_first();
+                    found.extend((!rows.is_empty()).then_some((k, rows)));
+                }
+            }
+            found
+        };
+        assert_eq!(first(30, &|k| k / 3), [(4, 1..3)]);
+        assert_eq!(first(30, &|k| (k + 1) / 3), [(3, 1..2)]);
+        // A camera that stood, and a rate that was not raised.
+        assert_eq!(first(60, &|k| k.saturating_sub(30) / 3), []);
+        assert_eq!(first(30, &|k| k.saturating_sub(2)), []);
+        assert_eq!(first(30, &|k| k), []);
     }
 
     /// A picture of a camera that moves evenly, then brakes within a second and stands; its sensor has noise.

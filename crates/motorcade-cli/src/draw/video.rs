@@ -9,6 +9,8 @@ use motorcade::output::io_error;
 use motorcade_dataset::Error;
 use motorcade_dataset::atomic_file::PendingFile;
 
+use crate::interruption::held_up;
+
 const ADVICE: &str = "give a folder in place of a video, for PNG pictures";
 /// Slowest and fastest video \[frames/s\].
 const FPS: (f64, f64) = (0.1, 1000.0);
@@ -131,7 +133,7 @@ impl VideoWriter {
 
     /// Adds a frame, as RGB bytes.
     pub fn put(&mut self, rgb: &[u8]) -> Result<(), Error> {
-        let written = self.pipe.as_mut().map_or(Ok(()), |pipe| pipe.write_all(rgb));
+        let written = held_up(|| self.pipe.as_mut().map_or(Ok(()), |pipe| pipe.write_all(rgb)));
         // It has ended, and says why.
         written
             .map_err(|e| self.ended().err().unwrap_or_else(|| failed(format!("takes no more frames: {e}"))))
@@ -146,7 +148,7 @@ impl VideoWriter {
 
     fn ended(&mut self) -> Result<(), Error> {
         drop(self.pipe.take());
-        let status = self.child.0.wait().map_err(|e| failed(format!("does not end: {e}")))?;
+        let status = held_up(|| self.child.0.wait()).map_err(|e| failed(format!("does not end: {e}")))?;
         let messages = self.messages.take().and_then(|thread| thread.join().ok()).unwrap_or_default();
         if status.success() {
             return Ok(());

@@ -11,6 +11,7 @@ mod full_disk;
 mod graph;
 mod help;
 mod hostile;
+mod interrupts;
 mod lenses;
 mod live;
 mod map;

@@ -1,5 +1,7 @@
 //! Initialisation of a map: corners tracked from a first frame until two views determine depth.
 
+use std::ops::Range;
+
 use motorcade_geometry::{
     Camera, RelativePose, RelativePoseOptions, World, relative_pose, robust::median, triangulate_midpoint,
 };
@@ -39,6 +41,14 @@ type RayPair = (Vector3<f64>, Vector3<f64>);
 type PixelPair = (usize, Point2<f64>, Point2<f64>);
 
 impl Initialisation {
+    /// Forgets what was tracked in some frames.
+    pub fn skip(&mut self, rows: &Range<usize>) {
+        self.tracks.retain(|tracks| !rows.contains(&tracks.frame));
+        if rows.contains(&(self.standing + 1)) {
+            self.standing = self.first_frame;
+        }
+    }
+
     /// Median image motion since the first frame \[px\].
     fn flow_px(&self) -> f64 {
         let Some(tracks) = self.tracks.last() else { return 0.0 };

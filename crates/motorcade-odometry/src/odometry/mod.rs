@@ -14,6 +14,7 @@ mod state;
 mod static_vehicles;
 mod velocity;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use image::GrayImage;
@@ -174,6 +175,17 @@ impl Odometry {
         } else {
             self.bridge(timestamp_ns);
         }
+    }
+
+    /// Takes frames for skipped that were processed before: they showed nothing new. Their poses go evenly from the frame before them to the one after.
+    pub fn bridge_rows(&mut self, rows: Range<usize>) {
+        if rows.is_empty() {
+            return;
+        }
+        if let Some(initialisation) = &mut self.initialisation {
+            initialisation.skip(&rows);
+        }
+        self.trajectory.bridge(rows);
     }
 
     /// Processes the next frame; returns its pyramid for the stages that use the same pixels. Once it is dropped, its memory is
