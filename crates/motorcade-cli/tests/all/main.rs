@@ -1,5 +1,6 @@
 //! Tests of the command line. One program: it links once.
 
+mod ablate;
 mod bad_input;
 mod batch;
 mod calibrate;

@@ -4,11 +4,11 @@
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "helpers of tests may fail loudly too")]
 
 use std::fs;
-use std::io::Read;
-use std::os::unix::fs::{FileTypeExt, OpenOptionsExt, symlink};
+use std::os::unix::fs::{FileTypeExt, symlink};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
+use crate::common::places::{Fifo, Link};
 use crate::common::{Answer, answer, drive, json, no_leftovers, program, run};
 
 const USUAL: &str = "run frames --calibration camera.toml --height 1.5 --threads 1 --progress none --out";
@@ -35,27 +35,19 @@ fn files_are_written_through_links_and_into_streams() {
     let at = |name: &str| folder.path().join(name);
     fs::write(at("in.g2o"), "VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\nEDGE_SE2 0 1 2 0 0 1 0 0 1 0 1\n")
         .unwrap();
-    for name in ["graph", "report", "prior"] {
-        fs::write(at(&format!("{name}.target")), "old").unwrap();
-        symlink(format!("{name}.target"), at(name)).unwrap();
-    }
+    let links = ["graph", "report", "prior"].map(|name| Link::new(at(name)));
     answer(folder.path(), "graph optimise in.g2o --out graph --json report").expect(0, &[]);
     answer(folder.path(), "shape export --out prior").expect(0, &[]);
-    for (name, start) in [("graph", "VERTEX_SE2"), ("report", "{"), ("prior", "{")] {
-        assert!(at(name).is_symlink(), "{name} is no link any more");
-        assert!(fs::read_to_string(at(&format!("{name}.target"))).unwrap().starts_with(start), "{name}");
+    for (link, start) in links.iter().zip(["VERTEX_SE2", "{", "{"]) {
+        assert!(link.text().starts_with(start), "{start}");
     }
-    assert!(Command::new("mkfifo").arg(at("fifo")).status().unwrap().success());
-    // The reader is there before the program starts: a shell's `cat fifo &` may come too late, and then waits for ever.
-    let mut reader =
-        fs::OpenOptions::new().read(true).custom_flags(libc::O_NONBLOCK).open(at("fifo")).unwrap();
+    let fifo = Fifo::new(at("fifo"));
     answer(folder.path(), "graph optimise in.g2o --out out.g2o --json fifo").expect(0, &[]);
-    let mut text = String::new();
-    reader.read_to_string(&mut text).unwrap();
-    drop(reader);
-    let report: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&fifo.text()).unwrap();
     assert_eq!(report["termination"], "converged");
-    assert!(fs::symlink_metadata(at("fifo")).unwrap().file_type().is_fifo());
+    let fifo = Fifo::new(at("stream"));
+    answer(folder.path(), "graph optimise in.g2o --out stream").expect(0, &[]);
+    assert_eq!(fifo.text(), fs::read_to_string(at("out.g2o")).unwrap());
     let script = "$PROGRAM shape export --out /dev/stdout | head -c 1; $PROGRAM shape export --out /dev/null";
     assert!(shell(folder.path(), script).expect(0, &[]).stdout.starts_with('{'));
     assert!(fs::symlink_metadata("/dev/null").unwrap().file_type().is_char_device());

@@ -2,6 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests may fail loudly too")]
 
+#[cfg(unix)]
+pub mod places;
+
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
