@@ -144,6 +144,50 @@ fn results_go_into_a_mount_point() {
 }
 
 #[test]
+fn places_on_a_read_only_disk_are_refused_before_any_frame() {
+    let folder = drive(12);
+    let at = |name: &str| folder.path().join(name);
+    fs::create_dir_all(at("disk/empty")).unwrap();
+    answer(folder.path(), &format!("{USUAL} done")).expect(0, &[]);
+    let read_only = |script: &str| {
+        let mount = format!("mount --bind disk disk && mount -o remount,ro,bind disk || exit 99\n{script}");
+        let mut command = Command::new("unshare");
+        command.args(["--mount", "--map-root-user", "sh", "-c", &mount]).current_dir(folder.path());
+        command.env("PROGRAM", env!("CARGO_BIN_EXE_motorcade")).env("MOTORCADE_MODELS", "none").output()
+    };
+    if !read_only("! touch disk/file 2> /dev/null").is_ok_and(|output| output.status.success()) {
+        eprintln!("skipped: this system lets no test mount a disk read-only (unshare, mount)");
+        return;
+    }
+    let drive = "frames --calibration camera.toml --height 1.5";
+    let commands = [
+        format!("run {drive} --out disk/new"),
+        format!("run {drive} --out disk/empty"),
+        format!("run {drive} --out disk/new/below"),
+        format!("run {drive} --out good --save-map disk/drive.map"),
+        "simulate --scenario demo --frames 3 --out disk/new".to_owned(),
+        "simulate --scenario demo --frames 3 --out disk/empty".to_owned(),
+        "demo --frames 3 --out disk/new".to_owned(),
+        "draw done --out disk/new".to_owned(),
+        "calibrate frames --fps 10 --models none --out disk/found.toml".to_owned(),
+        format!("ablate graph {drive} --ground-truth done/ego.tum --out disk/empty"),
+    ];
+    for command in commands {
+        let output: Answer = read_only(&format!("$PROGRAM {command} --progress plain")).unwrap().into();
+        let place = command.split(' ').find(|word| word.starts_with("disk/")).unwrap();
+        output.expect(5, &[&format!("cannot write {place}"), "Read-only file system"]);
+        // The program says the stage from its first frame on.
+        for stage in ["odometry", "rendering", "drawing", "12"] {
+            assert!(!output.stderr.contains(&format!("{stage}: ")), "{command}: {}", output.stderr);
+        }
+        assert_eq!(names(&at("disk")), ["empty"], "{command}");
+        assert!(!at("good").exists());
+    }
+    assert!(names(&at("disk/empty")).is_empty());
+    no_leftovers(folder.path());
+}
+
+#[test]
 fn of_two_runs_into_one_new_place_the_second_is_refused_and_not_lost() {
     let folder = drive(16);
     let start = |height: &str| {
