@@ -22,4 +22,5 @@ mod resume;
 mod resume_state;
 mod run;
 mod simulate;
+mod special_files;
 mod tables;

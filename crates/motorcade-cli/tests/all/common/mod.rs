@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests may fail loudly too")]
 
+#[cfg(target_os = "linux")]
+pub mod cost;
 #[cfg(unix)]
 pub mod places;
 
