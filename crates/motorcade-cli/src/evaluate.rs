@@ -13,6 +13,10 @@ use crate::files::OutFile;
 /// Compares a run with ground truth: a table on stdout, JSON where asked.
 pub fn evaluate(arguments: &EvaluateArguments) -> anyhow::Result<u8> {
     let run = &arguments.run;
+    for name in ["run.json", "frames.csv"] {
+        let path = run.join(name);
+        regular_file::exists(&path).map_err(|source| motorcade_dataset::Error::Io { path, source })?;
+    }
     // Trajectories of other programs, which have no record, are evaluated too.
     let record = RunRecord::read(run).unwrap_or_default();
     warn_of_another(&record.input, arguments);

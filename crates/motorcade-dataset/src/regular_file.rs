@@ -31,6 +31,19 @@ pub fn read_to_string(path: &Path) -> io::Result<String> {
     fs::read_to_string(path)
 }
 
+/// True for a regular file, false where there is nothing.
+///
+/// # Errors
+/// Anything else that is there, and the errors of the file system.
+pub fn exists(path: &Path) -> io::Result<bool> {
+    match check(path) {
+        Err(error) if matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
+            Ok(false)
+        }
+        checked => checked.map(|()| true),
+    }
+}
+
 /// Fails for anything at `path` but a regular file; links count as something else.
 ///
 /// # Errors
@@ -91,7 +104,12 @@ mod tests {
             (Path::new("/dev/zero").to_path_buf(), "a character device"),
         ] {
             assert!(read(&path).unwrap_err().to_string().contains(name), "{name}");
+            assert!(exists(&path).unwrap_err().to_string().contains(name), "{name}");
         }
+        let file = folder.path().join("file");
+        assert!(!exists(&file).unwrap() && !exists(&file.join("below")).unwrap());
+        fs::write(&file, "").unwrap();
+        assert!(exists(&file).unwrap() && !exists(&file.join("below")).unwrap());
         assert_eq!(read(folder.path()).unwrap_err().kind(), io::ErrorKind::IsADirectory);
     }
 }

@@ -349,3 +349,83 @@ fn other_image_files_and_turned_ones() {
     };
     assert!(!found.is_empty() && found.iter().all(|text| text.contains("EXIF orientation 6")), "{found:?}");
 }
+
+/// A directory of TIFF entries, all of 16 or 32 bits, at the start of a little-endian file.
+fn tiff(entries: &[(u16, u32)]) -> Vec<u8> {
+    let mut bytes = b"II*\0\x08\0\0\0".to_vec();
+    bytes.extend((entries.len() as u16).to_le_bytes());
+    for (tag, value) in entries {
+        bytes.extend(tag.to_le_bytes());
+        // Kind 3 is a short, 4 a long; a short lies in the first half of its four bytes.
+        bytes.extend(if *value > 0xffff { 4_u16 } else { 3 }.to_le_bytes());
+        bytes.extend(1_u32.to_le_bytes());
+        bytes.extend(value.to_le_bytes());
+    }
+    bytes.extend([0; 4]);
+    bytes
+}
+
+/// Tag of the orientation; 1 is upright.
+const ORIENTATION: u16 = 274;
+
+/// A grey picture of 64 × 48 px as a file of this kind that asks to be shown turned.
+fn turned(ending: &str, orientation: u32) -> Vec<u8> {
+    use image::{ExtendedColorType, ImageEncoder};
+    if ending == "tif" {
+        // Width, height, bits, compression, black is zero, place, orientation, samples, rows and bytes of the strip.
+        let entries = |place| {
+            let end = [(277, 1), (278, 48), (279, 64 * 48)];
+            [
+                &[
+                    (256, 64),
+                    (257, 48),
+                    (258, 8),
+                    (259, 1),
+                    (262, 1),
+                    (273, place),
+                    (ORIENTATION, orientation),
+                ],
+                &end[..],
+            ]
+            .concat()
+        };
+        let place = tiff(&entries(0)).len() as u32;
+        return [tiff(&entries(place)), vec![7; 64 * 48]].concat();
+    }
+    let (mut bytes, exif) = (Vec::new(), tiff(&[(ORIENTATION, orientation)]));
+    if ending == "png" {
+        let mut encoder = image::codecs::png::PngEncoder::new(&mut bytes);
+        encoder.set_exif_metadata(exif).unwrap();
+        encoder.write_image(&[7; 64 * 48], 64, 48, ExtendedColorType::L8).unwrap();
+    } else {
+        let mut encoder = image::codecs::webp::WebPEncoder::new_lossless(&mut bytes);
+        encoder.set_exif_metadata(exif).unwrap();
+        encoder.write_image(&[7; 64 * 48], 64, 48, ExtendedColorType::L8).unwrap();
+    }
+    bytes
+}
+
+#[test]
+fn turned_pictures_of_other_kinds_are_refused_first_or_later() {
+    for (ending, orientation) in [("png", 8), ("webp", 3), ("tif", 6)] {
+        let folder = folder(&[]);
+        let write = |number: u64, orientation: u32| {
+            let path = folder.path().join(format!("{number:06}.{ending}"));
+            std::fs::write(path, turned(ending, orientation)).unwrap();
+        };
+        let named = format!("EXIF orientation {orientation}");
+        // Upright is no turn, and a turned picture after the first is one frame that does not read.
+        write(0, 1);
+        write(1, orientation);
+        write(2, 1);
+        let frames: Vec<_> = open(folder.path()).frames().collect();
+        let first = frames[0].as_ref().unwrap();
+        assert_eq!((frames.len(), first.gray().get_pixel(9, 9).0[0]), (3, 7), "{ending}");
+        let bad = frames[1].as_ref().unwrap_err().to_string();
+        assert!(bad.contains(&format!("000001.{ending}")) && bad.contains(&named), "{bad}");
+        assert!(frames[2].is_ok(), "{ending}");
+        write(0, orientation);
+        let (message, code) = refusal(folder.path(), &SequenceOptions::default());
+        assert!(message.contains(&named) && message.contains("calibrate") && code == 3, "{message}");
+    }
+}

@@ -1,9 +1,9 @@
 //! Estimates of a run, from memory or from its directory.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use motorcade_dataset::text::TextFile;
-use motorcade_dataset::{Error as InputError, Label, read_labels, read_trajectory};
+use motorcade_dataset::{Error as InputError, Label, read_labels, read_trajectory, regular_file};
 use motorcade_geometry::{Camera, Pose, World};
 use nalgebra::Matrix6;
 
@@ -24,18 +24,24 @@ impl Estimates {
     /// Reads a run directory: `ego.kitti.txt` or `ego.tum`, and `ego_covariance.csv` and `tracks.kitti.txt` where they exist.
     ///
     /// # Errors
-    /// A directory without a trajectory, or a file that does not read.
+    /// A directory without a trajectory, a file that does not read, and anything but a regular file under one of these names.
     pub fn read(directory: &Path) -> Result<Self> {
-        let names = ["ego.kitti.txt", "ego.tum"];
-        let Some(ego) = names.iter().map(|name| directory.join(name)).find(|path| path.is_file()) else {
+        let existing = |name: &str| -> Result<Option<PathBuf>> {
+            let path = directory.join(name);
+            match regular_file::exists(&path) {
+                Ok(there) => Ok(there.then_some(path)),
+                Err(source) => Err(InputError::Io { path, source }.into()),
+            }
+        };
+        let (kitti, tum) = (existing("ego.kitti.txt")?, existing("ego.tum")?);
+        let Some(ego) = kitti.or(tum) else {
             let problem = "is no run directory: it holds neither ego.kitti.txt nor ego.tum".into();
             return Err(InputError::Input { path: directory.to_path_buf(), problem }.into());
         };
-        let existing = |name: &str| Some(directory.join(name)).filter(|path| path.is_file());
         Ok(Self {
             world_from_camera: read_trajectory(&ego)?.poses,
-            covariances: existing("ego_covariance.csv").map(|path| read_covariances(&path)).transpose()?,
-            tracks: existing("tracks.kitti.txt").map(|path| read_labels(&path)).transpose()?,
+            covariances: existing("ego_covariance.csv")?.map(|path| read_covariances(&path)).transpose()?,
+            tracks: existing("tracks.kitti.txt")?.map(|path| read_labels(&path)).transpose()?,
         })
     }
 }

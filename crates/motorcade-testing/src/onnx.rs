@@ -23,6 +23,20 @@ pub fn hungry(shape: &[u64]) -> Vec<u8> {
     [number(1, 8), field(7, &graph), field(8, &number(2, 13))].concat()
 }
 
+/// A network that repeats its input of 32 × 32 px so many times along each axis: the size of what comes out is known when it runs.
+pub fn tiled(repeats: &[u64; 4]) -> Vec<u8> {
+    // TensorProto: dims, data_type 7 (INT64), int64_data, name.
+    let values: Vec<u8> = repeats.iter().flat_map(|count| number(7, *count)).collect();
+    let initializer = [number(1, 4), number(2, 7), values, field(8, b"repeats")].concat();
+    let tile = [field(1, b"x0"), field(1, b"repeats"), field(2, b"y"), field(4, b"Tile")].concat();
+    let mut graph = [field(1, &tile), field(2, b"tiled"), field(5, &initializer)].concat();
+    let input = [1, 3, 32, 32];
+    graph.extend(field(11, &tensor("x0", &input)));
+    let output: Vec<u64> = input.iter().zip(repeats).map(|(size, count)| size * count).collect();
+    graph.extend(field(12, &tensor("y", &output)));
+    [number(1, 8), field(7, &graph), field(8, &number(2, 13))].concat()
+}
+
 /// An ONNX file: inputs of these shapes, of which the first comes out as it went in (`Relu`, opset 13).
 pub fn network(inputs: &[&[u64]]) -> Vec<u8> {
     let node = [field(1, b"x0"), field(2, b"y"), field(4, b"Relu")].concat();

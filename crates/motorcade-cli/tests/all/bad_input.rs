@@ -80,6 +80,20 @@ fn a_detection_with_a_wrong_column() {
     nothing_written(folder.path());
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn boxes_beyond_number_in_a_frame_take_no_second() {
+    let folder = drive(3);
+    for count in [80_000, 1_000_000] {
+        fs::write(folder.path().join("boxes.csv"), "1,10,20,60,80,0.9\n".repeat(count)).unwrap();
+        let usual = "run frames --calibration camera.toml --height 1.5 --out out --detections boxes.csv";
+        let cost = crate::common::cost::cost(folder.path(), usual);
+        cost.at_most_a_second().expect(3, &["boxes.csv:1001", "1000 objects"]);
+        assert!(cost.peak_kb < 200 << 10, "{count}: {} kB", cost.peak_kb);
+    }
+    nothing_written(folder.path());
+}
+
 #[test]
 fn speeds_and_tracks_that_do_not_fit() {
     let folder = drive(3);

@@ -73,6 +73,32 @@ fn errors_are_those_that_are_there() {
     assert!(table.stdout.contains("the run gives no tracks"), "{}", table.stdout);
 }
 
+#[cfg(unix)]
+#[test]
+fn errors_are_written_through_links_and_into_streams() {
+    use crate::common::places::{Fifo, Link, make_fifo};
+    let folder = tempfile::tempdir().unwrap();
+    split(&folder.path().join("training"));
+    let pose = |k: u64| format!("1 0 0 0 0 1 0 0 0 0 1 {}\n", k as f64 * STEP_M);
+    fs::create_dir(folder.path().join("made")).unwrap();
+    let poses: String = (0..FRAMES).map(pose).collect();
+    fs::write(folder.path().join("made/ego.kitti.txt"), poses).unwrap();
+    let evaluate = |json: &str| {
+        answer(folder.path(), &format!("evaluate made --kitti training --sequence 0007 --json {json}"))
+    };
+    let (link, fifo) = (Link::new(folder.path().join("link")), Fifo::new(folder.path().join("fifo")));
+    evaluate("link").expect(0, &[]);
+    evaluate("fifo").expect(0, &[]);
+    let text = link.text();
+    assert_eq!(fifo.text(), text);
+    let errors: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert!(errors["ego"]["ate_se3_m"].as_f64().unwrap() < 1e-9, "{errors}");
+    // Nobody reads: an error at once, not a program that waits.
+    make_fifo(&folder.path().join("unread"));
+    evaluate("unread").expect(5, &["unread", "no process reads"]);
+    no_leftovers(folder.path());
+}
+
 #[test]
 fn what_does_not_fit_is_refused() {
     let folder = tempfile::tempdir().unwrap();

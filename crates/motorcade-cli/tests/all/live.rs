@@ -13,7 +13,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::common::{Answer, answer, drive, json, nothing_written};
+use crate::common::{Answer, answer, drive, json, nothing_written, program, street};
 
 const ONLINE: &str = "--online --calibration camera.toml --height 1.5 --out out --progress json";
 /// Every third frame is 0.3 s late.
@@ -175,6 +175,63 @@ fn sources_that_are_none_are_named() {
     nothing_written(at);
 }
 
+/// A program in the place of ffmpeg, which writes its arguments down and the frames of a drive as ffmpeg does.
+fn stand_in(folder: &Path, frames: u64) {
+    use std::os::unix::fs::PermissionsExt;
+    let bin = folder.join("bin");
+    fs::create_dir(&bin).unwrap();
+    let mut said =
+        "[Parsed_showinfo_0 @ 0x1] [info] config in time_base: 1/10, frame_rate: 10/1\n".to_owned();
+    let mut pictures = Vec::new();
+    for number in 0..frames {
+        said += &format!("[Parsed_showinfo_0 @ 0x1] [info] n: {number} pts: {number} sar:1/1\n");
+        let picture = image::DynamicImage::ImageLuma8(street(number as f64)).into_rgb8();
+        pictures.extend(format!("P6\n{} {}\n255\n", picture.width(), picture.height()).into_bytes());
+        pictures.extend(picture.into_raw());
+    }
+    fs::write(bin.join("said"), said).unwrap();
+    fs::write(bin.join("pictures"), pictures).unwrap();
+    let at = bin.display();
+    let script = format!(
+        "#!/bin/sh\n[ \"$1\" = -version ] && {{ echo ffmpeg version 7.0; exit; }}\n\
+         echo \"$*\" >> {at}/arguments\ncat {at}/said >&2\nexec cat {at}/pictures\n"
+    );
+    fs::write(bin.join("ffmpeg"), script).unwrap();
+    fs::set_permissions(bin.join("ffmpeg"), fs::Permissions::from_mode(0o755)).unwrap();
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_camera_is_read_by_its_interface() {
+    let folder = drive(1);
+    let at = folder.path();
+    // Major number 81: Video4Linux.
+    let made = Command::new("mknod")
+        .args(["camera", "c", "81", "250"])
+        .current_dir(at)
+        .stderr(Stdio::null())
+        .status();
+    if !made.is_ok_and(|status| status.success()) {
+        eprintln!("skipped: this system lets no test make a device (mknod needs root)");
+        return;
+    }
+    stand_in(at, 12);
+    let path = format!("{}:{}", at.join("bin").display(), std::env::var("PATH").unwrap());
+    let mut command = program(at, &format!("run camera {ONLINE} --models none"));
+    let output: Answer = command.env("PATH", path).output().unwrap().into();
+    output.expect(0, &[]);
+    let arguments = fs::read_to_string(at.join("bin/arguments")).unwrap();
+    assert!(arguments.contains(" -f v4l2 -i camera "), "{arguments}");
+    assert_eq!(arguments.lines().count(), 1, "{arguments}");
+    let lines: Vec<serde_json::Value> =
+        output.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!((lines.len(), &lines[11]["frame"]), (12, &11.into()));
+    let record = json(&at.join("out/run.json"));
+    assert_eq!((&record["input"]["format"], &record["counters"]["frames"]), (&"live".into(), &12.into()));
+    // Elsewhere a camera has no end.
+    answer(at, "inspect camera").expect(1, &["camera", "live source"]);
+}
+
 #[test]
 fn options_that_need_all_frames_are_refused() {
     let folder = drive(3);
@@ -223,4 +280,10 @@ fn inspect_prints_the_rotation_of_a_video_and_its_frames_are_turned() {
     assert_eq!((&turned["width"], &turned["height"]), (&plain["height"], &plain["width"]));
     let table = answer(at, "inspect turned.mp4").stdout;
     assert!(table.contains("degrees to the left by the container"), "{table}");
+    let table = answer(at, "inspect plain.mp4").stdout;
+    assert!(table.contains("\nrate         10.000 frames/s\n"), "{table}");
+    assert!(video(at));
+    let table = answer(at, "inspect drive.mkv").stdout;
+    let rate = "10.000 frames/s in the middle, intervals from 0.100 to 0.300 s";
+    assert!(table.contains(&format!("\nrate         {rate}\n")), "{table}");
 }

@@ -1,5 +1,6 @@
 //! Tests of the command line. One program: it links once.
 
+mod ablate;
 mod bad_input;
 mod batch;
 mod calibrate;
@@ -22,4 +23,5 @@ mod resume;
 mod resume_state;
 mod run;
 mod simulate;
+mod special_files;
 mod tables;

@@ -116,3 +116,23 @@ fn an_input_larger_than_any_picture() {
     refused(&[&[1, 3, 10_000_000_000, 10_000_000_000]], "", ROAD, &["8192 px a side"]);
     refused(&[&[1, 3, 0, 32]], "", ROAD, &["8192 px a side"]);
 }
+
+/// Declared in the file, or known when the network runs: a second of the processor and 200 MB, all processes together.
+#[cfg(target_os = "linux")]
+#[test]
+fn networks_that_ask_for_terabytes_take_little_time_and_memory() {
+    for (network, said) in [
+        (onnx::hungry(&[1, 3, 1_000_000, 1_000_000]), "asks for 3000000000000 elements"),
+        (onnx::tiled(&[1, 1, 100_000, 100_000]), "asking for more memory than there is"),
+    ] {
+        let folder = folder(&network, "", ROAD);
+        let usual = "run frames --calibration camera.toml --height 1.5 --out out --models models";
+        let cost = crate::common::cost::cost(folder.path(), usual);
+        cost.at_most_a_second().expect(3, &["tiny.onnx", said]);
+        assert!(cost.peak_kb < 200 << 10, "{said}: {} kB", cost.peak_kb);
+        nothing_written(folder.path());
+    }
+    // The same graph with a size that fits is refused for its output alone.
+    let folder = folder(&onnx::tiled(&[1, 1, 2, 2]), "", DETECTOR);
+    run(folder.path(), "--models models").expect(3, &["tiny.onnx", "output has shape [1, 3, 64, 64]"]);
+}

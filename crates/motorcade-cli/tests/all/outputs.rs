@@ -4,11 +4,11 @@
 #![allow(clippy::unwrap_used, clippy::print_stderr, reason = "helpers of tests may fail loudly too")]
 
 use std::fs;
-use std::io::Read;
-use std::os::unix::fs::{FileTypeExt, OpenOptionsExt, symlink};
+use std::os::unix::fs::{FileTypeExt, symlink};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
+use crate::common::places::{Fifo, Link};
 use crate::common::{Answer, answer, drive, json, no_leftovers, program, run};
 
 const USUAL: &str = "run frames --calibration camera.toml --height 1.5 --threads 1 --progress none --out";
@@ -35,27 +35,19 @@ fn files_are_written_through_links_and_into_streams() {
     let at = |name: &str| folder.path().join(name);
     fs::write(at("in.g2o"), "VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\nEDGE_SE2 0 1 2 0 0 1 0 0 1 0 1\n")
         .unwrap();
-    for name in ["graph", "report", "prior"] {
-        fs::write(at(&format!("{name}.target")), "old").unwrap();
-        symlink(format!("{name}.target"), at(name)).unwrap();
-    }
+    let links = ["graph", "report", "prior"].map(|name| Link::new(at(name)));
     answer(folder.path(), "graph optimise in.g2o --out graph --json report").expect(0, &[]);
     answer(folder.path(), "shape export --out prior").expect(0, &[]);
-    for (name, start) in [("graph", "VERTEX_SE2"), ("report", "{"), ("prior", "{")] {
-        assert!(at(name).is_symlink(), "{name} is no link any more");
-        assert!(fs::read_to_string(at(&format!("{name}.target"))).unwrap().starts_with(start), "{name}");
+    for (link, start) in links.iter().zip(["VERTEX_SE2", "{", "{"]) {
+        assert!(link.text().starts_with(start), "{start}");
     }
-    assert!(Command::new("mkfifo").arg(at("fifo")).status().unwrap().success());
-    // The reader is there before the program starts: a shell's `cat fifo &` may come too late, and then waits for ever.
-    let mut reader =
-        fs::OpenOptions::new().read(true).custom_flags(libc::O_NONBLOCK).open(at("fifo")).unwrap();
+    let fifo = Fifo::new(at("fifo"));
     answer(folder.path(), "graph optimise in.g2o --out out.g2o --json fifo").expect(0, &[]);
-    let mut text = String::new();
-    reader.read_to_string(&mut text).unwrap();
-    drop(reader);
-    let report: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&fifo.text()).unwrap();
     assert_eq!(report["termination"], "converged");
-    assert!(fs::symlink_metadata(at("fifo")).unwrap().file_type().is_fifo());
+    let fifo = Fifo::new(at("stream"));
+    answer(folder.path(), "graph optimise in.g2o --out stream").expect(0, &[]);
+    assert_eq!(fifo.text(), fs::read_to_string(at("out.g2o")).unwrap());
     let script = "$PROGRAM shape export --out /dev/stdout | head -c 1; $PROGRAM shape export --out /dev/null";
     assert!(shell(folder.path(), script).expect(0, &[]).stdout.starts_with('{'));
     assert!(fs::symlink_metadata("/dev/null").unwrap().file_type().is_char_device());
@@ -149,6 +141,50 @@ fn results_go_into_a_mount_point() {
         output.stdout
     );
     assert!(!output.stdout.contains("partial"), "{}", output.stdout);
+}
+
+#[test]
+fn places_on_a_read_only_disk_are_refused_before_any_frame() {
+    let folder = drive(12);
+    let at = |name: &str| folder.path().join(name);
+    fs::create_dir_all(at("disk/empty")).unwrap();
+    answer(folder.path(), &format!("{USUAL} done")).expect(0, &[]);
+    let read_only = |script: &str| {
+        let mount = format!("mount --bind disk disk && mount -o remount,ro,bind disk || exit 99\n{script}");
+        let mut command = Command::new("unshare");
+        command.args(["--mount", "--map-root-user", "sh", "-c", &mount]).current_dir(folder.path());
+        command.env("PROGRAM", env!("CARGO_BIN_EXE_motorcade")).env("MOTORCADE_MODELS", "none").output()
+    };
+    if !read_only("! touch disk/file 2> /dev/null").is_ok_and(|output| output.status.success()) {
+        eprintln!("skipped: this system lets no test mount a disk read-only (unshare, mount)");
+        return;
+    }
+    let drive = "frames --calibration camera.toml --height 1.5";
+    let commands = [
+        format!("run {drive} --out disk/new"),
+        format!("run {drive} --out disk/empty"),
+        format!("run {drive} --out disk/new/below"),
+        format!("run {drive} --out good --save-map disk/drive.map"),
+        "simulate --scenario demo --frames 3 --out disk/new".to_owned(),
+        "simulate --scenario demo --frames 3 --out disk/empty".to_owned(),
+        "demo --frames 3 --out disk/new".to_owned(),
+        "draw done --out disk/new".to_owned(),
+        "calibrate frames --fps 10 --models none --out disk/found.toml".to_owned(),
+        format!("ablate graph {drive} --ground-truth done/ego.tum --out disk/empty"),
+    ];
+    for command in commands {
+        let output: Answer = read_only(&format!("$PROGRAM {command} --progress plain")).unwrap().into();
+        let place = command.split(' ').find(|word| word.starts_with("disk/")).unwrap();
+        output.expect(5, &[&format!("cannot write {place}"), "Read-only file system"]);
+        // The program says the stage from its first frame on.
+        for stage in ["odometry", "rendering", "drawing", "12"] {
+            assert!(!output.stderr.contains(&format!("{stage}: ")), "{command}: {}", output.stderr);
+        }
+        assert_eq!(names(&at("disk")), ["empty"], "{command}");
+        assert!(!at("good").exists());
+    }
+    assert!(names(&at("disk/empty")).is_empty());
+    no_leftovers(folder.path());
 }
 
 #[test]

@@ -31,6 +31,45 @@ fn a_run_on_kept_perception_writes_the_same_results() {
     assert_eq!(of("live"), of("again"));
 }
 
+/// Boxes, keypoints and road, all of which the results need.
+#[test]
+fn a_run_on_kept_vehicles_and_keypoints_writes_the_same_results() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let render = "simulate --scenario demo --frames 16 --width 400 --out drive --progress none";
+    answer(folder.path(), render).expect(0, &[]);
+    let run = "run drive/training --sequence 0000 --threads 1 --progress none";
+    let mut command = crate::common::program(folder.path(), &format!("{run} --keep-perception --out live"));
+    let live: crate::common::Answer = command.env_remove("MOTORCADE_MODELS").output().unwrap().into();
+    live.expect(0, &[]);
+    answer(folder.path(), &format!("{run} --perception live/perception.jsonl --out again")).expect(0, &[]);
+    let kept = fs::read_to_string(at("live/perception.jsonl")).unwrap();
+    let frames: Vec<serde_json::Value> =
+        kept.lines().skip(1).map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(frames.len(), 16);
+    let count = |list: &str| frames.iter().filter(|f| !f[list].as_array().unwrap().is_empty()).count();
+    assert_eq!(count("detections"), 16);
+    // Looked for every few frames: those of each vehicle lie beside its boxes.
+    let points = frames.iter().flat_map(|frame| frame["keypoints"].as_array().unwrap());
+    assert!(points.clone().all(|found| found["points"].as_array().unwrap().len() >= 14));
+    assert!(count("keypoints") >= 5 && points.count() >= 5, "{}", count("keypoints"));
+    assert!(frames.iter().all(|frame| frame["road"].is_object()));
+    let tracks = fs::read_to_string(at("live/tracks.csv")).unwrap();
+    assert!(tracks.lines().count() > 16, "{tracks}");
+    // All that is listed but the page, which holds times, and what was kept; of vehicles too.
+    let record = json(&at("live/run.json"));
+    let listed = record["files"].as_array().unwrap().iter().map(|file| file["name"].as_str().unwrap());
+    let names: Vec<&str> =
+        listed.filter(|name| !["report.html", "perception.jsonl"].contains(name)).collect();
+    for name in ["ego.tum", "frames.csv", "tracks.csv", "tracks.kitti.txt"] {
+        assert!(names.contains(&name), "{names:?}");
+    }
+    for name in names {
+        let read = |run: &str| fs::read(at(run).join(name)).unwrap();
+        assert!(read("live") == read("again"), "{name}");
+    }
+}
+
 #[test]
 fn perception_of_another_drive_is_refused() {
     let folder = drive(4);

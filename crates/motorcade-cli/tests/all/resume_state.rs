@@ -230,3 +230,36 @@ fn a_run_that_ctrl_c_stopped_goes_on_with_its_state() {
     same(folder, "whole", "out");
     no_leftovers(folder);
 }
+
+/// Frames that come ten a second, on a machine of any speed.
+#[test]
+fn a_state_is_written_when_it_is_due_and_not_before() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = drive(1);
+    let folder = folder.path();
+    let settings = answer(folder, "config");
+    assert!(settings.expect(0, &[]).stdout.contains("\ncheckpoint_s = 60.0\n"), "{}", settings.stdout);
+    fs::write(folder.join("drive.mp4"), "no video").unwrap();
+    let version = "[ \"$1\" = -version ] && { echo ffmpeg version 7.0; exit; }";
+    let frame = "sleep 0.1; printf 'P6\\n480 240\\n255\\n'; head -c 345600 /dev/zero\n";
+    for (name, script) in [
+        ("ffprobe", "echo avg_frame_rate=10/1; echo nb_read_packets=60".to_owned()),
+        ("ffmpeg", format!("{version}\n{}", frame.repeat(60))),
+    ] {
+        fs::write(folder.join(name), format!("#!/bin/sh\n{script}")).unwrap();
+        fs::set_permissions(folder.join(name), fs::Permissions::from_mode(0o755)).unwrap();
+    }
+    let run = NO_NETWORKS.replace("frames", "drive.mp4").replace("checkpoint_s=0", "checkpoint_s=1");
+    let mut command = command(folder, &format!("{run} --set run.fixed_regions=false --out out"));
+    command.env("PATH", format!("{}:{}", folder.display(), std::env::var("PATH").unwrap()));
+    let start = std::time::Instant::now();
+    let mut child = command.spawn().unwrap();
+    while !state_file(folder).exists() {
+        assert!(child.try_wait().unwrap().is_none(), "ended without a state");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let time = start.elapsed();
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(time >= Duration::from_secs(1), "written after {time:?}");
+}

@@ -182,6 +182,43 @@ fn inspect_prints_gaps_and_size() {
 }
 
 #[test]
+fn inspect_prints_the_rate_and_how_much_it_varies() {
+    let folder = drive(6);
+    let rate = |arguments: &str| {
+        let table = answer(folder.path(), &format!("inspect {arguments}"));
+        let line = table.expect(0, &[]).stdout.lines().find_map(|line| line.strip_prefix("rate ")).unwrap();
+        line.trim().to_owned()
+    };
+    assert_eq!(rate("frames --calibration camera.toml"), "10.000 frames/s");
+    assert_eq!(rate("frames --fps 12.5"), "12.500 frames/s");
+    assert_eq!(rate("frames"), "10.000 frames/s, assumed: give --fps");
+    // Names that are times: one frame late by no whole number of intervals, which would be a gap; jitter of 10 ms; and of 1 ms,
+    // which may be rounding.
+    for (name, times_ms, expected) in [
+        (
+            "late",
+            [0, 100, 200, 470, 570, 670],
+            "10.000 frames/s in the middle, intervals from 0.100 to 0.270 s",
+        ),
+        (
+            "jitter",
+            [0, 110, 200, 300, 410, 500],
+            "10.000 frames/s in the middle, intervals from 0.090 to 0.110 s",
+        ),
+        ("even", [0, 101, 201, 301, 401, 501], "10.000 frames/s"),
+    ] {
+        let timed = folder.path().join(name);
+        std::fs::create_dir(&timed).unwrap();
+        for (number, time_ms) in times_ms.into_iter().enumerate() {
+            let time_ns = 1_403_636_579_000_000_000_u64 + time_ms * 1_000_000;
+            let from = frame_file(&folder.path().join("frames"), number as u64);
+            std::fs::copy(from, timed.join(format!("{time_ns}.png"))).unwrap();
+        }
+        assert_eq!(rate(name), expected);
+    }
+}
+
+#[test]
 fn inspect_counts_pictures_that_repeat_the_one_before() {
     let folder = drive(16);
     let frames = folder.path().join("frames");

@@ -84,6 +84,35 @@ fn training_crops_are_arrays_that_say_what_they_hold() {
 }
 
 #[test]
+fn a_shorter_drive_in_the_place_of_a_longer_one_is_as_if_it_were_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let simulate = |frames: u32, out: &str| {
+        let command = format!("simulate --scenario demo --width 320 --frames {frames} --out {out} --force");
+        answer(folder.path(), &command).expect(0, &[]);
+    };
+    let text = |out: &str, kind: &str| {
+        std::fs::read_to_string(folder.path().join(format!("{out}/training/{kind}/0000.txt"))).unwrap()
+    };
+    simulate(6, "drive");
+    assert_eq!(text("drive", "gt_poses").lines().count(), 6);
+    simulate(3, "drive");
+    simulate(3, "alone");
+    assert_eq!(text("drive", "gt_poses").lines().count(), 3);
+    let frames: Vec<u32> = text("drive", "label_02")
+        .lines()
+        .map(|line| line.split(' ').next().unwrap().parse().unwrap())
+        .collect();
+    assert_eq!((frames.first(), frames.last()), (Some(&0), Some(&2)));
+    for kind in ["gt_poses", "label_02", "detections", "calib"] {
+        assert_eq!(text("drive", kind), text("alone", kind), "{kind}");
+    }
+    for kind in ["image_02", "road_masks"] {
+        let images = folder.path().join(format!("drive/training/{kind}/0000"));
+        assert_eq!(std::fs::read_dir(images).unwrap().count(), 3, "{kind}");
+    }
+}
+
+#[test]
 fn what_cannot_be_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     small_drive(folder.path(), 3);

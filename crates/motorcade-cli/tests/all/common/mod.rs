@@ -2,6 +2,11 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests may fail loudly too")]
 
+#[cfg(target_os = "linux")]
+pub mod cost;
+#[cfg(unix)]
+pub mod places;
+
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
