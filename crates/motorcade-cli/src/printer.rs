@@ -11,7 +11,7 @@ use motorcade::output::io_error;
 use crate::interruption::wait_for;
 
 /// Lines that may wait for the reader.
-const WAITING: usize = 64;
+const WAITING: usize = 8;
 
 /// Prints lines in their order.
 pub struct Printer {

@@ -56,7 +56,12 @@ impl Reporter {
     /// One line of results on stdout, beside the bar.
     pub fn print(&self, line: &str) {
         let bar = self.bar.clone();
-        let new = || Printer::new(move |line| bar.suspend(|| crate::exit::print(line)));
+        // A bar that is suspended keeps all others waiting: lines that go elsewhere leave it alone.
+        let beside = self.kind == ProgressKind::Auto && std::io::stdout().is_terminal();
+        let print = move |line: &str| {
+            if beside { bar.suspend(|| crate::exit::print(line)) } else { crate::exit::print(line) }
+        };
+        let new = || Printer::new(print);
         if let Ok(mut printer) = self.printer.lock() {
             printer.get_or_insert_with(new).print(line);
         }

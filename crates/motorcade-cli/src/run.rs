@@ -234,3 +234,49 @@ fn summary(result: &RunResult, arguments: &RunArguments) -> String {
         arguments.out.display()
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use motorcade::NoProgress;
+    use motorcade_dataset::{Frame, SequenceOptions};
+    use motorcade_perception::{Detection, VehicleDetector};
+
+    use super::*;
+
+    /// A detector with a fault of its own at the third frame.
+    struct Faulty;
+
+    impl VehicleDetector for Faulty {
+        fn detect(&mut self, frame: &Frame) -> Result<Vec<Detection>, motorcade_perception::Error> {
+            assert!(frame.number < 2, "an index out of range");
+            Ok(Vec::new())
+        }
+        fn description(&self) -> String {
+            "a detector with a fault".into()
+        }
+    }
+
+    #[test]
+    fn a_worker_that_panics_is_a_fault_of_the_program() {
+        let folder = tempfile::tempdir().unwrap();
+        for k in 0..4_u8 {
+            let image = image::GrayImage::from_fn(64, 32, |x, y| image::Luma([(x * 7 + y * 11) as u8 ^ k]));
+            image.save(folder.path().join(format!("{k:06}.png"))).unwrap();
+        }
+        let sequence = Sequence::open(folder.path(), &SequenceOptions::default()).unwrap();
+        let camera = motorcade_geometry::PinholeCamera {
+            fx: 50.0,
+            fy: 50.0,
+            cx: 32.0,
+            cy: 16.0,
+            width: 64,
+            height: 32,
+        };
+        for threads in [1, 2] {
+            let mut slam = Motorcade::builder(camera).height_m(1.5).detector(Faulty).build().unwrap();
+            motorcade::push_sequence(&mut slam, &sequence, threads, &NoProgress, &mut |_, _| {}).unwrap();
+            let result = slam.finish();
+            assert_eq!((code(&result, &Config::default()), result.frames.len()), (exit::BUG, 2));
+        }
+    }
+}

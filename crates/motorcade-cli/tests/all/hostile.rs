@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use crate::common::{Answer, answer, drive, json, no_leftovers, nothing_written, program, without_pictures};
+use crate::common::{Answer, answer, drive, json, no_leftovers, nothing_written, without_pictures};
 
 /// Runs and demands an answer soon, on a slow machine too.
 #[track_caller]

@@ -1,7 +1,13 @@
 //! `motorcade run` and `motorcade inspect` on a street made on the spot.
 
+#![allow(clippy::panic, reason = "a test")]
+
+use std::fs;
+use std::process::Command;
+
 use crate::common::{
-    CAMERA, STEP_M, answer, drive, frame_file, json, no_leftovers, rows, run, street, without_pictures,
+    Answer, CAMERA, STEP_M, answer, drive, frame_file, json, no_leftovers, program, rows, run, street,
+    without_pictures,
 };
 
 #[test]
@@ -22,9 +28,9 @@ fn a_folder_of_frames_becomes_a_metric_trajectory() {
     for (file, lines) in
         [("ego.tum", 24), ("ego.kitti.txt", 24), ("frames.csv", 25), ("speeds.csv", 25), ("tracks.csv", 1)]
     {
-        assert_eq!(std::fs::read_to_string(out.join(file)).unwrap().lines().count(), lines, "{file}");
+        assert_eq!(fs::read_to_string(out.join(file)).unwrap().lines().count(), lines, "{file}");
     }
-    let page = without_pictures(&std::fs::read_to_string(out.join("report.html")).unwrap());
+    let page = without_pictures(&fs::read_to_string(out.join("report.html")).unwrap());
     assert!(page.contains("No vehicles were looked for") && page.ends_with("</html>\n"));
     // Nothing on the page is fetched from anywhere.
     assert!(!page.contains("src=") && !page.contains("http://") && !page.contains("https://"));
@@ -39,7 +45,7 @@ fn threads_change_nothing() {
     run(folder.path(), "--progress none --out two --threads 2").expect(1, &["--out"]);
     let two = "run frames --calibration camera.toml --height 1.5 --out two --threads 2 --progress none";
     answer(folder.path(), two).expect(0, &[]);
-    let read = |run: &str| std::fs::read(folder.path().join(run).join("ego.tum")).unwrap();
+    let read = |run: &str| fs::read(folder.path().join(run).join("ego.tum")).unwrap();
     assert_eq!(read("out"), read("two"));
 }
 
@@ -56,7 +62,7 @@ fn a_height_scales_the_drive() {
 #[test]
 fn an_online_run_prints_every_frame_as_it_comes() {
     let folder = drive(24);
-    std::fs::remove_file(frame_file(&folder.path().join("frames"), 15)).unwrap();
+    fs::remove_file(frame_file(&folder.path().join("frames"), 15)).unwrap();
     let output = run(folder.path(), "--online --progress none");
     output.expect(0, &[]);
     let lines: Vec<serde_json::Value> =
@@ -69,7 +75,7 @@ fn an_online_run_prints_every_frame_as_it_comes() {
     let speed = lines[23]["camera"]["speed_mps"].as_f64().unwrap();
     assert!((speed - 10.0 * STEP_M).abs() < 1.0, "{speed} m/s");
     // The directory holds what was printed.
-    let poses = std::fs::read_to_string(folder.path().join("out/ego.tum")).unwrap();
+    let poses = fs::read_to_string(folder.path().join("out/ego.tum")).unwrap();
     let last: Vec<f64> = poses.lines().last().unwrap().split(' ').map(|v| v.parse().unwrap()).collect();
     let place = lines[23]["camera"]["position_m"].as_array().unwrap();
     assert!((0..3).all(|k| (last[1 + k] - place[k].as_f64().unwrap()).abs() < 1e-5), "{last:?} {place:?}");
@@ -80,7 +86,7 @@ fn an_online_run_prints_every_frame_as_it_comes() {
 #[test]
 fn a_missing_number_is_bridged() {
     let folder = drive(24);
-    std::fs::remove_file(frame_file(&folder.path().join("frames"), 12)).unwrap();
+    fs::remove_file(frame_file(&folder.path().join("frames"), 12)).unwrap();
     let output = run(folder.path(), "");
     output.expect(0, &["frame 12", "is missing"]);
     assert_eq!(output.stderr.matches("frame 12").count(), 1, "{}", output.stderr);
@@ -97,8 +103,8 @@ fn a_missing_number_is_bridged() {
 fn frames_that_do_not_read_are_bridged_and_reported() {
     let folder = drive(28);
     let frames = folder.path().join("frames");
-    let bytes = std::fs::read(frame_file(&frames, 12)).unwrap();
-    std::fs::write(frame_file(&frames, 12), &bytes[..bytes.len() / 3]).unwrap();
+    let bytes = fs::read(frame_file(&frames, 12)).unwrap();
+    fs::write(frame_file(&frames, 12), &bytes[..bytes.len() / 3]).unwrap();
     image::imageops::crop_imm(&street(11.0), 0, 0, 200, 100)
         .to_image()
         .save(frame_file(&frames, 20))
@@ -110,7 +116,7 @@ fn frames_that_do_not_read_are_bridged_and_reported() {
     let broken: Vec<_> =
         record["unreadable_frames"].as_array().unwrap().iter().map(|f| &f["frame"]).collect();
     assert_eq!(broken, [12, 20]);
-    let page = std::fs::read_to_string(folder.path().join("out/report.html")).unwrap();
+    let page = fs::read_to_string(folder.path().join("out/report.html")).unwrap();
     assert!(page.contains("unreadable, bridged (2)"));
 }
 
@@ -118,7 +124,7 @@ fn frames_that_do_not_read_are_bridged_and_reported() {
 fn too_many_lost_frames_end_with_4_and_results() {
     let folder = drive(12);
     for number in 5..10 {
-        std::fs::write(frame_file(&folder.path().join("frames"), number), b"no image").unwrap();
+        fs::write(frame_file(&folder.path().join("frames"), number), b"no image").unwrap();
     }
     run(folder.path(), "").expect(4, &["000005.png"]);
     assert_eq!(rows(&folder.path().join("out/frames.csv")).len(), 12);
@@ -133,7 +139,7 @@ fn detections_give_vehicles_and_their_ids_stay() {
         let (x1, x2, y) = (CAMERA.cx - 2.8 * px, CAMERA.cx - 1.2 * px, CAMERA.cy);
         format!("{frame},{x1},{y},{x2},{},0.9\n", y + 1.5 * px)
     };
-    std::fs::write(folder.path().join("boxes.csv"), (0..24).map(line).collect::<String>()).unwrap();
+    fs::write(folder.path().join("boxes.csv"), (0..24).map(line).collect::<String>()).unwrap();
     run(folder.path(), "--detections boxes.csv").expect(0, &[]);
     let record = json(&folder.path().join("out/run.json"));
     assert_eq!(record["counters"]["vehicles"], 1, "{record:#}");
@@ -144,7 +150,7 @@ fn detections_give_vehicles_and_their_ids_stay() {
     // It moves with the camera: 10 m/s.
     let speed: f64 = table[12][14].parse().unwrap();
     assert!((speed - 10.0 * STEP_M).abs() < 1.0, "{speed} m/s");
-    let page = std::fs::read_to_string(folder.path().join("out/report.html")).unwrap();
+    let page = fs::read_to_string(folder.path().join("out/report.html")).unwrap();
     assert!(page.contains(&format!("data-vehicle=\"{}\"", table[0][2])) && page.contains("vehicle moving"));
 }
 
@@ -152,11 +158,11 @@ fn detections_give_vehicles_and_their_ids_stay() {
 fn a_finished_run_is_not_repeated() {
     let folder = drive(20);
     run(folder.path(), "").expect(0, &[]);
-    let before = std::fs::metadata(folder.path().join("out/run.json")).unwrap().modified().unwrap();
+    let before = fs::metadata(folder.path().join("out/run.json")).unwrap().modified().unwrap();
     let again = run(folder.path(), "");
     again.expect(0, &[]);
     assert!(again.stdout.contains("already holds this run"), "{}", again.stdout);
-    let after = std::fs::metadata(folder.path().join("out/run.json")).unwrap().modified().unwrap();
+    let after = fs::metadata(folder.path().join("out/run.json")).unwrap().modified().unwrap();
     assert_eq!(before, after);
     // Other settings are another run: they do not overwrite unasked.
     run(folder.path(), "--set road.far_heights=12").expect(1, &["out", "--force"]);
@@ -167,7 +173,7 @@ fn a_finished_run_is_not_repeated() {
 #[test]
 fn inspect_prints_gaps_and_size() {
     let folder = drive(6);
-    std::fs::remove_file(frame_file(&folder.path().join("frames"), 3)).unwrap();
+    fs::remove_file(frame_file(&folder.path().join("frames"), 3)).unwrap();
     let table = answer(folder.path(), "inspect frames --calibration camera.toml");
     table.expect(0, &[]);
     for part in
@@ -208,11 +214,11 @@ fn inspect_prints_the_rate_and_how_much_it_varies() {
         ("even", [0, 101, 201, 301, 401, 501], "10.000 frames/s"),
     ] {
         let timed = folder.path().join(name);
-        std::fs::create_dir(&timed).unwrap();
+        fs::create_dir(&timed).unwrap();
         for (number, time_ms) in times_ms.into_iter().enumerate() {
             let time_ns = 1_403_636_579_000_000_000_u64 + time_ms * 1_000_000;
             let from = frame_file(&folder.path().join("frames"), number as u64);
-            std::fs::copy(from, timed.join(format!("{time_ns}.png"))).unwrap();
+            fs::copy(from, timed.join(format!("{time_ns}.png"))).unwrap();
         }
         assert_eq!(rate(name), expected);
     }
@@ -229,7 +235,7 @@ fn inspect_counts_pictures_that_repeat_the_one_before() {
     };
     assert_eq!(looked("")["pictures"], serde_json::json!({ "looked_at": 16, "repeated": 0, "frozen": 0 }));
     for k in (1..16).step_by(2) {
-        std::fs::copy(frame_file(&frames, k - 1), frame_file(&frames, k)).unwrap();
+        fs::copy(frame_file(&frames, k - 1), frame_file(&frames, k)).unwrap();
     }
     let repeated = looked("")["pictures"]["repeated"].as_u64().unwrap();
     // The usual difference of two pictures is known from the second new one on.
@@ -248,4 +254,42 @@ fn progress_can_be_read_by_programs() {
         output.stderr.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert!(lines.iter().any(|l| l["stage"] == "odometry" && l["done"] == 20));
     assert!(lines.iter().any(|l| l["warning"].is_string()));
+}
+
+/// Ten pictures a second in a video of thirty: the speed is that of the pictures, from the first frame on.
+#[test]
+fn pictures_that_repeat_leave_speeds_and_length_as_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    answer(folder, "simulate --scenario demo --frames 40 --width 400 --out drive --progress none")
+        .expect(0, &[]);
+    let text = fs::read_to_string(folder.join("drive/training/calib/0000.txt")).unwrap();
+    let line = text.lines().find_map(|line| line.strip_prefix("P2:")).unwrap();
+    let p: Vec<f64> = line.split_whitespace().map(|n| n.parse().unwrap()).collect();
+    let camera = format!("fx = {}\nfy = {}\ncx = {}\ncy = {}\n", p[0], p[5], p[2], p[6]);
+    fs::write(folder.join("camera.toml"), camera).unwrap();
+    let mut drives = Vec::new();
+    for (name, rate) in [("ten", ""), ("thirty", ",fps=30")] {
+        let encoded = Command::new("ffmpeg")
+            .args(["-v", "error", "-framerate", "10", "-i", "drive/training/image_02/0000/%06d.png"])
+            .args(["-vf", &format!("crop=trunc(iw/2)*2:trunc(ih/2)*2{rate}"), "-crf", "23"])
+            .args(["-c:v", "libx264", "-pix_fmt", "yuv420p", &format!("{name}.mp4")])
+            .current_dir(folder)
+            .status();
+        assert!(encoded.unwrap().success());
+        let command =
+            format!("run {name}.mp4 --calibration camera.toml --height 1.65 --out {name} --progress none");
+        let output = program(folder, &command).env("MOTORCADE_MODELS", "none").output().unwrap();
+        let said = if rate.is_empty() { "" } else { "frames repeat the frame before" };
+        Answer::from(output).expect(0, &[said]);
+        let frames = rows(&folder.join(format!("{name}/frames.csv")));
+        let speeds: Vec<f64> = frames.iter().map(|row| row[4].parse().unwrap()).collect();
+        let length_m = json(&folder.join(format!("{name}/run.json")))["length_m"].as_f64().unwrap();
+        drives.push((speeds.into_iter().fold(0.0, f64::max), length_m, frames.len()));
+    }
+    let [(largest, length_m, 40), (largest_of_three, length_of_three_m, 118..)] = drives[..] else {
+        panic!("{drives:?}")
+    };
+    assert!(length_m > 20.0 && (length_of_three_m / length_m - 1.0).abs() < 0.05, "{drives:?}");
+    assert!(largest_of_three < 1.3 * largest, "{drives:?}");
 }
