@@ -1,5 +1,11 @@
 //! Videos whose container asks for their pictures to be turned. Skipped where ffmpeg is not installed.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stderr,
+    reason = "helpers of tests fail loudly, and say what they skip"
+)]
+
 use std::path::Path;
 use std::process::{Command, Stdio};
 
@@ -30,7 +36,7 @@ fn a_run_doubts_the_calibration_of_pictures_turned_by_half() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     if !ffmpeg("-f lavfi -i testsrc=size=96x64:rate=10:duration=0.5 -c:v mpeg4 plain.mp4", at) {
-        println!("skipped: ffmpeg is not installed");
+        eprintln!("skipped: ffmpeg is not installed");
         return;
     }
     // From ffmpeg 6 on by an option, before by the tag.
