@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""Reads the files of a run with the programs that people have: TrackEval, evo, GTSAM. Called by check_clients.sh.
+"""Reads the files of a run with the programs that people have: TrackEval, evo, GTSAM, g2o. Called by check_clients.sh.
 
-    scripts/check_clients.py RUN DRIVE EVALUATION.json
+    scripts/check_clients.py RUN DRIVE EVALUATION.json CLASSES LABELS GRAPH.json
 
-DRIVE is the rendered drive of the run in KITTI's tracking layout, EVALUATION.json what `motorcade evaluate --json` says of the run.
+DRIVE is the rendered drive of the run in KITTI's tracking layout, EVALUATION.json what `motorcade evaluate --json` says of the run. CLASSES is a run over
+labels with a bus and a motorcycle, GRAPH.json what `motorcade graph info --json` says of the graph.
 """
 import contextlib
+import csv
 import io
 import json
 import pathlib
@@ -14,13 +16,14 @@ import shutil
 import sys
 import tempfile
 
+import g2opy
 import gtsam
 import numpy as np
 import trackeval
 from evo.core import metrics, trajectory
 from evo.tools import file_interface
 
-run, drive, evaluation = (pathlib.Path(a) for a in sys.argv[1:])
+run, drive, evaluation, classes, class_labels, graph_info = (pathlib.Path(a) for a in sys.argv[1:])
 labels = drive / "training/label_02/0000.txt"
 told = json.loads(evaluation.read_text())
 
@@ -54,22 +57,36 @@ vertices, edges = (sum(line.startswith(kind) for line in lines) for kind in ("VE
 assert (values.size(), graph.size()) == (vertices, edges), (values.size(), vertices, graph.size(), edges)
 print(f"GTSAM: {vertices} vertices, {edges} edges, cost {graph.error(values):.6g}")
 
-# TrackEval: its own reader of KITTI results, with a class it does not know of written as one it knows.
-names = {line.split()[2] for line in (run / "tracks.kitti.txt").read_text().splitlines()}
-known = {"Car", "Van", "Truck", "Pedestrian", "Person", "Cyclist", "Tram", "Misc", "DontCare"}
-assert names <= known, names - known
-with tempfile.TemporaryDirectory() as folder:
-    folder = pathlib.Path(folder)
+# g2o: the same by its own reader, which holds what is fixed, at the cost that `motorcade graph info` states for its errors.
+theirs = g2opy.SparseOptimizer()
+assert theirs.load(str(run / "graph.g2o"))
+assert (len(theirs.vertices()), len(theirs.edges())) == (vertices, edges), (len(theirs.vertices()), vertices, len(theirs.edges()), edges)
+fixed = {int(line.split()[1]) for line in lines if line.startswith("FIX")}
+assert {number for number, vertex in theirs.vertices().items() if vertex.fixed()} == fixed
+theirs.set_algorithm(g2opy.OptimizationAlgorithmLevenberg(g2opy.BlockSolverSE3(g2opy.LinearSolverEigenSE3())))
+theirs.initialize_optimization()
+theirs.compute_active_errors()
+equal("g2o, sum of squared errors", theirs.active_chi2(), json.loads(graph_info.read_text())["cost_mqt"], 1e-6)
+
+
+def kitti_results(run, truth, folder):
+    """The rows of a run as TrackEval reads them, beside true ones."""
+    frames = len((run / "frames.csv").read_text().splitlines()) - 1
     (folder / "truth/label_02").mkdir(parents=True)
     (folder / "results/motorcade/data").mkdir(parents=True)
-    shutil.copy(labels, folder / "truth/label_02/0000.txt")
+    (folder / "truth/label_02/0000.txt").write_text(truth)
     shutil.copy(run / "tracks.kitti.txt", folder / "results/motorcade/data/0000.txt")
     (folder / "truth/evaluate_tracking.seqmap.training").write_text(f"0000 empty 000000 {frames:06d}\n")
     options = {
         "GT_FOLDER": str(folder / "truth"), "TRACKERS_FOLDER": str(folder / "results"), "OUTPUT_FOLDER": str(folder / "out"),
         "CLASSES_TO_EVAL": ["car"], "SPLIT_TO_EVAL": "training", "PRINT_CONFIG": False,
     }
-    dataset = trackeval.datasets.Kitti2DBox(options)
+    return trackeval.datasets.Kitti2DBox(options)
+
+
+# TrackEval: its own reader of KITTI results, with a class it does not know of written as one it knows.
+with tempfile.TemporaryDirectory() as folder:
+    dataset = kitti_results(run, labels.read_text(), pathlib.Path(folder))
     scores = [trackeval.metrics.HOTA(), trackeval.metrics.CLEAR({"PRINT_CONFIG": False})]
     quiet = {"PRINT_RESULTS": False, "PRINT_CONFIG": False, "TIME_PROGRESS": False, "PLOT_CURVES": False, "LOG_ON_ERROR": None, "BREAK_ON_ERROR": True}
     talk = io.StringIO()
@@ -80,6 +97,28 @@ hota, mota, switches = 100 * np.mean(car["HOTA"]["HOTA"]), 100 * car["CLEAR"]["M
 print(f"TrackEval, cars: HOTA {hota:.1f}, MOTA {mota:.1f}, {switches} identity switches, {car['CLEAR']['CLR_TP']} of {car['CLEAR']['CLR_TP'] + car['CLEAR']['CLR_FN']} found")
 if not (hota > 50 and mota > 50):
     sys.exit("TrackEval scores the rendered drive worse than 50")
+
+# Buses and motorcycles of a run, as TrackEval numbers the classes that they are written as.
+written = {"Bus": "Truck", "Motorcycle": "Misc"}
+truth = class_labels.read_text()
+for name, theirs in written.items():
+    assert f" {name} " in truth, name
+    truth = truth.replace(f" {name} ", f" {theirs} ")
+with (classes / "tracks.csv").open() as file:
+    own = {(int(row["frame"]), int(row["id"])): row["class"] for row in csv.DictReader(file)}
+with tempfile.TemporaryDirectory() as folder:
+    dataset = kitti_results(classes, truth, pathlib.Path(folder))
+    number_of = dataset.class_name_to_class_id
+    raw = dataset.get_raw_seq_data("motorcade", "0000")
+    read = {}
+    for frame, (ids, kinds) in enumerate(zip(raw["tracker_ids"], raw["tracker_classes"])):
+        for identity, kind in zip(ids, kinds):
+            name = own[frame, int(identity)]
+            assert int(kind) == number_of[written.get(name, name).lower()], (frame, identity, name, kind)
+            read[name] = read.get(name, 0) + 1
+    dataset.get_preprocessed_seq_data(raw, "car")
+print("TrackEval, classes: " + ", ".join(f"{count} rows of a {name} read as {written.get(name, name)}" for name, count in read.items()))
+assert set(written) <= set(read), read
 
 # Every row of a CSV file has the columns of its head, and no cell is nan or inf.
 for file in run.glob("*.csv"):

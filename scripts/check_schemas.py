@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Checks the JSON files of runs against docs/schemas. Called by check_clients.sh.
 
-    scripts/check_schemas.py RUN... [--evaluation FILE] [--online LINES]
+    scripts/check_schemas.py RUN... [--evaluation FILE] [--online LINES...]
 """
 import argparse
 import json
@@ -14,7 +14,7 @@ SCHEMAS = pathlib.Path(__file__).resolve().parent.parent / "docs/schemas"
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
 parser.add_argument("runs", nargs="+", type=pathlib.Path)
 parser.add_argument("--evaluation", type=pathlib.Path)
-parser.add_argument("--online", type=pathlib.Path)
+parser.add_argument("--online", nargs="+", default=[], type=pathlib.Path)
 options = parser.parse_args()
 checked = 0
 
@@ -38,9 +38,18 @@ for run in options.runs:
         check("graph", (run / "graph.json").read_text(), run / "graph.json")
 if options.evaluation:
     check("evaluation", options.evaluation.read_text(), options.evaluation)
-if options.online:
-    lines = options.online.read_text().splitlines()
-    assert lines, f"{options.online} is empty"
+revisions = {"by a map": 0, "by a place seen again": 0}
+for file in options.online:
+    lines = file.read_text().splitlines()
+    assert lines, f"{file} is empty"
     for number, line in enumerate(lines, 1):
-        check("online", line, f"{options.online}:{number}")
+        check("online", line, f"{file}:{number}")
+        entry = json.loads(line)
+        if "revision" in entry:
+            # A sum of kinds fits where any does: a correction has to fit as one.
+            assert "status" not in entry and entry["keyframes"], f"{file}:{number}"
+            revisions["by a map" if "map" in entry else "by a place seen again"] += 1
+if options.online:
+    print("corrections of online runs: " + ", ".join(f"{count} {kind}" for kind, count in revisions.items()))
+    assert all(revisions.values()), revisions
 print(f"{checked} JSON documents fit docs/schemas")

@@ -111,19 +111,23 @@ fn put(staged: NamedTempFile, target: &Path) -> io::Result<()> {
     // Somebody may have put something else there since.
     if let Ok(found) = fs::symlink_metadata(target) {
         if !found.is_file() {
-            return Err(kept(staged, &refused(&found)));
+            return Err(kept(staged, target, &refused(&found)));
         }
         fs::set_permissions(staged.path(), found.permissions())?;
     }
-    staged.persist(target).map(drop).map_err(|e| kept(e.file, &e.error))
+    staged.persist(target).map(drop).map_err(|e| kept(e.file, target, &e.error))
 }
 
-/// Keeps a complete file whose last move failed, and says where it is.
-fn kept(staged: NamedTempFile, error: &io::Error) -> io::Error {
-    match staged.keep() {
-        Ok((_, path)) => {
-            io::Error::new(error.kind(), format!("{error}; the content lies in {}", path.display()))
-        }
+/// Keeps a complete file whose last move failed, under a name that nobody removes as stale, and says where it is.
+fn kept(staged: NamedTempFile, target: &Path, error: &io::Error) -> io::Error {
+    let name = target.file_name().unwrap_or_default().to_string_lossy();
+    let free = target.with_file_name(format!("{name}-not-moved-{}", std::process::id()));
+    let kept = match staged.persist_noclobber(&free) {
+        Ok(_) => Ok(free),
+        Err(e) => e.file.keep().map(|(_, path)| path),
+    };
+    match kept {
+        Ok(path) => io::Error::new(error.kind(), format!("{error}; the content lies in {}", path.display())),
         Err(_) => io::Error::new(error.kind(), error.to_string()),
     }
 }
@@ -259,5 +263,62 @@ mod tests {
         one.write("1").unwrap();
         assert!(!stale.exists() && other.exists());
         assert_eq!(fs::read_to_string(folder.path().join("one")).unwrap(), "1");
+    }
+
+    /// The file that an error says the content lies in.
+    #[cfg(unix)]
+    fn kept_file(error: &io::Error) -> PathBuf {
+        let text = error.to_string();
+        let (_, path) = text.split_once("; the content lies in ").unwrap();
+        PathBuf::from(path)
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn nothing_but_a_file_that_came_in_the_meantime_is_replaced() {
+        type Put = fn(&Path);
+        let put: [(&str, Put); 4] = [
+            ("FIFO", |at| {
+                assert!(std::process::Command::new("mkfifo").arg(at).status().unwrap().success());
+            }),
+            ("socket", |at| drop(std::os::unix::net::UnixListener::bind(at).unwrap())),
+            ("directory", |at| fs::create_dir(at).unwrap()),
+            ("link", |at| std::os::unix::fs::symlink("elsewhere", at).unwrap()),
+        ];
+        for (kind, put) in put {
+            for replaced in [false, true] {
+                let folder = tempfile::tempdir().unwrap();
+                let target = folder.path().join("a.txt");
+                if replaced {
+                    fs::write(&target, "old").unwrap();
+                }
+                let pending = PendingFile::create(&target).unwrap();
+                if replaced {
+                    fs::remove_file(&target).unwrap();
+                }
+                put(&target);
+                let there = fs::symlink_metadata(&target).unwrap().file_type();
+                let error = pending.write("content").unwrap_err();
+                assert_eq!(fs::symlink_metadata(&target).unwrap().file_type(), there, "{kind} stays");
+                assert!(error.to_string().contains(kind), "{kind}: {error}");
+                let kept = kept_file(&error);
+                assert_eq!(fs::read_to_string(&kept).unwrap(), "content", "{kind}");
+                // The next writer in this folder removes what is stale, and not this.
+                write(&folder.path().join("b.txt"), "b").unwrap();
+                assert!(kept.exists(), "{kind}: {}", kept.display());
+                assert!(!folder.path().join("elsewhere").exists());
+            }
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn two_files_that_could_not_be_moved_are_both_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let target = folder.path().join("a.txt");
+        let pending = [PendingFile::create(&target).unwrap(), PendingFile::create(&target).unwrap()];
+        fs::create_dir(&target).unwrap();
+        let kept = pending.map(|file| kept_file(&file.write("content").unwrap_err()));
+        assert!(kept[0] != kept[1] && kept.iter().all(|path| path.exists()), "{kept:?}");
     }
 }

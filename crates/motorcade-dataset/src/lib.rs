@@ -76,6 +76,7 @@ mod stream;
 mod survey;
 pub mod text;
 mod trajectory;
+mod turned;
 mod undistort;
 mod vehicle_poses;
 

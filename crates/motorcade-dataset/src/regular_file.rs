@@ -67,7 +67,7 @@ fn check_kind(kind: FileType) -> io::Result<()> {
     Err(io::Error::new(io::ErrorKind::InvalidInput, problem))
 }
 
-/// Name of a file type that is neither a regular file nor a directory.
+/// Name of a file type that is not a regular file.
 pub(crate) fn special_name(kind: FileType) -> &'static str {
     #[cfg(unix)]
     {
@@ -85,7 +85,11 @@ pub(crate) fn special_name(kind: FileType) -> &'static str {
             return "character device";
         }
     }
-    if kind.is_symlink() { "symbolic link" } else { "special file" }
+    match kind {
+        _ if kind.is_symlink() => "symbolic link",
+        _ if kind.is_dir() => "directory",
+        _ => "special file",
+    }
 }
 
 #[cfg(all(test, unix))]

@@ -17,6 +17,7 @@ use crate::options::SequenceOptions;
 use crate::source::{Format, Slot, Store, decode, video::VideoReader};
 use crate::stream::{Decoder, Frames};
 use crate::survey::{Survey, survey};
+use crate::turned;
 use crate::undistort::Undistortion;
 
 /// Height of the cameras of the KITTI car above the road \[m\] (Geiger et al., CVPR 2012).
@@ -157,6 +158,12 @@ impl Sequence {
     /// The calibration file's content.
     pub fn calibration(&self) -> Option<&Calibration> {
         self.input.calibration.as_ref().map(|(_, calibration)| calibration)
+    }
+    /// Reason why the calibration may not be that of the pictures, which the container of a video asks to turn.
+    pub fn turned_calibration(&self) -> Option<String> {
+        let turn_deg = self.input.survey.contents.rotation_deg?;
+        let (file, calibration) = self.input.calibration.as_ref()?;
+        turned::problem(file, calibration, turn_deg, self.size())
     }
     /// Focal length that the files state beside their pixels: EXIF of the first and last picture, tags of a video. `None` where they state
     /// none, where the lens was zoomed in between, or where pictures were cropped after they were taken.

@@ -1,6 +1,10 @@
 use super::*;
 use motorcade_geometry::{Distortion, Fisheye, RadialTangential, Rational};
 
+#[allow(dead_code, reason = "written for the tests of motorcade-geometry, which compare points too")]
+#[path = "../../motorcade-geometry/tests/opencv_values/mod.rs"]
+mod opencv_values;
+
 const CAMERA: PinholeCamera = PinholeCamera { fx: 60.0, fy: 60.0, cx: 39.5, cy: 29.5, width: 80, height: 60 };
 
 fn table(matrix: PinholeCamera, distortion: Distortion) -> Undistortion {
@@ -95,5 +99,79 @@ fn beyond_the_monotone_part_there_is_no_ghost() {
         assert!(seen.len() > 20 && seen.len() < 80, "{distortion:?}: {seen:?}");
         assert!(seen.windows(2).all(|pair| pair[0] < pair[1]), "{distortion:?}: {seen:?}");
         assert!(row[0].is_nan() && row[79].is_nan(), "{distortion:?}");
+    }
+}
+
+/// Largest difference of the table from OpenCV's \[px\], and how many of the pixels lie in the source.
+fn from_opencv(matrix: PinholeCamera, distortion: Distortion, rows: &[[f64; 4]]) -> (f64, usize) {
+    let table = table(matrix, distortion);
+    let (mut largest, mut inside) = (0.0_f64, 0);
+    for [x, y, u, v] in rows {
+        let found = table.source[*y as usize * matrix.width as usize + *x as usize];
+        let (last_x, last_y) = (f64::from(matrix.width - 1), f64::from(matrix.height - 1));
+        if (0.0..=last_x).contains(u) && (0.0..=last_y).contains(v) {
+            inside += 1;
+            // NaN is no smaller than anything.
+            let px = (f64::from(found[0]) - u).hypot(f64::from(found[1]) - v);
+            largest = if px <= largest { largest } else { px };
+        } else {
+            assert!(found[0].is_nan(), "({x}, {y}) has no source: {found:?}");
+        }
+    }
+    (largest, inside)
+}
+
+/// The lenses of motorcade-geometry/tests/opencv.rs, values by scripts/opencv_distortion.py.
+#[test]
+fn tables_are_those_of_opencv() {
+    use opencv_values::{EUROC_MAP, FISHEYE_MAP, KITTI_MAP, RATIONAL_MAP};
+    let camera = |fx, fy, cx, cy, width, height| PinholeCamera { fx, fy, cx, cy, width, height };
+    let rational = Distortion::Rational(Rational {
+        k1: 0.54637021,
+        k2: -2.6014142,
+        p1: 0.00084511022,
+        p2: -0.00037217003,
+        k3: 1.4684651,
+        k4: 0.42450839,
+        k5: -2.430366,
+        k6: 1.4001946,
+    });
+    let fisheye =
+        Distortion::Fisheye(Fisheye { k1: -0.00530046, k2: 0.0423333, k3: -0.0394988, k4: 0.00682388 });
+    for (matrix, distortion, rows) in [
+        (
+            camera(458.654, 457.296, 367.215, 248.375, 752, 480),
+            radial(-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05, 0.0),
+            EUROC_MAP,
+        ),
+        (
+            camera(984.2439, 980.8141, 690.0, 233.1966, 1392, 512),
+            radial(-0.3728755, 0.2037299, 0.002219027, 0.001383707, -0.07233722),
+            KITTI_MAP,
+        ),
+        (camera(611.902, 611.78, 637.032, 369.051, 1280, 720), rational, RATIONAL_MAP),
+        (camera(284.9502, 285.1153, 420.5002, 400.7381, 848, 800), fisheye, FISHEYE_MAP),
+    ] {
+        let (px, inside) = from_opencv(matrix, distortion, &rows);
+        println!("{}: {inside} pixels within {px:.1e} px", distortion.model());
+        // Of the rational lens the source shows the middle alone.
+        assert!(px < 1e-3 && inside >= 9, "{distortion:?}: {px:e} px of {inside}");
+    }
+}
+
+/// Between pixels a ramp is a ramp: bilinear reading gives the place it is read at.
+#[test]
+fn pixels_are_read_at_the_place_of_the_table() {
+    let table = table(CAMERA, Distortion::Fisheye(Fisheye { k1: 0.02, ..Default::default() }));
+    for (axis, slope) in [(0, 3.0), (1, 4.0)] {
+        let raw = GrayImage::from_fn(80, 60, |x, y| image::Luma([[3 * x, 4 * y][axis] as u8]));
+        let Pixels::Gray(read) = table.pixels(&Pixels::Gray(raw)) else { panic!("stays grey") };
+        let mut compared = 0;
+        for (pixel, source) in read.pixels().zip(&table.source).filter(|(_, source)| !source[0].is_nan()) {
+            let difference = f32::from(pixel.0[0]) - slope * source[axis];
+            assert!(difference.abs() <= 0.501, "{difference} at {source:?}");
+            compared += 1;
+        }
+        assert!(compared > 2000, "{compared}");
     }
 }

@@ -114,3 +114,64 @@ fn a_tag_of_the_video_gives_the_focal_length() {
     let (diagonal, width) = (26.0 / 43.2666 * 1.25, 26.0 / 36.0);
     assert!((found.widths - f64::sqrt(diagonal * width)).abs() < 1e-4, "{found:?}");
 }
+
+/// The video again, with a container that asks for its pictures to be turned to the left by `turn_deg`. The same coded pictures.
+fn turned(plain: &Path, turn_deg: i32) -> PathBuf {
+    let path = plain.with_file_name(format!("turned{turn_deg}.mp4"));
+    let made = |before: &[&str], after: &[&str]| {
+        let mut command = Command::new("ffmpeg");
+        command.args(["-v", "quiet", "-nostdin", "-y"]).args(before).arg("-i").arg(plain);
+        command.args(["-c", "copy"]).args(after).arg(&path).stdin(Stdio::null());
+        command.status().unwrap().success()
+    };
+    // From ffmpeg 6 on by an option, before by a tag.
+    let (option, tag) = (turn_deg.to_string(), format!("rotate={turn_deg}"));
+    assert!(made(&["-display_rotation", &option], &[]) || made(&[], &["-metadata:s:v:0", &tag]));
+    path
+}
+
+#[test]
+fn pictures_are_turned_as_the_container_asks() {
+    use image::imageops::{rotate90, rotate180, rotate270};
+    type Turn = fn(&image::RgbImage) -> image::RgbImage;
+    let folder = tempfile::tempdir().unwrap();
+    let Some(plain) = video(folder.path(), "plain.mp4", "null") else { return };
+    let pictures = |path: &Path| -> Vec<image::RgbImage> {
+        let sequence = Sequence::open(path, &SequenceOptions::default()).unwrap();
+        sequence.frames().map(|frame| frame.unwrap().rgb().into_owned()).collect()
+    };
+    let upright = pictures(&plain);
+    // Those of the library turn to the right.
+    let turns: [(i32, Turn); 3] = [(90, rotate270), (180, rotate180), (270, rotate90)];
+    for (turn_deg, expected) in turns {
+        let path = turned(&plain, turn_deg);
+        let told = Sequence::open(&path, &SequenceOptions::default()).unwrap().summary().rotation_deg;
+        assert_eq!(told.map(|turn| turn.rem_euclid(360)), Some(turn_deg));
+        let found = pictures(&path);
+        assert_eq!(found.len(), 10);
+        for (found, upright) in found.iter().zip(&upright) {
+            let expected = expected(upright);
+            assert_eq!(found.dimensions(), expected.dimensions());
+            let differences = found.iter().zip(expected.iter()).map(|(a, b)| f64::from(a.abs_diff(*b)));
+            let mean = differences.sum::<f64>() / found.len() as f64;
+            // Colours have half the resolution, and may be interpolated before the turn or after it.
+            assert!(mean < 1.0, "{turn_deg} degrees: {mean} grey values");
+        }
+    }
+}
+
+#[test]
+fn a_calibration_of_turned_pictures_fits_or_is_doubted_or_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(plain) = video(folder.path(), "plain.mp4", "null") else { return };
+    let calibration = folder.path().join("camera.toml");
+    std::fs::write(&calibration, "fx = 50.0\nfy = 50.0\ncx = 30.0\ncy = 27.0\nwidth = 64\nheight = 48\n")
+        .unwrap();
+    let options = SequenceOptions { calibration: Some(calibration), ..SequenceOptions::default() };
+    let opened = |path: &Path| Sequence::open(path, &options);
+    assert_eq!(opened(&plain).unwrap().turned_calibration(), None);
+    let said = opened(&turned(&plain, 180)).unwrap().turned_calibration().unwrap();
+    assert!(said.contains("180 degrees") && said.contains("cx = 33.00, cy = 20.00"), "{said}");
+    let refused = opened(&turned(&plain, 90)).unwrap_err().to_string();
+    assert!(refused.contains("64x48") && refused.contains("48x64"), "{refused}");
+}

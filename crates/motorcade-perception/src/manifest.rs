@@ -313,6 +313,7 @@ impl Manifest {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::BTreeSet;
 
     #[test]
     fn the_built_in_manifest_reads() {
@@ -329,5 +330,82 @@ mod tests {
         std::fs::write(folder.path().join(MANIFEST_NAME), "[[model]]\nname = 3\n").unwrap();
         let error = Manifest::of_folder(folder.path()).unwrap_err();
         assert!(error.to_string().contains("line 2") && error.exit_code() == 3, "{error}");
+    }
+
+    /// A network of every kind with every key. A kind or a key that comes new does not compile here.
+    fn all_keys() -> Manifest {
+        let classes = || BTreeMap::from([("2".to_owned(), VehicleClass::Car)]);
+        let errors = EdgeErrors { height: 1.0, left: 0.0, top: 0.0, right: 0.0, bottom: 0.0 };
+        let presence = PresenceWeights { logit: 1.0, score: 1.0, bias: 0.0 };
+        let outputs = [
+            OutputSpec::Yolox { classes: classes() },
+            OutputSpec::Ssd { classes: classes() },
+            OutputSpec::CentrePoint { classes: classes() },
+            OutputSpec::Segmentation { road: vec![1] },
+            OutputSpec::Scene { pixels: 1, road: true, edge_errors: vec![errors] },
+            OutputSpec::Keypoints { variance: KeypointVariance::default(), presence: Some(presence) },
+        ];
+        // Reminds of the list above.
+        let known = |output: &OutputSpec| match output {
+            OutputSpec::Yolox { .. }
+            | OutputSpec::Ssd { .. }
+            | OutputSpec::CentrePoint { .. }
+            | OutputSpec::Segmentation { .. }
+            | OutputSpec::Scene { .. }
+            | OutputSpec::Keypoints { .. } => true,
+        };
+        assert!(outputs.iter().all(known));
+        let entry = |output| ModelEntry {
+            name: String::new(),
+            file: String::new(),
+            sha256: Some(String::new()),
+            licence: String::new(),
+            input: InputSpec {
+                colour: ColourOrder::Bgr,
+                resize: Resize::Letterbox,
+                scale: 1.0,
+                mean: [0.0; 3],
+                std: [1.0; 3],
+                pad: 114.0,
+                size: Some([1, 1]),
+            },
+            output,
+        };
+        Manifest { models: outputs.map(entry).to_vec() }
+    }
+
+    /// Keys of tables but for the class numbers, and the names of the kinds.
+    fn names(value: &toml::Value, out: &mut BTreeSet<String>) {
+        match value {
+            toml::Value::Array(all) => all.iter().for_each(|value| names(value, out)),
+            toml::Value::Table(table) => {
+                for (key, value) in table {
+                    out.insert(key.clone());
+                    match value {
+                        toml::Value::String(kind) if key == "kind" => drop(out.insert(kind.clone())),
+                        _ if key == "classes" => {}
+                        value => names(value, out),
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+
+    #[test]
+    fn the_book_lists_every_key_and_kind() {
+        let book = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/src/models.md");
+        let book = std::fs::read_to_string(book).unwrap();
+        // Text in backticks, and lines of the example.
+        let code = book.split('`').skip(1).step_by(2).collect::<Vec<_>>().join("\n");
+        let example = book.split("```toml").nth(1).unwrap();
+        let text = format!("{code}\n{example}");
+        let words: BTreeSet<&str> =
+            text.split(|c: char| !(c.is_ascii_alphanumeric() || "_-".contains(c))).collect();
+        let mut wanted = BTreeSet::new();
+        names(&toml::Value::try_from(all_keys()).unwrap(), &mut wanted);
+        assert!(wanted.len() > 25 && wanted.contains("centre-point"), "{wanted:?}");
+        let missing: Vec<_> = wanted.iter().filter(|name| !words.contains(name.as_str())).collect();
+        assert!(missing.is_empty(), "docs/src/models.md does not name {missing:?}");
     }
 }

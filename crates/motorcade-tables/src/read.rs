@@ -1,6 +1,7 @@
 //! Small Parquet files read as text.
 
 use std::collections::BTreeMap;
+use std::panic::catch_unwind;
 use std::path::Path;
 
 use motorcade_dataset::regular_file;
@@ -19,8 +20,15 @@ const MOST_ROWS: i64 = 1_000_000;
 /// For lists that a person or a script wrote, at most a million rows.
 ///
 /// # Errors
-/// A file that is missing or no Parquet, columns that are lists or structures, a compression other than zstd and Snappy.
+/// A file that is missing, damaged or no Parquet, columns that are lists or structures, a compression other than zstd and Snappy.
 pub fn read_rows(path: &Path) -> Result<Vec<BTreeMap<String, String>>> {
+    // The decoder panics on lengths that are negative, among other things that only a damaged file has.
+    catch_unwind(|| rows_of(path)).unwrap_or_else(|_| {
+        Err(Error::parquet(path, "its decoding failed by a fault of the program; the file may be damaged"))
+    })
+}
+
+fn rows_of(path: &Path) -> Result<Vec<BTreeMap<String, String>>> {
     let file = regular_file::open(path).map_err(|source| Error::Read { path: path.to_path_buf(), source })?;
     let unreadable = |e: ParquetError| {
         let advice = "expected a Parquet file, uncompressed or compressed with zstd or Snappy";

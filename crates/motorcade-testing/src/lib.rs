@@ -1,5 +1,5 @@
 //! Test support: a KITTI-like camera, drives with exact poses, a street of points, images of a street, vehicles on a level road,
-//! fields of protobuf messages, tiny networks, and the folder of development data. A dev-dependency only.
+//! fields of protobuf messages, tiny networks, damaged files, and the folder of development data. A dev-dependency only.
 //!
 //! ```
 //! use motorcade_testing::{CAMERA, Drive, project, street};
@@ -10,6 +10,7 @@
 //! ```
 
 mod drive;
+pub mod fuzz;
 mod on_road;
 pub mod onnx;
 pub mod protobuf;

@@ -3,7 +3,7 @@
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_odometry::{EgoFrame, FrameStatus};
 use motorcade_vehicles::{VehicleState, VehicleTrajectory};
-use nalgebra::{Matrix6, Vector3};
+use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use crate::result::RunResult;
 
@@ -11,7 +11,7 @@ use crate::result::RunResult;
 const UNKNOWN_VARIANCE: f64 = 1e6;
 
 /// Replaces camera poses that are not finite by the one before, their covariances by a large one, removes vehicle states that are not finite, and
-/// replaces covariances of vehicles that are none. Says what it did.
+/// replaces covariances of vehicles that are none. Vehicles without a state or a size go. Says what it did.
 pub(crate) fn keep_finite(result: &mut RunResult) -> Vec<String> {
     let mut out = Vec::new();
     let mut before = None;
@@ -39,11 +39,23 @@ pub(crate) fn keep_finite(result: &mut RunResult) -> Vec<String> {
                 "vehicle {id}: the uncertainty of {unknown} of {states} states is of no use; that of each frame alone stands, 1000 m without a measurement"
             ));
         }
+        if !vehicle.size_covariance.iter().all(|v| v.is_finite()) {
+            vehicle.size_covariance = Matrix3::identity() * UNKNOWN_VARIANCE;
+            out.push(format!(
+                "vehicle {}: the uncertainty of its size is of no use; 1000 m stand for it",
+                vehicle.id
+            ));
+        }
+        if !is_whole(vehicle) {
+            out.push(format!("vehicle {}: its size or P(moving) is not finite; it is left out", vehicle.id));
+        }
     }
-    let whole =
-        |v: &VehicleTrajectory| v.p_moving.is_finite() && v.size.to_vector().iter().all(|v| v.is_finite());
-    result.vehicles.retain(|v| !v.states.is_empty() && whole(v));
+    result.vehicles.retain(|v| !v.states.is_empty() && is_whole(v));
     out
+}
+
+fn is_whole(vehicle: &VehicleTrajectory) -> bool {
+    vehicle.p_moving.is_finite() && vehicle.size.to_vector().iter().all(|v| v.is_finite())
 }
 
 /// True when the frame had to be changed.
@@ -88,6 +100,9 @@ fn is_finite(state: &VehicleState) -> bool {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::output::{self, OutputDirectory, RUN_RECORD};
+    use crate::test_results::{context, result, vehicle};
+    use std::path::{Path, PathBuf};
 
     pub(crate) fn frame() -> EgoFrame {
         EgoFrame {
@@ -106,7 +121,7 @@ pub(crate) mod tests {
             scale_bias_sigma: 0.0,
             scale_measured: true,
             road_normal: -Vector3::y(),
-            road_tilt_covariance: nalgebra::Matrix3::identity(),
+            road_tilt_covariance: Matrix3::identity(),
             inliers: 100,
         }
     }
@@ -150,5 +165,106 @@ pub(crate) mod tests {
             assert!(widen(&mut state).is_some() && state.covariance[(3, 3)] == UNKNOWN_VARIANCE, "{lost}");
         }
         assert!(widen(&mut state(0.04)).is_none());
+    }
+
+    fn holds_none(text: &str) -> bool {
+        let is_none = |word: &str| matches!(word.to_ascii_lowercase().as_str(), "nan" | "inf" | "infinity");
+        text.split(|c: char| !c.is_alphanumeric()).any(is_none)
+    }
+
+    /// Files below a folder, and of them those that hold a number that is none.
+    fn scanned(folder: &Path) -> (usize, Vec<PathBuf>) {
+        let (mut files, mut spoilt) = (0, Vec::new());
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                let (more, others) = scanned(&path);
+                files += more;
+                spoilt.extend(others);
+            } else {
+                files += 1;
+                spoilt.extend(holds_none(&std::fs::read_to_string(&path).unwrap()).then_some(path));
+            }
+        }
+        (files, spoilt)
+    }
+
+    fn written(result: &RunResult) -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        let directory = OutputDirectory::open(folder.path(), RUN_RECORD, false).unwrap();
+        output::write_run(&directory, result, &context(), &[]).unwrap();
+        folder
+    }
+
+    /// Four frames and seven vehicles, each with another number that is none.
+    fn broken() -> RunResult {
+        let moved = |change: fn(&mut VehicleState)| {
+            let mut moved = state(0.04);
+            change(&mut moved);
+            vec![state(0.04), moved]
+        };
+        let mut lost_size = vehicle(5, vec![state(0.04)]);
+        lost_size.size.length_m = f64::NAN;
+        let mut unsure_size = vehicle(6, vec![state(0.04)]);
+        unsure_size.size_covariance[(1, 1)] = f64::NAN;
+        let mut undecided = vehicle(7, vec![state(0.04)]);
+        undecided.p_moving = f64::NAN;
+        let far = |s: &mut VehicleState| {
+            s.world_from_vehicle =
+                Pose::from_parts(s.world_from_vehicle.rotation(), Vector3::repeat(f64::NAN));
+        };
+        let vehicles = vec![
+            vehicle(1, moved(|s| s.speed_mps = f64::NAN)),
+            vehicle(2, moved(far)),
+            vehicle(3, moved(|s| s.covariance[(4, 4)] = f64::NAN)),
+            vehicle(4, moved(|s| s.speed_sigma_mps = f64::INFINITY).split_off(1)),
+            lost_size,
+            unsure_size,
+            undecided,
+        ];
+        let mut result = result(4, vehicles);
+        result.speeds_mps = Some(vec![0.0, 10.0, f64::NAN, 10.0]);
+        let ego = &mut result.ego.frames;
+        ego[1].world_from_camera =
+            Pose::from_parts(ego[1].world_from_camera.rotation(), Vector3::repeat(f64::NAN));
+        ego[2].covariance[(5, 5)] = f64::NAN;
+        (ego[3].scale, ego[3].scale_sigma) = (f64::NAN, f64::INFINITY);
+        ego[3].road_normal = Vector3::repeat(f64::NAN);
+        result
+    }
+
+    #[test]
+    fn no_file_holds_a_number_that_is_none() {
+        let mut result = broken();
+        for table in [output::frames_csv(&result), output::tracks_csv(&result)] {
+            assert!(holds_none(&String::from_utf8(table).unwrap()), "without the repair there are some");
+        }
+        let said = keep_finite(&mut result).join("\n");
+        let folder = written(&result);
+        let (files, spoilt) = scanned(folder.path());
+        assert!(files >= 12 && spoilt.is_empty(), "{files} files, {spoilt:?}\n{said}");
+        // JSON has no NaN: it would be written as null.
+        let record: serde_json::Value =
+            serde_json::from_slice(&std::fs::read(folder.path().join(RUN_RECORD)).unwrap()).unwrap();
+        assert!(record["length_m"].is_number() && record["camera_height_m"].is_number(), "{record}");
+        let ids: Vec<usize> = result.vehicles.iter().map(|v| v.id).collect();
+        assert_eq!(ids, [1, 2, 3, 6], "without a state, a size or P(moving) a vehicle goes");
+        assert!(result.vehicles[..3].iter().all(|v| v.states.len() == 1));
+        assert_eq!(result.vehicles[3].size_sigma().width_m, 1000.0);
+        assert_eq!(result.speeds_mps, Some(vec![0.0, 10.0, 0.0, 10.0]));
+        for named in [
+            "frame 1",
+            "frame 2",
+            "frame 3",
+            "vehicle 1",
+            "vehicle 2",
+            "vehicle 3",
+            "vehicle 4",
+            "vehicle 5",
+            "vehicle 6",
+            "vehicle 7",
+        ] {
+            assert!(said.contains(&format!("{named}:")), "{named} is not named:\n{said}");
+        }
     }
 }

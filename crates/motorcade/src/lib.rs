@@ -67,6 +67,8 @@ mod settings;
 mod speeds;
 mod state;
 mod swapped_frames;
+#[cfg(test)]
+mod test_results;
 mod timing;
 
 pub use calibration::{CameraCalibration, FocalPrior, Mounting, PriorOrigin, calibrate};

@@ -89,6 +89,11 @@ pub(crate) fn of_speeds(result: &RunResult, options: &PlausibilityOptions) -> Ve
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::finite;
+    use crate::test_results::{result, vehicle};
+    use motorcade_geometry::Pose;
+    use motorcade_vehicles::VehicleState;
+    use nalgebra::Vector3;
 
     #[test]
     fn fields_that_are_rarely_meant_are_named() {
@@ -106,5 +111,29 @@ mod tests {
             let warnings = of_camera(&camera, height_m, &options);
             assert!(warnings.len() == 1 && warnings[0].contains(named), "{warnings:?}");
         }
+    }
+
+    #[test]
+    fn speeds_of_no_road_vehicle_are_named() {
+        let options = PlausibilityOptions::default();
+        let at = |speed_mps: f64| VehicleState { speed_mps, ..finite::tests::state(0.04) };
+        let drive = |speeds: &[(usize, f64)]| {
+            let vehicles = speeds.iter().map(|(id, speed_mps)| vehicle(*id, vec![at(1.0), at(*speed_mps)]));
+            result(3, vehicles.collect())
+        };
+        assert!(of_speeds(&drive(&[(3, 99.0), (7, -99.0)]), &options).is_empty());
+        let warnings = of_speeds(&drive(&[(3, 99.0), (7, 101.0), (12, -130.0)]), &options);
+        assert_eq!(warnings, ["vehicles faster than 100 m/s (speed_mps in tracks.csv): 7, 12"]);
+        // 11 m in a tenth of a second.
+        let mut fast = drive(&[]);
+        fast.ego.frames[2].world_from_camera = Pose::from_parts(
+            fast.ego.frames[1].world_from_camera.rotation(),
+            fast.ego.frames[1].world_from_camera.translation() + Vector3::z() * 11.0,
+        );
+        let warnings = of_speeds(&fast, &options);
+        assert!(
+            warnings.len() == 1 && warnings[0].contains("100 m/s in 1 frames, 110 m/s in frame 2"),
+            "{warnings:?}"
+        );
     }
 }

@@ -49,9 +49,8 @@ pub fn relative_sigma_m(
 mod tests {
     use super::*;
     use crate::finite;
+    use crate::test_results::vehicle;
     use motorcade_odometry::EgoFrame;
-    use motorcade_perception::VehicleClass;
-    use motorcade_vehicles::Dimensions;
     use nalgebra::Vector3;
 
     #[test]
@@ -75,15 +74,7 @@ mod tests {
     fn the_camera_is_added_and_left_out_again() {
         let camera = EgoFrame { covariance: Matrix6::identity() * 4.0, ..finite::tests::frame() };
         let ego = EgoTrajectory { frames: vec![camera], height_m: 1.6, noise: Vec::new() };
-        let mut vehicle = VehicleTrajectory {
-            id: 1,
-            class: VehicleClass::Car,
-            size: Dimensions { length_m: 4.2, width_m: 1.7, height_m: 1.5 },
-            size_covariance: Matrix3::identity(),
-            size_by_road: None,
-            p_moving: 0.0,
-            states: vec![finite::tests::state(0.04)],
-        };
+        let mut vehicle = vehicle(1, vec![finite::tests::state(0.04)]);
         add_camera(&ego, std::slice::from_mut(&mut vehicle));
         let state = &vehicle.states[0];
         let sigma_m = std::array::from_fn(|k| state.covariance[(3 + k, 3 + k)].sqrt());

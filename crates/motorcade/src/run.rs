@@ -49,11 +49,16 @@ pub fn push_sequence(
     each: FrameCallback<'_>,
 ) -> Result<()> {
     let resumed = slam.take_resumed();
-    // The warnings of a drive that goes on hold it already.
-    if let Some(fps) = sequence.assumed_fps().filter(|_| resumed.is_none()) {
-        slam.warn(format!(
-            "the frame rate of the pictures is not given: {fps} frames/s are assumed, and speeds are proportional to it; give --fps"
-        ));
+    // The warnings of a drive that goes on hold these already.
+    if resumed.is_none() {
+        if let Some(fps) = sequence.assumed_fps() {
+            slam.warn(format!(
+                "the frame rate of the pictures is not given: {fps} frames/s are assumed, and speeds are proportional to it; give --fps"
+            ));
+        }
+        if let Some(problem) = sequence.turned_calibration() {
+            slam.warn(problem);
+        }
     }
     for warning in slam.warnings() {
         progress.warn(warning);

@@ -50,3 +50,18 @@ fn cut_files_are_errors() {
         assert!(read_rows(whole.path()).is_err(), "{length} bytes");
     }
 }
+
+/// The lowest bit is the sign of a number there: the decoder panics on lengths that are negative.
+#[test]
+fn damaged_files_are_read_or_are_errors() {
+    let whole = file(vec![column("input", Values::Text(vec![Some("a.mp4".into()); 4]))]);
+    let bytes = std::fs::read(whole.path()).unwrap();
+    for at in 0..bytes.len() {
+        let mut damaged = bytes.clone();
+        damaged[at] ^= 1;
+        std::fs::write(whole.path(), damaged).unwrap();
+        if let Err(error) = read_rows(whole.path()) {
+            assert!(error.exit_code() == 3, "byte {at}: {error}");
+        }
+    }
+}

@@ -254,3 +254,7 @@ fn parent(path: &Path) -> PathBuf {
 fn name_of(path: &Path) -> String {
     path.file_name().map_or_else(|| "results".to_owned(), |name| name.to_string_lossy().into_owned())
 }
+
+#[cfg(test)]
+#[path = "directory_tests.rs"]
+mod tests;

@@ -213,6 +213,10 @@ fn wrap(angle: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::finite;
+    use crate::test_results::{result, vehicle};
+    use motorcade_geometry::lie::se3::adjoint;
+    use nalgebra::{Matrix6, UnitQuaternion};
 
     #[test]
     fn classes_of_results_are_those_of_kitti() {
@@ -220,6 +224,37 @@ mod tests {
             ["Car", "Van", "Truck", "Pedestrian", "Person", "Cyclist", "Tram", "Misc", "DontCare"];
         for class in VehicleClass::ALL {
             assert!(KITTI.contains(&kitti_class(class)), "{class:?}");
+        }
+    }
+
+    /// Σ_relative = Σ_world − Ad Σ_camera Adᵀ along each axis of the vehicle, another way than the program takes.
+    #[test]
+    fn the_relative_columns_leave_the_camera_out() {
+        let mut state = finite::tests::state(0.04);
+        let turn = UnitQuaternion::from_euler_angles(0.3, -0.8, 1.1);
+        state.world_from_vehicle = Pose::from_parts(turn, Vector3::new(4.0, 1.5, 20.0));
+        let world = Vector3::new(0.9, 0.7, 0.8);
+        state.covariance.fixed_view_mut::<3, 3>(3, 3).set_diagonal(&world);
+        let mut result = result(1, vec![vehicle(5, vec![state.clone()])]);
+        let ego = &mut result.ego.frames[0];
+        ego.covariance = Matrix6::from_diagonal(&[1e-4, 4e-4, 2e-4, 0.02, 0.01, 0.3].into());
+        (ego.covariance[(1, 3)], ego.covariance[(3, 1)]) = (1e-3, 1e-3);
+        let vehicle_from_camera = state.world_from_vehicle.inverse() * ego.world_from_camera;
+        let across = adjoint(vehicle_from_camera.isometry());
+        let camera = across * ego.covariance * across.transpose();
+
+        let mut bytes = Vec::new();
+        table(&mut bytes, &result).unwrap();
+        let mut rows = csv::Reader::from_reader(bytes.as_slice());
+        let head = rows.headers().unwrap().clone();
+        let row = rows.records().next().unwrap().unwrap();
+        let cell =
+            |name: String| -> f64 { row[head.iter().position(|h| h == name).unwrap()].parse().unwrap() };
+        for (k, axis) in ["forward", "left", "up"].into_iter().enumerate() {
+            let expected = (world[k] - camera[(3 + k, 3 + k)]).sqrt();
+            assert!(camera[(3 + k, 3 + k)] > 0.02, "the camera has a part in {axis}: {camera}");
+            assert!((cell(format!("sigma_relative_{axis}_m")) - expected).abs() < 2e-6, "{axis}: {row:?}");
+            assert!((cell(format!("sigma_{axis}_m")) - world[k].sqrt()).abs() < 2e-6, "{axis}: {row:?}");
         }
     }
 }

@@ -8,4 +8,5 @@ mod hour;
 mod long_drives;
 mod online;
 mod resumed_state;
+mod turned;
 mod unknown_unit;
