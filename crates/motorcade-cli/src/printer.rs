@@ -26,9 +26,14 @@ impl Printer {
     /// Ready for the first line; `print` prints each.
     pub fn new(print: impl Fn(&str) -> Result<(), Error> + Send + 'static) -> Self {
         let (lines, waiting) = sync_channel::<String>(WAITING);
-        // All lines are taken, whatever became of those before.
-        let thread =
-            std::thread::spawn(move || waiting.iter().fold(Ok(()), |first, line| first.and(print(&line))));
+        let thread = std::thread::spawn(move || {
+            let mut first = Ok(());
+            // All lines are taken, whatever became of those before.
+            for line in waiting {
+                first = first.and(print(&line));
+            }
+            first
+        });
         Self { lines, thread, stuck: AtomicBool::new(false) }
     }
 

@@ -338,49 +338,13 @@ fn pictures_that_ask_to_be_turned_are_refused() {
     for orientation in [3, 6, 8] {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("calibration.toml"), TOML).unwrap();
-        let exif: [u8; 36] = [
-            0xff,
-            0xe1,
-            0,
-            34,
-            b'E',
-            b'x',
-            b'i',
-            b'f',
-            0,
-            0,
-            b'I',
-            b'I',
-            42,
-            0,
-            8,
-            0,
-            0,
-            0,
-            1,
-            0,
-            0x12,
-            0x01,
-            3,
-            0,
-            1,
-            0,
-            0,
-            0,
-            orientation,
-            0,
-            0,
-            0,
-            0,
-            0,
-            0,
-            0,
-        ];
+        let content = [b"Exif\0\0", &tiff(&[(ORIENTATION, orientation)])[..]].concat();
+        let exif = [&[0xff, 0xe1, 0, content.len() as u8 + 2], &content[..]].concat();
         for n in 0..2 {
             let path = folder.path().join(format!("{n:06}.jpg"));
             gray(n).save(&path).unwrap();
             let bytes = std::fs::read(&path).unwrap();
-            std::fs::write(&path, [&bytes[..2], &exif, &bytes[2..]].concat()).unwrap();
+            std::fs::write(&path, [&bytes[..2], &exif[..], &bytes[2..]].concat()).unwrap();
         }
         let (said, code) = refusal(folder.path(), &SequenceOptions::default());
         assert!(said.contains(&format!("EXIF orientation {orientation}")) && code == 3, "{said}");
