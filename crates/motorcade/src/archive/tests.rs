@@ -155,6 +155,20 @@ fn a_named_file_goes_on_from_a_state_and_nothing_else() {
 }
 
 #[test]
+fn a_named_file_keeps_its_name_when_its_records_are_taken_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut archive = Archive::<FrameRecord>::named(folder.path().join("motion"));
+    assert!(archive.take_back().unwrap().is_empty());
+    for count in [3, 2] {
+        archive.put_away((0..count).map(motion).collect());
+        let state = archive.state().unwrap();
+        let named = Archive::<FrameRecord>::named(folder.path().join("motion"));
+        assert_eq!(named.resumed(&state).unwrap().take_back().unwrap().len(), count);
+        assert_eq!(archive.take_back().unwrap().len(), count);
+    }
+}
+
+#[test]
 fn a_file_that_cannot_be_written_any_more_leaves_the_later_records_in_memory() {
     let mut archive = Archive::default();
     archive.put_away((0..300).map(motion).collect());
