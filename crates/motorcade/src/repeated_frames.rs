@@ -68,7 +68,7 @@ impl RepeatedFrames {
         Self { options: self.options, ..state }
     }
 
-    /// What a frame repeats of the last one that did not; `None` of one that shows something new.
+    /// Kind of repetition of the last frame that showed something new; `None` of one that does so itself.
     pub fn repetition(&mut self, image: &GrayImage, timestamp_ns: i64) -> Option<Repetition> {
         self.frames += 1;
         let options = &self.options;

@@ -69,7 +69,7 @@ impl MultibodyGraph {
 /// A factor of the graph of the last seconds.
 #[derive(Serialize, Deserialize)]
 enum KeptFactor {
-    /// What was marginalised.
+    /// Prior of variables that were marginalised.
     Prior(LinearPrior),
     Scale(VectorPrior),
     Pose(Between),

@@ -153,7 +153,7 @@ impl<T: Stored> Archive<T> {
     pub(crate) fn take_back(&mut self) -> io::Result<Vec<T>> {
         let Self { file, count, kept, failed, named } = std::mem::take(self);
         self.failed = failed;
-        // What is put away from now on lies in a new file of that name.
+        // Records that are put away from now on lie in a new file of that name.
         self.named = named.map(|named| NamedFile { path: named.path, bytes: 0, hash: Sha256::new() });
         let Some(mut file) = file else { return Ok(kept) };
         file.seek(SeekFrom::Start(0))?;

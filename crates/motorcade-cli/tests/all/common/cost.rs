@@ -1,4 +1,4 @@
-//! What a command takes: time of the processor, time of the clock, memory.
+//! Cost of a command: time of the processor, time of the clock, memory.
 
 use std::fs;
 use std::path::Path;

@@ -25,7 +25,7 @@ impl Fifo {
         Self { path, reader }
     }
 
-    /// What was written. Fails where the FIFO was replaced.
+    /// Text that was written. Fails where the FIFO was replaced.
     #[track_caller]
     pub fn text(mut self) -> String {
         assert!(fs::symlink_metadata(&self.path).unwrap().file_type().is_fifo(), "{:?}", self.path);

@@ -52,7 +52,7 @@ impl SlidingEstimator {
     /// The state after the last frame.
     ///
     /// # Errors
-    /// What could not be put away in a file with a name.
+    /// Rows that could not be put away in a file with a name.
     pub(crate) fn state(&self) -> Result<SlidingState<'_>> {
         // A field that is new does not compile here until it is kept or known to be no state.
         let Self {
