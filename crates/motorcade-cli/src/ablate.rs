@@ -87,6 +87,8 @@ struct Truth<'a> {
 struct Ablation<'a> {
     run: &'a RunArguments,
     truth: Truth<'a>,
+    /// What `truth.camera` holds, read before the frames are.
+    trajectory: Option<Trajectory<World, Camera>>,
     drive: LoadedDrive,
     reporter: Reporter,
 }
@@ -98,9 +100,10 @@ impl<'a> Ablation<'a> {
     }
 
     fn open(run: &'a RunArguments, truth: Truth<'a>) -> anyhow::Result<Self> {
+        let trajectory = truth.camera.map(read_trajectory).transpose()?;
         output::prepare_folder(&run.out)?;
         let drive = Drive::open(run)?.load(run, &overlaid(Config::default(), run)?)?.record()?;
-        Ok(Self { run, truth, drive, reporter: Reporter::new(run.progress) })
+        Ok(Self { run, truth, trajectory, drive, reporter: Reporter::new(run.progress) })
     }
 
     fn config(&self, variant: &Variant) -> anyhow::Result<Config> {
@@ -138,10 +141,11 @@ impl<'a> Ablation<'a> {
 
     /// True poses of the frames of the run, from `--ground-truth`.
     fn poses(&self, numbers: &[u64]) -> anyhow::Result<Vec<Pose<World, Camera>>> {
-        let Some(path) = self.truth.camera else { return Ok(Vec::new()) };
-        let whole: Trajectory<World, Camera> = read_trajectory(path)?;
+        let Some((path, whole)) = self.truth.camera.zip(self.trajectory.as_ref()) else {
+            return Ok(Vec::new());
+        };
         if whole.poses.len() == numbers.len() {
-            return Ok(whole.poses);
+            return Ok(whole.poses.clone());
         }
         let of = |n: &u64| usize::try_from(*n).ok().and_then(|n| whole.poses.get(n)).copied();
         let problem = || {

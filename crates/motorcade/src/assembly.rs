@@ -8,6 +8,7 @@ use motorcade_vehicles::VehicleTrajectory;
 use crate::check_options::CheckOptions;
 use crate::clock_jumps;
 use crate::closed_loop::Loops;
+use crate::detection_faults;
 use crate::finite;
 use crate::plausibility;
 use crate::progress::Progress;
@@ -64,9 +65,15 @@ impl RunResult {
         let summary = summary_warnings(&result, metric);
         let swapped = swapped_frames::of(&result.frames, &result.ego.frames, &checks.advanced.swapped_frames);
         let jumps = clock_jumps::of(&result.frames, &result.ego.frames, &checks.advanced.clock);
-        for warning in
-            warnings.into_iter().chain(repaired).chain(swapped).chain(jumps).chain(speeds).chain(summary)
-        {
+        let boxes = detection_faults::of(
+            &result.frames,
+            &result.detections,
+            result.camera.height,
+            &checks.advanced.detections,
+        );
+        let found =
+            warnings.into_iter().chain(repaired).chain(swapped).chain(jumps).chain(boxes).chain(speeds);
+        for warning in found.chain(summary) {
             progress.warn(&warning);
             result.warnings.push(warning);
         }

@@ -19,6 +19,8 @@ pub struct CheckOptions {
 pub struct AdvancedCheckOptions {
     /// Times of the frames.
     pub clock: ClockJumpOptions,
+    /// Boxes of vehicles.
+    pub detections: DetectionFaultOptions,
     /// Focal length, in drives that are estimated as a whole.
     pub focal_length: FocalCheckOptions,
     /// Pictures.
@@ -43,6 +45,12 @@ impl CheckOptions {
         }
         if clock.named == 0 {
             return Err("checks.advanced.clock.named must be at least 1".to_owned());
+        }
+        let detections = &advanced.detections;
+        for (name, count) in [("least_boxes", detections.least_boxes), ("named", detections.named)] {
+            if count == 0 {
+                return Err(format!("checks.advanced.detections.{name} must be at least 1"));
+            }
         }
         advanced
             .focal_length
@@ -74,6 +82,49 @@ pub struct ClockJumpOptions {
 impl Default for ClockJumpOptions {
     fn default() -> Self {
         Self { late_intervals: 10.0, late_s: 1.0, named: 3 }
+    }
+}
+
+/// Boxes that no sound detector gives. Chosen, not measured: of KITTI's labels and the program's own networks none is reported.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct DetectionFaultOptions {
+    /// Intersection over union beyond which a box lies on another one. A smaller one takes vehicles that hide each other for one.
+    pub double_iou: f64,
+    /// Share of the boxes that lie on another one from which vehicles are found twice.
+    pub doubled_share: f64,
+    /// Intersection over union beyond which boxes of two frames in a row are those of one vehicle.
+    pub same_iou: f64,
+    /// Share of such pairs with two identities from which identities are not those of vehicles: trackers confuse a few.
+    pub changed_share: f64,
+    /// Least number of boxes that lie on others, or change their identity, which is spoken of.
+    pub least_boxes: usize,
+    /// Shortest span without boxes \[s\]. A shorter one reports moments in which vehicles hide.
+    pub gap_s: f64,
+    /// Frames without boxes that such a span has more than, at any frame rate.
+    pub gap_frames: usize,
+    /// Least number of large boxes before and after a span: one vehicle may well leave and another one come.
+    pub gap_boxes: usize,
+    /// Least height of a large box, as a share of the picture's: 25 px of KITTI's 375. Smaller ones are seen at times only.
+    pub least_height_share: f64,
+    /// Spans that the warning names; the rest are counted.
+    pub named: usize,
+}
+
+impl Default for DetectionFaultOptions {
+    fn default() -> Self {
+        Self {
+            double_iou: 0.7,
+            doubled_share: 0.2,
+            same_iou: 0.5,
+            changed_share: 0.3,
+            least_boxes: 20,
+            gap_s: 1.0,
+            gap_frames: 4,
+            gap_boxes: 2,
+            least_height_share: 1.0 / 15.0,
+            named: 3,
+        }
     }
 }
 

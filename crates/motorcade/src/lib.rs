@@ -32,6 +32,7 @@ mod clock_jumps;
 mod closed_loop;
 mod config;
 mod config_text;
+mod detection_faults;
 mod distances;
 mod error;
 mod estimate;
@@ -73,8 +74,8 @@ mod timing;
 
 pub use calibration::{CameraCalibration, FocalPrior, Mounting, PriorOrigin, calibrate};
 pub use check_options::{
-    AdvancedCheckOptions, CheckOptions, ClockJumpOptions, PlausibilityOptions, RepeatedFrameOptions,
-    SwappedFrameOptions,
+    AdvancedCheckOptions, CheckOptions, ClockJumpOptions, DetectionFaultOptions, PlausibilityOptions,
+    RepeatedFrameOptions, SwappedFrameOptions,
 };
 pub use closed_loop::{ClosedLoop, Loops};
 pub use config::{AdvancedScaleOptions, Config, Preset, RunOptions, ScaleOptions, VehicleMask};

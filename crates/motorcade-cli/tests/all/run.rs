@@ -256,9 +256,9 @@ fn progress_can_be_read_by_programs() {
     assert!(lines.iter().any(|l| l["warning"].is_string()));
 }
 
-/// Ten pictures a second in a video of thirty: the speed is that of the pictures, from the first frame on.
+/// Ten pictures a second in a video of thirty, and shown for 0.1 to 0.3 s each: the speed is that of the pictures, from the first frame on.
 #[test]
-fn pictures_that_repeat_leave_speeds_and_length_as_they_are() {
+fn pictures_that_repeat_or_last_longer_leave_speeds_and_length_as_they_are() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     answer(folder, "simulate --scenario demo --frames 40 --width 400 --out drive --progress none")
@@ -269,27 +269,32 @@ fn pictures_that_repeat_leave_speeds_and_length_as_they_are() {
     let camera = format!("fx = {}\nfy = {}\ncx = {}\ncy = {}\n", p[0], p[5], p[2], p[6]);
     fs::write(folder.join("camera.toml"), camera).unwrap();
     let mut drives = Vec::new();
-    for (name, rate) in [("ten", ""), ("thirty", ",fps=30")] {
+    let some = r",select='not(eq(mod(n\,7)\,2)+eq(mod(n\,7)\,4)+eq(mod(n\,7)\,5))'";
+    for (name, rate, said) in
+        [("ten", "", ""), ("thirty", ",fps=30", "frames repeat the frame before"), ("uneven", some, "")]
+    {
         let encoded = Command::new("ffmpeg")
             .args(["-v", "error", "-framerate", "10", "-i", "drive/training/image_02/0000/%06d.png"])
             .args(["-vf", &format!("crop=trunc(iw/2)*2:trunc(ih/2)*2{rate}"), "-crf", "23"])
-            .args(["-c:v", "libx264", "-pix_fmt", "yuv420p", &format!("{name}.mp4")])
+            .args(["-c:v", "libx264", "-pix_fmt", "yuv420p", "-vsync", "vfr", &format!("{name}.mp4")])
             .current_dir(folder)
             .status();
         assert!(encoded.unwrap().success());
         let command =
             format!("run {name}.mp4 --calibration camera.toml --height 1.65 --out {name} --progress none");
         let output = program(folder, &command).env("MOTORCADE_MODELS", "none").output().unwrap();
-        let said = if rate.is_empty() { "" } else { "frames repeat the frame before" };
         Answer::from(output).expect(0, &[said]);
         let frames = rows(&folder.join(format!("{name}/frames.csv")));
         let speeds: Vec<f64> = frames.iter().map(|row| row[4].parse().unwrap()).collect();
         let length_m = json(&folder.join(format!("{name}/run.json")))["length_m"].as_f64().unwrap();
-        drives.push((speeds.into_iter().fold(0.0, f64::max), length_m, frames.len()));
+        let slowest = speeds[1..].iter().copied().fold(f64::INFINITY, f64::min);
+        drives.push((slowest, speeds.into_iter().fold(0.0, f64::max), length_m, frames.len()));
     }
-    let [(largest, length_m, 40), (largest_of_three, length_of_three_m, 118..)] = drives[..] else {
+    let [(slowest, largest, length_m, 40), (_, _, _, 118..), (_, _, _, 23)] = drives[..] else {
         panic!("{drives:?}")
     };
-    assert!(length_m > 20.0 && (length_of_three_m / length_m - 1.0).abs() < 0.05, "{drives:?}");
-    assert!(largest_of_three < 1.3 * largest, "{drives:?}");
+    assert!(length_m > 20.0 && slowest > 6.0, "{drives:?}");
+    assert!(drives.iter().all(|d| d.1 < 1.3 * largest && (d.2 / length_m - 1.0).abs() < 0.06), "{drives:?}");
+    // In a video of thirty most frames have no step of their own.
+    assert!(drives[2].0 > 0.75 * slowest, "{drives:?}");
 }

@@ -43,6 +43,7 @@ fn special_files_are_no_inputs_of_any_command() {
             format!("export done --track {special} --out map"),
             format!("batch {special} --out fleet"),
             format!("calibrate {special} --out found.toml"),
+            format!("ablate graph drive/training --sequence 0000 --ground-truth {special} --out table"),
             format!("map info {special}"),
             format!("map merge {special} {special} --out both.map"),
         ] {
@@ -61,7 +62,7 @@ fn special_files_are_no_inputs_of_any_command() {
             cost(folder.path(), &command).at_most_a_second().expect(3, &[special]);
         }
     }
-    for name in ["out", "pictures", "map", "tables", "fleet", "found.toml", "both.map"] {
+    for name in ["out", "pictures", "map", "tables", "fleet", "found.toml", "both.map", "table"] {
         assert!(!at(name).exists(), "{name}");
     }
     no_leftovers(folder.path());

@@ -25,12 +25,12 @@ pub(super) fn odometry(
         };
         let mut squares: Vec<f64> = loops.iter().map(square).collect::<Result<_, _>>()?;
         // The covariances of loops are larger than the errors of each by that factor.
-        let expected = advanced.agreeing_chi2 / (options.advanced.correlation * advanced.agreeing_margin);
+        let expected = advanced.agreeing_chi2 / advanced.correlation;
         let excess = quantile(&mut squares, advanced.agreeing_share).unwrap_or(0.0) / expected;
-        if excess <= 1.0 || factor >= options.advanced.most_odometry_factor {
+        if excess <= 1.0 || factor >= advanced.most_odometry_factor {
             return Ok(factor);
         }
-        factor = (factor * excess.max(advanced.least_growth)).min(options.advanced.most_odometry_factor);
+        factor = (factor * excess.max(advanced.least_growth)).min(advanced.most_odometry_factor);
         graph.set_scale(odometry, LossScale::variance(factor))?;
     }
 }

@@ -51,9 +51,6 @@ pub struct AdvancedLoopOptions {
     pub agreeing_share: f64,
     /// χ² up to which the edge at that share agrees: the quantile of χ²₆ at `agreeing_share`, with which it is to be changed.
     pub agreeing_chi2: f64,
-    /// Margin of agreement over chance, a factor on squares: an edge in the flank of its kernel loses weight, moves away, and loses all. Chosen, not
-    /// measured: a larger one makes the odometry less certain than the loops show it.
-    pub agreeing_margin: f64,
     /// Least growth of the covariance of the odometry from solution to solution, at least 1.1. A smaller one finds the factor more exactly and
     /// costs more solutions.
     pub least_growth: f64,
@@ -82,7 +79,6 @@ impl Default for AdvancedLoopOptions {
             most_correlated_s: 20.0,
             agreeing_share: 0.9,
             agreeing_chi2: 10.64,
-            agreeing_margin: 4.0,
             least_growth: 2.0,
             elsewhere_m: 10.0,
             map_step_s: 0.33,
@@ -114,7 +110,6 @@ impl LoopOptions {
             ("advanced.most_correlated_s", advanced.most_correlated_s),
             ("advanced.map_step_s", advanced.map_step_s),
             ("advanced.agreeing_chi2", advanced.agreeing_chi2),
-            ("advanced.agreeing_margin", advanced.agreeing_margin),
             ("advanced.elsewhere_m", advanced.elsewhere_m),
         ] {
             if !(value.is_finite() && value > 0.0) {

@@ -1,7 +1,8 @@
 //! Damage to a valid file, as hands, editors, other programs, disks and attackers do it.
 
-use rand::Rng;
-use rand_chacha::ChaCha8Rng;
+use proptest::collection::vec;
+use proptest::prelude::{Strategy, any};
+use proptest::sample::Index;
 
 /// Words that readers of numbers and names trip over.
 const WORDS: [&str; 26] = [
@@ -37,51 +38,73 @@ const MOST_CHANGES: usize = 6;
 /// Largest input \[bytes\]: readers that are linear in it take as long as on a valid file.
 const LARGEST: usize = 1 << 16;
 
-/// The sample with some changes.
-pub fn damaged(sample: &[u8], rng: &mut ChaCha8Rng) -> Vec<u8> {
+/// A change of a file. Numbers shrink towards a change that does least.
+#[derive(Clone, Debug)]
+pub struct Change {
+    kind: u8,
+    at: Index,
+    from: Index,
+    word: Index,
+    length: usize,
+    byte: u8,
+}
+
+/// Changes of a file.
+pub fn changes() -> impl Strategy<Value = Vec<Change>> {
+    let one = (0..9_u8, any::<Index>(), any::<Index>(), any::<Index>(), 0..60_usize, any::<u8>());
+    let one =
+        one.prop_map(|(kind, at, from, word, length, byte)| Change { kind, at, from, word, length, byte });
+    vec(one, 1..=MOST_CHANGES)
+}
+
+/// The sample with its changes.
+pub fn damaged(sample: &[u8], changes: &[Change]) -> Vec<u8> {
     let mut bytes = sample.to_vec();
-    for _ in 0..rng.random_range(1..=MOST_CHANGES) {
-        change(&mut bytes, rng);
+    for change in changes {
+        change.apply(&mut bytes);
         bytes.truncate(LARGEST);
     }
     bytes
 }
 
-fn change(bytes: &mut Vec<u8>, rng: &mut ChaCha8Rng) {
-    let at = rng.random_range(0..=bytes.len());
-    match rng.random_range(0..9) {
-        0 => bytes.truncate(at),
-        1 => {
-            if let Some(byte) = bytes.get_mut(at) {
-                *byte ^= 1 << rng.random_range(0..8);
+impl Change {
+    fn apply(&self, bytes: &mut Vec<u8>) {
+        let at = self.at.index(bytes.len() + 1);
+        let word = *self.word.get(&WORDS);
+        match self.kind {
+            0 => {
+                bytes.splice(at..at, word.bytes());
             }
-        }
-        2 => bytes.insert(at, rng.random()),
-        3 => {
-            bytes.splice(at..at, WORDS[rng.random_range(0..WORDS.len())].bytes());
-        }
-        4 | 5 => {
-            // A word in place of another.
-            let word = around(bytes, at, |b| b.is_ascii_whitespace() || b",:;[]{}=\"".contains(b));
-            bytes.splice(word, WORDS[rng.random_range(0..WORDS.len())].bytes());
-        }
-        6 => {
-            // A line goes, or comes twice.
-            let line = around(bytes, at, |b| *b == b'\n');
-            let mut copy = bytes[line.clone()].to_vec();
-            copy.push(b'\n');
-            let twice = rng.random();
-            bytes.splice(line.clone(), if twice { [copy.clone(), copy].concat() } else { Vec::new() });
-        }
-        7 => {
-            let end = (at + rng.random_range(0..40)).min(bytes.len());
-            bytes.drain(at..end);
-        }
-        _ => {
-            // A part of the file at another place.
-            let from = rng.random_range(0..=bytes.len());
-            let part = bytes[from..(from + rng.random_range(0..60)).min(bytes.len())].to_vec();
-            bytes.splice(at..at, part);
+            1 => {
+                if let Some(byte) = bytes.get_mut(at) {
+                    *byte ^= 1 << (self.byte % 8);
+                }
+            }
+            2 => bytes.insert(at, self.byte),
+            3 | 4 => {
+                // A word in place of another.
+                let old = around(bytes, at, |b| b.is_ascii_whitespace() || b",:;[]{}=\"".contains(b));
+                bytes.splice(old, word.bytes());
+            }
+            5 => {
+                // A line goes, or comes twice.
+                let line = around(bytes, at, |b| *b == b'\n');
+                let mut copy = bytes[line.clone()].to_vec();
+                copy.push(b'\n');
+                let twice = self.byte.is_multiple_of(2);
+                bytes.splice(line, if twice { [copy.clone(), copy].concat() } else { Vec::new() });
+            }
+            6 => {
+                let end = (at + self.length).min(bytes.len());
+                bytes.drain(at..end);
+            }
+            7 => {
+                // A part of the file at another place.
+                let from = self.from.index(bytes.len() + 1);
+                let part = bytes[from..(from + self.length).min(bytes.len())].to_vec();
+                bytes.splice(at..at, part);
+            }
+            _ => bytes.truncate(at),
         }
     }
 }
