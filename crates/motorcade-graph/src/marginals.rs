@@ -47,6 +47,16 @@ impl Marginals {
         Ok(problem.variables.into_iter().zip(blocks).collect())
     }
 
+    /// Logarithm of the determinant of the information matrix H of the free variables: with the cost it tells how probable the measurements are
+    /// with their covariances, whatever the variables.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn log_determinant(graph: &Graph) -> Result<f64, GraphError> {
+        let (problem, factor) = factorised(graph)?;
+        Ok(factor.log_determinant(&problem.matrix))
+    }
+
     /// Covariance of one variable (dof × dof).
     pub fn covariance(&self, variable: VariableId) -> Result<DMatrix<f64>, GraphError> {
         self.cross(variable, variable)

@@ -160,6 +160,15 @@ impl Cholesky {
         (self.pivots.1 / self.pivots.0).powi(2)
     }
 
+    /// Logarithm of the determinant of `matrix`, which was factorised last.
+    pub fn log_determinant(&self, matrix: &BlockMatrix) -> f64 {
+        let of_columns = |node: &Node| {
+            let (panel, ld) = (self.panel(node), node.shape.ld());
+            (0..node.shape.pivots).map(|j| panel[j * ld + j].ln()).sum::<f64>()
+        };
+        2.0 * matrix.symbolic.nodes.iter().map(of_columns).sum::<f64>()
+    }
+
     /// Solves `L Lᵀ x = b` in place, elimination order.
     pub fn solve(&mut self, matrix: &BlockMatrix, x: &mut [f64]) {
         self.solve_forward(matrix, x);

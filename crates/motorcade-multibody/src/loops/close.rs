@@ -14,7 +14,7 @@ use super::{loosen, segments, steps, write};
 use crate::options::GraphOptions;
 
 /// Corrects a trajectory by edges between visits of the same places. Edges are switched off by graduated non-convexity where the others
-/// and the odometry contradict them (Yang et al., RA-L 2020), after the odometry's covariance was enlarged to what most of them show. Poses and covariances are written back; the road, which is known relative to
+/// and the odometry contradict them (Yang et al., RA-L 2020), after the odometry's covariance was enlarged as far as that makes steps and edges more probable. Poses and covariances are written back; the road, which is known relative to
 /// the camera, moves with it. `interval_s` is the mean interval of the trajectory's frames. Without edges nothing changes. Where no edge to a map holds, the world stays that of the drive.
 ///
 /// # Errors
@@ -37,13 +37,14 @@ pub fn close_loops(
     if let Some(first) = cameras.first().filter(|_| edges.map.is_empty()) {
         graph.fix(*first)?;
     }
-    let odometry = graph.add_group();
+    let (odometry, mut steps) = (graph.add_group(), 0);
     for (nodes, frames) in cameras.windows(2).zip(ego.frames.windows(2)) {
         let step = frames[0].world_from_camera.inverse() * frames[1].world_from_camera;
         let information = steps::information(&frames[1], &step, options, graph_options, interval_s);
         let id = graph.add_factor(Between::new(nodes[0], nodes[1], *step.isometry(), information)?)?;
         if frames[1].step_measured {
             graph.assign(id, odometry)?;
+            steps += 1;
         }
     }
     let group = graph.add_group();
@@ -68,9 +69,11 @@ pub fn close_loops(
     let solver =
         Options { max_iterations: graph_options.advanced.max_iterations, threads, ..Options::default() };
     graph.set_scale(group, LossScale::convexity(f64::INFINITY))?;
-    let odometry_factor = loosen::odometry(&mut graph, odometry, &ids, options, &solver)?;
+    let most_agree = loosen::until_most_agree(&mut graph, odometry, &ids, &options.advanced, &solver)?;
     let schedule = GraduateOptions { c: options.advanced.kernel_scale, ..GraduateOptions::default() };
     graduate(&mut graph, group, &solver, &schedule, &Control::default())?;
+    let odometry_factor =
+        loosen::to_most_probable(&mut graph, (odometry, steps), most_agree, &options.advanced, &solver)?;
     let mut weights: Vec<f64> =
         ids.iter().map(|id| graph.loss(*id).map(|l| l.weight)).collect::<Result<_, _>>()?;
     let holds = |weight: &f64| *weight >= options.advanced.least_weight;

@@ -41,19 +41,22 @@ pub struct AdvancedLoopOptions {
     pub least_sigma_m: f64,
     /// Factor on the covariance of a step across a break, which no odometry measured: the car may have turned.
     pub break_inflation: f64,
-    /// Largest factor on the covariance of the odometry, which grows until `agreeing_share` of the edges agree with the corrected trajectory: a bias of
+    /// Largest factor on the covariance of the odometry, which grows as far as that makes steps and edges more probable: a bias of
     /// heading adds up to more than independent errors of steps. Larger closes loops after more drift.
     pub most_odometry_factor: f64,
     /// Longest correlation of errors of scale \[s\]. Chosen, not measured: a larger one lets loops change the scale more.
     pub most_correlated_s: f64,
-    /// Share of the edges that must agree with the corrected trajectory. Chosen, not measured: a larger one trusts the odometry less where single
-    /// edges are false, a smaller one leaves true edges out.
+    /// Share of the edges that must agree with the corrected trajectory before single ones are switched off. Chosen, not measured: a larger one trusts the
+    /// odometry less where single edges are false, a smaller one leaves true edges out.
     pub agreeing_share: f64,
     /// χ² up to which the edge at that share agrees: the quantile of χ²₆ at `agreeing_share`, with which it is to be changed.
     pub agreeing_chi2: f64,
     /// Least growth of the covariance of the odometry from solution to solution, at least 1.1. A smaller one finds the factor more exactly and
     /// costs more solutions.
     pub least_growth: f64,
+    /// The most probable factor is looked for up to the best one so far times this. A larger one finds biases of an odometry that is far too certain,
+    /// and costs more solutions.
+    pub beyond_best: f64,
     /// Distance between where an edge puts a camera and where a start of a map has it, beyond which the edge speaks no more against that start
     /// \[m\]. Chosen, not measured: a larger one gives false edges more weight, a smaller one takes true edges for false in a map that drifts.
     pub elsewhere_m: f64,
@@ -80,6 +83,7 @@ impl Default for AdvancedLoopOptions {
             agreeing_share: 0.9,
             agreeing_chi2: 10.64,
             least_growth: 2.0,
+            beyond_best: 4.0,
             elsewhere_m: 10.0,
             map_step_s: 0.33,
         }
@@ -120,6 +124,7 @@ impl LoopOptions {
             ("advanced.correlation", advanced.correlation),
             ("advanced.break_inflation", advanced.break_inflation),
             ("advanced.most_odometry_factor", advanced.most_odometry_factor),
+            ("advanced.beyond_best", advanced.beyond_best),
         ] {
             if !(value.is_finite() && value >= 1.0) {
                 return Err(format!("loops.{name} must be at least 1"));
