@@ -39,6 +39,16 @@ fn solved(seed: u64) -> Graph {
 }
 
 #[test]
+fn the_logarithm_of_the_determinant_is_that_of_dense_algebra() {
+    let graph = solved(2);
+    let (_, h) = dense(&graph);
+    let expected: f64 =
+        2.0 * h.cholesky().unwrap().l().diagonal().iter().map(|pivot| pivot.ln()).sum::<f64>();
+    let found = Marginals::log_determinant(&graph).unwrap();
+    assert!((found / expected - 1.0).abs() < 1e-12, "{found}, {expected}");
+}
+
+#[test]
 fn covariances_are_blocks_of_the_inverse() {
     let graph = solved(1);
     let (free, h) = dense(&graph);

@@ -33,9 +33,14 @@ fn drifted(truth: &[Pose<World, Camera>]) -> EgoTrajectory {
         let turned = step.scaled(scale).retract(&Vector6::new(0.0, 3e-4, 0.0, 0.0, 0.0, 0.0));
         poses.push(poses[k - 1] * turned);
     }
-    let times: Vec<i64> = (0..truth.len() as i64).map(|k| k * 100_000_000).collect();
+    measured(&poses)
+}
+
+/// A trajectory with the usual covariances.
+fn measured(poses: &[Pose<World, Camera>]) -> EgoTrajectory {
+    let times: Vec<i64> = (0..poses.len() as i64).map(|k| k * 100_000_000).collect();
     EgoTrajectory::metric(
-        &OdometryTrajectory::from_poses(&poses, &times, &ExternalTrajectoryOptions::default()),
+        &OdometryTrajectory::from_poses(poses, &times, &ExternalTrajectoryOptions::default()),
         &[],
         1.65,
         0.006,
@@ -79,6 +84,20 @@ fn loops_take_the_drift_and_shrink_the_covariance() {
     assert!(before > 1.2 && after < before / 2.0, "{before} m, {after} m");
     let last = ego.frames[2 * ROUND - 1].covariance;
     assert!(last.fixed_view::<3, 3>(3, 3).trace() < covariance.fixed_view::<3, 3>(3, 3).trace());
+}
+
+/// Loops that disagree with each other by their own errors do not make the odometry less certain, however many there are.
+#[test]
+fn errors_of_loops_do_not_bend_a_drive_that_does_not_drift() {
+    let truth = truth();
+    let mut ego = measured(&truth);
+    let mut rng = ChaCha8Rng::seed_from_u64(6);
+    let edges: Vec<LoopEdge> = (0..ROUND)
+        .flat_map(|k| [edge(&truth, k, k + ROUND, &mut rng), edge(&truth, k, k + ROUND, &mut rng)])
+        .collect();
+    let report = close(&mut ego, &edges, 1);
+    assert!(report.closed_count() == edges.len() && report.odometry_factor < 1.1, "{report:?}");
+    assert!(ate_m(&ego, &truth) < 0.05, "{} m", ate_m(&ego, &truth));
 }
 
 #[test]
