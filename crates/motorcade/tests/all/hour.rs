@@ -17,7 +17,7 @@ fn peak_mb() -> f64 {
 }
 
 #[test]
-#[ignore = "a minute of computing; .ci/run runs it in release"]
+#[ignore = "a minute of computing; .ci/run runs it"]
 #[cfg(target_os = "linux")]
 fn an_hour_fits_into_a_gigabyte() {
     let start = std::time::Instant::now();

@@ -114,7 +114,7 @@ fn frames_between_estimated_ones_are_predicted() {
 }
 
 #[test]
-#[ignore = "times a long drive; .ci/run runs it in release"]
+#[ignore = "times a long drive; .ci/run runs it"]
 fn a_frame_costs_the_same_from_start_to_end() {
     let (_, times_ms, recorded) = online(drive(4000), &Config::default());
     assert!(recorded.warnings.is_empty(), "{:?}", recorded.warnings);
