@@ -87,7 +87,7 @@ struct Truth<'a> {
 struct Ablation<'a> {
     run: &'a RunArguments,
     truth: Truth<'a>,
-    /// What `truth.camera` holds, read before the frames are.
+    /// Poses of `truth.camera`, read before the frames are.
     trajectory: Option<Trajectory<World, Camera>>,
     drive: LoadedDrive,
     reporter: Reporter,
