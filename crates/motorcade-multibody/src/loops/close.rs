@@ -72,14 +72,8 @@ pub fn close_loops(
     let most_agree = loosen::until_most_agree(&mut graph, odometry, &ids, &options.advanced, &solver)?;
     let schedule = GraduateOptions { c: options.advanced.kernel_scale, ..GraduateOptions::default() };
     graduate(&mut graph, group, &solver, &schedule, &Control::default())?;
-    let odometry_factor = loosen::to_most_probable(
-        &mut graph,
-        (odometry, steps),
-        &ids,
-        most_agree,
-        &options.advanced,
-        &solver,
-    )?;
+    let odometry_factor =
+        loosen::to_most_probable(&mut graph, (odometry, steps), most_agree, &options.advanced, &solver)?;
     let mut weights: Vec<f64> =
         ids.iter().map(|id| graph.loss(*id).map(|l| l.weight)).collect::<Result<_, _>>()?;
     let holds = |weight: &f64| *weight >= options.advanced.least_weight;

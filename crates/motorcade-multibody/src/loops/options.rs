@@ -54,14 +54,9 @@ pub struct AdvancedLoopOptions {
     /// Least growth of the covariance of the odometry from solution to solution, at least 1.1. A smaller one finds the factor more exactly and
     /// costs more solutions.
     pub least_growth: f64,
-    /// Margin of agreement over chance, a factor on squares, before single edges are switched off: an edge in the flank of its kernel loses weight, moves away, and
-    /// loses all. Chosen, not measured: a larger one keeps more true edges of an odometry that drifts, and more false ones.
-    pub agreeing_margin: f64,
-    /// Division of the factor from trial to trial on the way down to the most probable one, at least 1.1. A smaller one finds it more exactly and
-    /// costs more solutions.
-    pub most_shrinkage: f64,
-    /// Trials go on down to the best factor so far divided by this.
-    pub below_best: f64,
+    /// The most probable factor is looked for up to the best one so far times this. A larger one finds biases of an odometry that is far too certain,
+    /// and costs more solutions.
+    pub beyond_best: f64,
     /// Distance between where an edge puts a camera and where a start of a map has it, beyond which the edge speaks no more against that start
     /// \[m\]. Chosen, not measured: a larger one gives false edges more weight, a smaller one takes true edges for false in a map that drifts.
     pub elsewhere_m: f64,
@@ -88,9 +83,7 @@ impl Default for AdvancedLoopOptions {
             agreeing_share: 0.9,
             agreeing_chi2: 10.64,
             least_growth: 2.0,
-            agreeing_margin: 4.0,
-            most_shrinkage: 4.0,
-            below_best: 8.0,
+            beyond_best: 4.0,
             elsewhere_m: 10.0,
             map_step_s: 0.33,
         }
@@ -121,7 +114,6 @@ impl LoopOptions {
             ("advanced.most_correlated_s", advanced.most_correlated_s),
             ("advanced.map_step_s", advanced.map_step_s),
             ("advanced.agreeing_chi2", advanced.agreeing_chi2),
-            ("advanced.agreeing_margin", advanced.agreeing_margin),
             ("advanced.elsewhere_m", advanced.elsewhere_m),
         ] {
             if !(value.is_finite() && value > 0.0) {
@@ -132,19 +124,15 @@ impl LoopOptions {
             ("advanced.correlation", advanced.correlation),
             ("advanced.break_inflation", advanced.break_inflation),
             ("advanced.most_odometry_factor", advanced.most_odometry_factor),
-            ("advanced.below_best", advanced.below_best),
+            ("advanced.beyond_best", advanced.beyond_best),
         ] {
             if !(value.is_finite() && value >= 1.0) {
                 return Err(format!("loops.{name} must be at least 1"));
             }
         }
         // Growth by less takes hundreds of solutions.
-        for (name, value) in
-            [("least_growth", advanced.least_growth), ("most_shrinkage", advanced.most_shrinkage)]
-        {
-            if !(value.is_finite() && value >= 1.1) {
-                return Err(format!("loops.advanced.{name} must be at least 1.1"));
-            }
+        if !(advanced.least_growth.is_finite() && advanced.least_growth >= 1.1) {
+            return Err("loops.advanced.least_growth must be at least 1.1".to_owned());
         }
         for (name, value) in [
             ("advanced.gate_share", advanced.gate_share),

@@ -173,7 +173,9 @@ fn round_after_round_memory_holds_the_first_visits_alone() {
     assert!(held < own - settled + (most_visits + 1) * ROUND / 3, "{held} of {own}, {settled} settled");
     assert!(loops.trajectory.kept().len() < own - settled + 1 && loops.judged.len() < own - settled);
     let newest = revisions.last().unwrap();
-    assert!(newest.closed > (rounds - 2) * ROUND / 3, "{newest:?}");
+    assert!(newest.closed + newest.switched_off > (rounds - 2) * ROUND / 3, "{newest:?}");
+    // The last ones before a correction seem false to an odometry that drifts one way.
+    assert!(20 * newest.switched_off < newest.closed, "{newest:?}");
     // The last rounds are told as well as the third.
     let off_m = |row: usize| {
         let mut frame = scene.ego[row].clone();
