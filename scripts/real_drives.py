@@ -72,11 +72,11 @@ def check(name, what, value, most=None, least=None):
 
 # With the networks inside the program: nothing is downloaded or handed over.
 drives = [
-    ("tracking 0005 camera 3", lambda: judge(run("0005", tracking, "--sequence", "0005", "--camera", 3), tracking, "0005", 3, 0), 0.5, 2.0),
-    ("tracking 0003 frames 16-100", lambda: judge(run("0003", tracking, "--sequence", "0003", "--frames", "16..101", "--ignore", tracking / "mask_02/0003"), tracking, "0003", 2, 16), 0.5, None),
-    ("odometry 00 frames 0-199", lambda: judge(run("o00", odometry, "--calibration", camera_file(), "--models", "none"), odometry_root(), "00", 2, 0), 1.0, None),
+    ("tracking 0005 camera 3", lambda: judge(run("0005", tracking, "--sequence", "0005", "--camera", 3), tracking, "0005", 3, 0), 0.5, 2.0, 2.2),
+    ("tracking 0003 frames 16-100", lambda: judge(run("0003", tracking, "--sequence", "0003", "--frames", "16..101", "--ignore", tracking / "mask_02/0003"), tracking, "0003", 2, 16), 0.5, None, 1.6),
+    ("odometry 00 frames 0-199", lambda: judge(run("o00", odometry, "--calibration", camera_file(), "--models", "none"), odometry_root(), "00", 2, 0), 1.0, None, None),
 ]
-for name, drive, most_se3, most_origin in drives:
+for name, drive, most_se3, most_origin, most_vehicles in drives:
     result = drive()
     ego = result["ego"]
     check(name, "ego ATE, SE(3)-aligned [m]", ego["ate_se3_m"], most=most_se3)
@@ -85,9 +85,9 @@ for name, drive, most_se3, most_origin in drives:
     vehicles = result.get("vehicles") or {}
     if vehicles:
         mean = result["vehicles_mean"]
-        check(name, "vehicle coverage", mean["coverage"], least=0.85)
-        # 1.43 m on 0005 with the edge noise of boxes that was assumed before, 1.50 m with the one that was measured.
-        check(name, "vehicle ATE, first poses id. [m]", mean["ate_origin_m"], most=1.6)
+        check(name, "vehicle coverage", mean["coverage"], least=0.9)
+        # 1.5 m on 0005 with the boxes of a large network.
+        check(name, "vehicle ATE, first poses id. [m]", mean["ate_origin_m"], most=most_vehicles)
 # The same boxes, no road mask: estimated frame by frame, and as a whole, which must not be worse by more than two versions of one drive differ.
 for name, sequence, camera, first, arguments in (
     ("0005", "0005", 3, 0, ("--camera", 3)),
