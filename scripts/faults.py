@@ -25,7 +25,7 @@ parser.add_argument("--sequence", default="0000")
 parser.add_argument("--camera", type=int, default=2)
 parser.add_argument("--frames", type=int, default=120)
 parser.add_argument("--boxes", type=pathlib.Path)
-parser.add_argument("--models", help="the networks of all runs; none is quicker where boxes come from a file")
+parser.add_argument("--models", help="the networks of the runs with faults, whose boxes are given; none is quicker")
 parser.add_argument("--motorcade", default="target/release/motorcade")
 parser.add_argument("--turns", action="store_true", help="the drive turns by 60° or more: a wrong focal length has to be said")
 parser.add_argument("--only", nargs="+", metavar="NAME", help="these faults, after the drive without one")
@@ -42,7 +42,7 @@ NUMBERS = [int(picture.stem) for picture in pictures]
 def run(name, *arguments):
     """Exit code, what was said, the record."""
     command = [options.motorcade, "run", *arguments, "--sequence", options.sequence, "--camera", options.camera, "--out", work / name, "--progress", "none"]
-    command += ["--models", options.models] if options.models else []
+    command += ["--models", options.models] if options.models and name != "boxes" else []
     done = subprocess.run([str(c) for c in command], capture_output=True, text=True)
     record = work / name / "run.json"
     return done, json.loads(record.read_text()) if record.exists() else None
@@ -172,10 +172,11 @@ FAULTS = [
     ("identities permuted", boxes_fault(permuted), 0.3, "the identity of a box changes"),
 ]
 
-# Least share of the labelled vehicles found, of those found without a fault; most identity switches and vehicles more than without.
+# Least share of the labelled vehicles found, of those found without a fault; most identity switches and vehicles more than without. The crossing car of
+# the demo, which another one hides, may be two tracks.
 VEHICLES = {
     "no boxes for 5 s": (0.85 * (1 - len(five) / len(pictures)), 2, 2),
-    "every box twice": (0.95, 0, 0),
+    "every box twice": (0.95, 0, 1),
     "identities permuted": (0.95, 0, 0),
 }
 

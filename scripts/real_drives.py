@@ -12,6 +12,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import time
 
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
 parser.add_argument("--shared", default="../shared", type=pathlib.Path)
@@ -26,7 +27,9 @@ models = options.shared / "models"
 
 def run(name, *arguments):
     command = [str(options.motorcade), "run", *map(str, arguments), "--out", str(out / name), "--force", "--progress", "none"]
+    start = time.monotonic()
     done = subprocess.run(command, check=False, stdout=subprocess.PIPE, text=True)
+    print(f"{name}: {time.monotonic() - start:.0f} s")
     # The lines told online are many.
     print(*(line for line in done.stdout.splitlines() if not line.startswith("{")), sep="\n")
     if done.returncode != 0:
@@ -70,10 +73,18 @@ def check(name, what, value, most=None, least=None):
         failures.append(f"{name}: {what}")
 
 
+
+def perception_of(name):
+    """What the networks said in a run: they take most of its time."""
+    return "--perception", out / name / "perception.jsonl"
+
+
+car_0005 = (tracking, "--sequence", "0005", "--camera", 3)
+car_0003 = (tracking, "--sequence", "0003", "--frames", "16..101", "--ignore", tracking / "mask_02/0003")
 # With the networks inside the program: nothing is downloaded or handed over.
 drives = [
-    ("tracking 0005 camera 3", lambda: judge(run("0005", tracking, "--sequence", "0005", "--camera", 3), tracking, "0005", 3, 0), 0.5, 2.0, 2.2),
-    ("tracking 0003 frames 16-100", lambda: judge(run("0003", tracking, "--sequence", "0003", "--frames", "16..101", "--ignore", tracking / "mask_02/0003"), tracking, "0003", 2, 16), 0.5, None, 1.6),
+    ("tracking 0005 camera 3", lambda: judge(run("0005", *car_0005, "--keep-perception"), tracking, "0005", 3, 0), 0.5, 2.0, 2.2),
+    ("tracking 0003 frames 16-100", lambda: judge(run("0003", *car_0003, "--keep-perception"), tracking, "0003", 2, 16), 0.5, None, 1.6),
     ("odometry 00 frames 0-199", lambda: judge(run("o00", odometry, "--calibration", camera_file(), "--models", "none"), odometry_root(), "00", 2, 0), 1.0, None, None),
 ]
 for name, drive, most_se3, most_origin, most_vehicles in drives:
@@ -88,14 +99,10 @@ for name, drive, most_se3, most_origin, most_vehicles in drives:
         check(name, "vehicle coverage", mean["coverage"], least=0.9)
         # 1.5 m on 0005 with the boxes of a large network.
         check(name, "vehicle ATE, first poses id. [m]", mean["ate_origin_m"], most=most_vehicles)
-# The same boxes, no road mask: estimated frame by frame, and as a whole, which must not be worse by more than two versions of one drive differ.
-for name, sequence, camera, first, arguments in (
-    ("0005", "0005", 3, 0, ("--camera", 3)),
-    ("0003", "0003", 2, 16, ("--frames", "16..101", "--ignore", tracking / "mask_02/0003")),
-):
-    arguments = (tracking, "--sequence", sequence, *arguments, "--detections", out / name / "detections.txt")
-    online = judge(run(f"{name}-online", *arguments, "--online"), tracking, sequence, camera, first)
-    whole = judge(run(f"{name}-whole", *arguments), tracking, sequence, camera, first)
+# The same by frame as it comes: the whole must not be worse by more than two versions of one drive differ.
+for name, camera, first, arguments in (("0005", 3, 0, car_0005), ("0003", 2, 16, car_0003)):
+    online = judge(run(f"{name}-online", *arguments, *perception_of(name), "--online"), tracking, name, camera, first)
+    whole = judge(out / name, tracking, name, camera, first)
     for what, get in (
         ("ego ATE, SE(3)-aligned [m]", lambda r: r["ego"]["ate_se3_m"]),
         ("vehicle ATE, first poses id. [m]", lambda r: r["vehicles_mean"]["ate_origin_m"]),
@@ -108,7 +115,7 @@ degrade = pathlib.Path(__file__).parent / "degrade_trajectory.py"
 subprocess.check_call([sys.executable, degrade, tracking / "gt_poses/0003.txt", ego, "--camera-offset-m", "0.06"])
 poses = sorted((tracking / "vehicle_poses").glob("3_*.csv"))
 arguments = (tracking, "--sequence", "0003", "--frames", "10..133", "--trajectory", ego, "--trajectory-scale", "metric")
-arguments += ("--detections", tracking / "label_02/0003.txt", "--vehicle-poses", *poses)
+arguments += ("--models", "none", "--detections", tracking / "label_02/0003.txt", "--vehicle-poses", *poses)
 told, start, online = (
     judge(run(f"0003-files-{kind}", *arguments, *more), tracking, "0003", 2, 10)["vehicles"]
     for kind, more in (("graph", ()), ("start", ("--set", "graph.enabled=false")), ("online", ("--online",)))
@@ -120,7 +127,7 @@ for car, published_m in (("0", 1.61), ("1", 4.99)):
 # Five frames a second, as a fast drive: near points are gone, and the odometry's unit is another one. 363 m by the ground truth.
 for stride in (2, 3):
     name = f"tracking 0005, stride {stride}"
-    folder = run(f"0005-stride-{stride}", tracking, "--sequence", "0005", "--camera", 3, "--stride", stride, "--models", "none")
+    folder = run(f"0005-stride-{stride}", *car_0005, "--stride", stride, "--models", "none")
     way_m = json.loads((folder / "run.json").read_text())["length_m"]
     check(name, "way driven [m]", way_m, least=363 * 0.97)
     check(name, "way driven [m]", way_m, most=363 * 1.03)
@@ -131,15 +138,16 @@ check("0003, networks of a folder", "vehicles", json.loads((borrowed / "run.json
 sensors = out / "0005-sensors"
 subprocess.check_call([sys.executable, pathlib.Path(__file__).parent / "sensors_from_truth.py", tracking / "gt_poses/0005.txt", sensors])
 for option, file, most in (("--speed", "speed.csv", 0.02), ("--gps", "gps.csv", 0.03)):
-    arguments = (tracking, "--sequence", "0005", "--camera", 3, "--detections", out / "0005/detections.txt", "--height", "auto", option, sensors / file)
+    arguments = (*car_0005, *perception_of("0005"), "--height", "auto", option, sensors / file)
     found = judge(run(f"0005{option}", *arguments), tracking, "0005", 3, 0)["ego"]["best_scale"]
     check(f"tracking 0005, {option}", "error of scale", abs(found - 1), most=most)
 
 # Other roads and cameras: lengths against the dashes of the lane, the height known and found by cars.
 roads = options.shared / "roads"
 for clip, suffix, height, rate in [("carnd_i280", ".mp4", 1.22, ()), ("tusimple_clip", "", 1.69, ("--fps", 20))]:
-    for given, most in [(height, 4.0), ("auto", 12.0)]:
-        folder = run(f"{clip}-{given}", roads / (clip + suffix), "--calibration", roads / f"{clip}.toml", "--height", given, *rate)
+    for given, most, networks in [(height, 4.0, ("--keep-perception",)), ("auto", 12.0, perception_of(f"{clip}-{height}"))]:
+        arguments = (roads / (clip + suffix), "--calibration", roads / f"{clip}.toml", "--height", given)
+        folder = run(f"{clip}-{given}", *arguments, *rate, *networks)
         told = subprocess.check_output([sys.executable, options.shared / "tools/roads.py", folder, roads / f"{clip}_dashes.csv"], text=True)
         check(f"{clip}, height {given}", "error of distance [%]", abs(float(re.search(r"distance ([-+.\d]+)", told)[1])), most=most)
 if failures:
