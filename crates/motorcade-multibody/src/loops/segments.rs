@@ -24,8 +24,12 @@ pub(super) fn joined(
     let mut poses: Vec<WorldFromCamera> = ego.frames.iter().map(|f| f.world_from_camera).collect();
     let known = |edge: &MapEdge| (edge.frame, edge.world_from_camera());
     let of_map: Vec<(usize, WorldFromCamera)> = edges.map.iter().map(known).collect();
-    put(&mut poses, 0, &of_map, options);
-    for begin in breaks(ego) {
+    let breaks = breaks(ego);
+    // Where edges of the first map are there: those of later ones say nothing of it.
+    let first = breaks.first().copied().unwrap_or(poses.len());
+    let of_first: Vec<_> = of_map.iter().copied().filter(|(frame, _)| *frame < first).collect();
+    put(&mut poses, 0, if of_first.is_empty() { &of_map } else { &of_first }, options);
+    for begin in breaks {
         let over = edges.loops.iter().filter(|e| e.earlier < begin && e.later >= begin);
         let place = |e: &LoopEdge| Some((e.later, *poses.get(e.earlier)? * e.later_from_earlier.inverse()));
         let mut places: Vec<(usize, WorldFromCamera)> = over.filter_map(place).collect();

@@ -6,10 +6,10 @@ use nalgebra::{Matrix3, Matrix6};
 use super::ego_frame::EgoFrame;
 use super::options::MetricOptions;
 use super::scale_measurement::ScaleMeasurement;
-use super::segment_states::{Drive, Method};
+use super::segment_states::{Drive, Gap, Method};
 use super::state::{NoiseModel, OF_LOG_SCALE, SmoothedState};
 use super::steps::{metric_steps, unit_steps};
-use super::uncertainty::{Uncertainty, step_covariance};
+use super::uncertainty::{Uncertainty, add_unseen_motion, step_covariance};
 use crate::road::{RoadMeasurement, road_normal};
 use crate::time::{calibrated, seconds};
 use crate::trajectory::{FrameRecord, FrameStatus, OdometryTrajectory};
@@ -92,8 +92,9 @@ impl EgoTrajectory {
         let metric = metric_steps(odometry.frames.kept(), &steps, &scales);
         let mut ego = Self { frames: Vec::with_capacity(states.len()), height_m, noise };
         let mut uncertainty = Uncertainty::default();
+        let gaps = drive.gaps();
         for (k, state) in states.iter().enumerate() {
-            let frame = ego.next_frame(&drive, k, &metric[k], scales[k], state.as_ref());
+            let frame = ego.next_frame(&drive, (k, gaps[k]), &metric[k], scales[k], state.as_ref());
             let covariance = uncertainty.advance(&frame, &metric[k]);
             ego.frames.push(EgoFrame { covariance, ..frame });
         }
@@ -128,10 +129,11 @@ impl EgoTrajectory {
         self.frames.windows(2).map(step).sum()
     }
 
+    /// Frame `k`, which lies in `gap` between two frames with a measured pose.
     fn next_frame(
         &self,
         drive: &Drive<'_>,
-        k: usize,
+        (k, gap): (usize, Option<Gap>),
         metric_step: &Pose<Camera, Camera>,
         scale: f64,
         state: Option<&SmoothedState>,
@@ -144,13 +146,19 @@ impl EgoTrajectory {
             self.frames.last().map_or(Pose::identity(), |b| b.world_from_camera * *metric_step);
         // The part of the error that is independent from frame to frame.
         let alone = scale_sigma / state.map_or(1.0, |s| s.overlap.sqrt());
-        let step_measured = drive.steps[k].is_some()
-            && matches!(record.status, FrameStatus::Tracked | FrameStatus::Standstill);
+        let step_measured = drive.is_measured(k);
         let before = k.checked_sub(1).map_or(record, |b| &frames[b]);
         let elapsed = if k == 0 { 1.0 } else { calibrated(record.timestamp_ns - before.timestamp_ns) };
         let unmeasured = (!step_measured).then_some(elapsed);
         let mut step_covariance =
             step_covariance(metric_step, record.covariance, (scale, alone), unmeasured, options);
+        if let Some(gap) = gap.filter(|_| record.status == FrameStatus::Initialising) {
+            // A map ended, and none is there yet.
+            let duration_s =
+                |from: usize, to: usize| seconds(frames[to].timestamp_ns - frames[from].timestamp_ns);
+            let share = duration_s(k - 1, k) / duration_s(gap.before, gap.last);
+            add_unseen_motion(&mut step_covariance, duration_s(gap.before, gap.last), share, options);
+        }
         if unmeasured.is_some() && !drive.motion_is_known && record.status != FrameStatus::Standstill {
             // One speed for all frames so far: its error grows with the time, not with the root of it.
             let since_s = |at: &FrameRecord| seconds(at.timestamp_ns - frames[0].timestamp_ns);

@@ -12,7 +12,7 @@ use super::smoother::smooth;
 use super::state::{Interval, NoiseModel, OF_LOG_SCALE, ScaleAndTilt, SmoothedState, StateMeasurement};
 use crate::road::{RoadEstimate, RoadMeasurement, RoadState};
 use crate::time::calibrated;
-use crate::trajectory::OdometryTrajectory;
+use crate::trajectory::{FrameStatus, OdometryTrajectory};
 
 /// Method that turns measurements into states.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,7 +39,42 @@ pub(super) struct Drive<'a> {
     pub options: &'a MetricOptions,
 }
 
+/// Frames without a measured pose between two with one, or at the end.
+#[derive(Clone, Copy)]
+pub(super) struct Gap {
+    /// Last frame before them with a measured pose.
+    pub before: usize,
+    /// Last of them.
+    pub last: usize,
+}
+
 impl Drive<'_> {
+    /// True for a frame to which the step was measured.
+    pub fn is_measured(&self, k: usize) -> bool {
+        let status = self.odometry.frames[k].status;
+        self.steps[k].is_some() && matches!(status, FrameStatus::Tracked | FrameStatus::Standstill)
+    }
+
+    /// The gap of each frame; none before the first measured pose.
+    pub fn gaps(&self) -> Vec<Option<Gap>> {
+        let (mut out, mut before): (Vec<Option<Gap>>, _) = (vec![None; self.steps.len()], None);
+        let mut first = 0;
+        for k in 0..self.steps.len() {
+            if self.is_measured(k) {
+                before = Some(k);
+                continue;
+            }
+            if k.checked_sub(1) == before {
+                first = k;
+            }
+            if k + 1 == self.steps.len() || self.is_measured(k + 1) {
+                let gap = before.map(|before| Gap { before, last: k });
+                out[first..=k].iter_mut().for_each(|of_frame| *of_frame = gap);
+            }
+        }
+        out
+    }
+
     /// Fills in the states of the frames of a segment; returns the noise if it was estimated.
     pub fn fill(
         &self,

@@ -92,3 +92,17 @@ pub(super) fn step_covariance(
     }
     out
 }
+
+/// Adds to the covariance of a step its share of what a car may do unseen for `time_s`: turn, with a variance of heading that grows with the third power
+/// of the time (white angular acceleration), and brake or accelerate, by a way that grows with its square. The steps of a gap have equal parts: a
+/// loop that joins the maps then bends all of the way between them.
+pub(super) fn add_unseen_motion(
+    covariance: &mut Matrix6<f64>,
+    time_s: f64,
+    share: f64,
+    options: &MetricOptions,
+) {
+    covariance[(1, 1)] += options.unseen_turn_rad.powi(2) * time_s.powi(3) * share;
+    let way_m = options.unseen_acceleration_mps2 / 2.0 * time_s.powi(2);
+    covariance[(5, 5)] += way_m.powi(2) * share;
+}

@@ -205,7 +205,8 @@ impl OnlineLoops {
         self.offsets.camera(placed.frame, &mut reported);
         self.reported.push(reported.world_from_camera);
         let needed = places.get((k + 1).saturating_sub(reach)).map_or(placed.frame, |first| first.frame);
-        let needed = needed.min(placed.frame + 1);
+        // The step to the next keyframe starts at this one.
+        let needed = needed.min(placed.frame);
         drop(self.ego.forget_before(needed));
         drop(self.way_m.forget_before(needed));
         self.search.take(placed, |later, earlier, found| within_drift(found, (later, earlier), settings));
@@ -214,10 +215,10 @@ impl OnlineLoops {
 
     /// The camera of the next keyframe, with the step from the one before.
     fn step_to(&self, row: usize, settings: &Settings) -> Option<EgoFrame> {
-        let first = self.last_row().map_or(0, |before| before + 1);
-        let frames = (first..=row).map(|row| self.ego[row].clone()).collect();
+        let Some(before) = self.last_row() else { return Some(self.ego[row].clone()) };
+        let frames = (before..=row).map(|row| self.ego[row].clone()).collect();
         let way = EgoTrajectory { frames, height_m: settings.height_m, noise: Vec::new() };
-        way.of_rows(&[row.checked_sub(first)?]).frames.pop()
+        way.of_rows(&[0, row.checked_sub(before)?]).frames.pop()
     }
 
     /// Closes the loops among the keyframes from `first` on; `None` where no loop holds or the graph was not solved.

@@ -50,6 +50,24 @@ fn drive_on(
     revisions
 }
 
+/// The step to a keyframe is the whole way since the one before: its variances add up, and a row without a measured pose makes it unmeasured.
+#[test]
+fn steps_between_keyframes_are_those_of_all_rows_between() {
+    let mut scene = scene(ROUND + 20, false);
+    scene.ego[30].step_measured = false;
+    let (loops, _) = drive(&scene, &settings(1));
+    let rows: Vec<usize> = loops.search.keyframes().since(0).map(|k| k.frame).collect();
+    assert!(rows.len() >= 4, "{rows:?}");
+    for (k, ends) in rows.windows(2).enumerate() {
+        let step = &loops.trajectory[k + 1];
+        // No correlation of scale and turn lowers a variance of rotation along the way.
+        let sum: f64 = (ends[0] + 1..=ends[1]).map(|row| scene.ego[row].step_covariance[(1, 1)]).sum();
+        let found = step.step_covariance[(1, 1)];
+        assert!((found / sum - 1.0).abs() < 0.1, "{ends:?}: {found} of {sum}");
+        assert_eq!(step.step_measured, !(ends[0] + 1..=ends[1]).contains(&30), "{ends:?}");
+    }
+}
+
 #[test]
 fn a_loop_corrects_the_estimates_from_then_on() {
     let scene = scene(ROUND + 90, true);
