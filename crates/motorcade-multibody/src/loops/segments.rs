@@ -25,7 +25,7 @@ pub(super) fn joined(
     let known = |edge: &MapEdge| (edge.frame, edge.world_from_camera());
     let of_map: Vec<(usize, WorldFromCamera)> = edges.map.iter().map(known).collect();
     let breaks = breaks(ego);
-    // Where edges of the first map are there: those of later ones say nothing of it.
+    // Edges of later maps say nothing of where the first one lies.
     let first = breaks.first().copied().unwrap_or(poses.len());
     let of_first: Vec<_> = of_map.iter().copied().filter(|(frame, _)| *frame < first).collect();
     put(&mut poses, 0, if of_first.is_empty() { &of_map } else { &of_first }, options);
