@@ -49,6 +49,11 @@ pub struct FrameRecord {
 }
 
 impl FrameRecord {
+    /// True when its pose against the map was measured.
+    pub fn is_measured(&self) -> bool {
+        matches!(self.status, FrameStatus::Tracked | FrameStatus::Standstill)
+    }
+
     /// The record of a frame that belongs to no segment.
     pub fn unplaced(timestamp_ns: i64) -> Self {
         Self {
@@ -65,12 +70,14 @@ impl FrameRecord {
 }
 
 /// Frame poses, each segment in its own unit of length.
-#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct OdometryTrajectory {
     /// One record a frame, in order.
     pub frames: Rows<FrameRecord>,
     /// `camera_from_world` of each keyframe of each segment.
     pub keyframes: Vec<Vec<CameraFromWorld>>,
+    /// Time of the last measured pose among the frames that are forgotten, or that lie before a window \[ns\].
+    pub measured_before_ns: Option<i64>,
 }
 
 impl OdometryTrajectory {
@@ -81,7 +88,7 @@ impl OdometryTrajectory {
         timestamps_ns: &[i64],
         options: &ExternalTrajectoryOptions,
     ) -> Self {
-        let mut out = Self { frames: Rows::default(), keyframes: vec![Vec::new()] };
+        let mut out = Self { keyframes: vec![Vec::new()], ..Self::default() };
         timestamps_ns.iter().for_each(|timestamp_ns| out.push_next_pose(poses, *timestamp_ns, options));
         out
     }
@@ -141,8 +148,25 @@ impl OdometryTrajectory {
         }
     }
 
+    /// Takes out the frames before `row`, many at once.
+    pub fn forget_before(&mut self, row: usize) -> Vec<FrameRecord> {
+        let forgotten: Vec<FrameRecord> = self.frames.forget_before(row).collect();
+        let measured = forgotten.iter().rfind(|f| f.is_measured());
+        self.measured_before_ns = measured.map(|f| f.timestamp_ns).or(self.measured_before_ns);
+        forgotten
+    }
+
+    /// Puts back all frames that were taken out.
+    pub fn put_back(&mut self, older: Vec<FrameRecord>) {
+        self.frames.put_back(older);
+        self.measured_before_ns = None;
+    }
+
     /// The frames `range`, numbered from 0, and the keyframes they need.
     pub fn window(&self, range: Range<usize>) -> Self {
+        let before = self.frames.kept()[..range.start - self.frames.first_kept()].iter();
+        let measured = before.rev().find(|f| f.is_measured()).map(|f| f.timestamp_ns);
+        let measured_before_ns = measured.or(self.measured_before_ns);
         let mut frames = self.frames[range].to_vec();
         let mut spans: BTreeMap<usize, (usize, usize)> = BTreeMap::new();
         for record in frames.iter().filter(|r| r.segment < self.keyframes.len()) {
@@ -159,7 +183,7 @@ impl OdometryTrajectory {
         let of = |(segment, (first, last)): (&usize, &(usize, usize))| {
             self.keyframes[*segment].iter().take(last + 1).skip(*first).copied().collect()
         };
-        Self { frames: frames.into(), keyframes: spans.iter().map(of).collect() }
+        Self { frames: frames.into(), keyframes: spans.iter().map(of).collect(), measured_before_ns }
     }
 
     /// `camera_from_world` of a frame in its segment's world; `None` while its segment has no map.
@@ -222,7 +246,7 @@ mod tests {
         };
         let keyframes = vec![vec![CameraFromWorld::identity()]];
         let frames: Vec<_> = [(0.0, 0), (0.0, 1), (0.1, 2), (3.0, 3), (3.1, 4)].map(|(s, k)| at(s, k)).into();
-        let mut whole = OdometryTrajectory { frames: frames.clone().into(), keyframes };
+        let mut whole = OdometryTrajectory { frames: frames.clone().into(), keyframes, ..Default::default() };
         whole.bridge(1..3);
         for (k, s) in [(0, 0.0), (1, 1.0), (2, 2.0), (3, 3.0), (4, 3.1)] {
             let off = whole.camera_from_world(k).unwrap() * pose(s).inverse();
@@ -231,9 +255,27 @@ mod tests {
             assert_eq!(bridged, (1..3).contains(&k));
         }
         // Before there is a map they have no pose.
-        let mut begun = OdometryTrajectory { frames: frames.into(), keyframes: Vec::new() };
+        let mut begun = OdometryTrajectory { frames: frames.into(), ..Default::default() };
         begun.bridge(1..3);
         assert!(begun.frames[1].segment == usize::MAX && begun.frames[3].segment == 0);
+    }
+
+    #[test]
+    fn the_last_measured_pose_is_known_when_it_is_forgotten() {
+        let record = |k: i64| FrameRecord {
+            status: if k < 300 { FrameStatus::Tracked } else { FrameStatus::Initialising },
+            ..FrameRecord::unplaced(k)
+        };
+        let mut trajectory = OdometryTrajectory {
+            frames: (0..600).map(record).collect::<Vec<_>>().into(),
+            ..Default::default()
+        };
+        assert_eq!(trajectory.window(200..600).measured_before_ns, Some(199));
+        let forgotten = trajectory.forget_before(500);
+        assert!(trajectory.frames.first_kept() == 500);
+        assert_eq!(trajectory.window(510..600).measured_before_ns, Some(299));
+        trajectory.put_back(forgotten);
+        assert_eq!((trajectory.frames.first_kept(), trajectory.measured_before_ns), (0, None));
     }
 
     #[test]
@@ -264,6 +306,7 @@ mod tests {
         let whole = OdometryTrajectory {
             frames: frames.into(),
             keyframes: vec![(0..5).map(pose).collect(), (5..9).map(pose).collect()],
+            measured_before_ns: None,
         };
         for range in [0..7, 1..7, 2..4, 3..6, 4..7, 6..7] {
             let window = whole.window(range.clone());

@@ -50,7 +50,7 @@ fn odometry(truth: &[Pose<World, Camera>]) -> OdometryTrajectory {
             covariance: Matrix6::identity() * 1e-8,
         });
     }
-    OdometryTrajectory { frames: frames.into(), keyframes }
+    OdometryTrajectory { frames: frames.into(), keyframes, measured_before_ns: None }
 }
 
 fn measurements(odometry: &OdometryTrajectory) -> Vec<RoadMeasurement> {
@@ -95,6 +95,38 @@ fn a_break_costs_no_jump_of_scale() {
     assert!(off < 1.5, "{off} m after 130 m");
     let sigma = |k: usize| ego.frames[k].covariance[(5, 5)].sqrt();
     assert!(sigma(90) > 2.0 * sigma(59), "a break is uncertain: {} m, {} m", sigma(59), sigma(90));
+}
+
+#[test]
+fn a_window_that_begins_within_a_gap_knows_its_whole_time() {
+    let mut whole = odometry(&truth(150));
+    let measured = measurements(&whole);
+    BREAK.for_each(|k| whole.frames[k] = FrameRecord::unplaced(k as i64 * 100_000_000));
+    let options = MetricOptions::default();
+    let ego = EgoTrajectory::new(&whole, &measured, HEIGHT_M, &options);
+    let first = 70;
+    let of_window = measured.iter().filter(|m| m.reference >= first);
+    let shifted = of_window.map(|m| RoadMeasurement {
+        frame: m.frame - first,
+        reference: m.reference - first,
+        ..m.clone()
+    });
+    let shifted: Vec<RoadMeasurement> = shifted.collect();
+    let window = EgoTrajectory::new(&whole.window(first..150), &shifted, HEIGHT_M, &options);
+    for k in first + 1..BREAK.end {
+        let sigma = |ego: &EgoTrajectory, k: usize| ego.frames[k].step_covariance[(1, 1)].sqrt();
+        let (own, right) = (sigma(&window, k - first), sigma(&ego, k));
+        assert!((own / right - 1.0).abs() < 1e-6 && own > 0.01, "frame {k}: {own}, {right}");
+    }
+    // While it lasts: the newest steps, one by one as they come, add up to what all of the gap is worth once it ends.
+    let newest = |k: usize| {
+        let window = EgoTrajectory::new(&whole.window(first - 40..k + 1), &[], HEIGHT_M, &options);
+        window.frames.last().unwrap().step_covariance[(1, 1)]
+    };
+    // The last unseen step leads to the first frame of the next map.
+    let sum = |of: &dyn Fn(usize) -> f64| (BREAK.start..BREAK.end + 1).map(of).sum::<f64>();
+    let (one_by_one, at_once) = (sum(&newest), sum(&|k| ego.frames[k].step_covariance[(1, 1)]));
+    assert!((one_by_one / at_once - 1.0).abs() < 0.01, "{one_by_one}, {at_once}");
 }
 
 /// Drives along a street; the road contradicts the unit in `contradicted`, given as it would be measured in a unit that shrank by half.

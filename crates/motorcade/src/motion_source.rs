@@ -156,7 +156,7 @@ impl MotionSource {
             Self::External { trajectory, .. } => {
                 // The next pose is a step from the newest one.
                 let newest = trajectory.frames.len().saturating_sub(1);
-                trajectory.frames.forget_before(row.min(newest)).collect()
+                trajectory.forget_before(row.min(newest))
             }
         }
     }
@@ -164,7 +164,7 @@ impl MotionSource {
     pub(crate) fn put_back(&mut self, older: Vec<FrameRecord>) {
         match self {
             Self::Own(odometry) => odometry.put_back(older),
-            Self::External { trajectory, .. } => trajectory.frames.put_back(older),
+            Self::External { trajectory, .. } => trajectory.put_back(older),
         }
     }
     /// Frames after which the odometry started a new map because the unit of the old one was lost.

@@ -86,7 +86,7 @@ impl FrontEndRecord {
             detections: Rows::default(),
             keypoints: Rows::default(),
             detects_vehicles: settings.external.vehicles.is_some(),
-            motion: OdometryTrajectory { frames: Rows::default(), keyframes: Vec::new() },
+            motion: OdometryTrajectory::default(),
             road_measurements: Vec::new(),
             forgotten_measurements: 0,
             forgotten: false,

@@ -2,8 +2,8 @@
 
 use motorcade_geometry::lie::se3::adjoint;
 use motorcade_geometry::{Camera, Pose, Vehicle};
-use motorcade_odometry::EgoTrajectory;
-use motorcade_vehicles::VehicleTrajectory;
+use motorcade_odometry::{EgoFrame, EgoTrajectory};
+use motorcade_vehicles::{VehicleState, VehicleTrajectory};
 use nalgebra::{Matrix3, Matrix3x6, Matrix6};
 
 /// Least standard deviation relative to the camera, as a share of that in the world: the difference of two variances that files state with six
@@ -20,6 +20,19 @@ pub(crate) fn add_camera(ego: &EgoTrajectory, vehicles: &mut [VehicleTrajectory]
         let across = adjoint(vehicle_from_camera.isometry());
         state.covariance += across * camera.covariance * across.transpose();
     }
+}
+
+/// Replaces the camera's part in the covariance of a state in the world, when the pose of that camera becomes known otherwise. Vehicle and camera are
+/// both still in the world of `before`.
+pub(crate) fn exchange_camera(state: &mut VehicleState, before: &EgoFrame, after: &EgoFrame) {
+    let vehicle_from_camera = state.world_from_vehicle.inverse() * before.world_from_camera;
+    let across = adjoint(vehicle_from_camera.isometry());
+    let by = |camera: &EgoFrame| across * camera.covariance * across.transpose();
+    let relative = (state.covariance - by(before)).symmetric_eigen();
+    // Rounding, and a camera that the vehicles themselves made better known, leave less than nothing in some directions.
+    let least = LEAST_SHARE * LEAST_SHARE * state.covariance.diagonal().min().max(0.0);
+    let kept = Matrix6::from_diagonal(&relative.eigenvalues.map(|value| value.max(least)));
+    state.covariance = relative.eigenvectors * kept * relative.eigenvectors.transpose() + by(after);
 }
 
 /// Standard deviations of a vehicle's position relative to the camera, along its forward, left and up axes \[m\]. Those in the
@@ -50,7 +63,6 @@ mod tests {
     use super::*;
     use crate::finite;
     use crate::test_results::vehicle;
-    use motorcade_odometry::EgoFrame;
     use nalgebra::Vector3;
 
     #[test]

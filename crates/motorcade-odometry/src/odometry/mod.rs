@@ -27,7 +27,6 @@ pub use state::OdometryState;
 
 use crate::map::{Landmark, Window};
 use crate::rolling_shutter::RowMotion;
-use crate::rows::Rows;
 use crate::time::nanoseconds;
 use crate::tracking::{Pyramid, PyramidPool, StaticMask};
 use crate::trajectory::{FrameRecord, OdometryTrajectory};
@@ -106,7 +105,7 @@ impl Odometry {
         Self {
             camera,
             options,
-            trajectory: OdometryTrajectory { frames: Rows::default(), keyframes: Vec::new() },
+            trajectory: OdometryTrajectory::default(),
             window: Window::new(options.advanced.window),
             corners: 0,
             initialisation: None,
@@ -152,16 +151,16 @@ impl Odometry {
     /// stay. Later steps change none of those taken out.
     pub fn forget_before(&mut self, frame: usize) -> Vec<FrameRecord> {
         let begun = self.initialisation.as_ref().map_or(frame, |i| i.first_frame.min(frame));
-        let frames = &mut self.trajectory.frames;
+        let frames = &self.trajectory.frames;
         let unplaced = frames.iter().take(begun.saturating_sub(frames.first_kept())).rev();
         let unplaced = unplaced.take_while(|f| f.segment == usize::MAX).count();
         // The motion to the first of them begins one row before.
-        frames.forget_before((begun - unplaced).saturating_sub(1)).collect()
+        self.trajectory.forget_before((begun - unplaced).saturating_sub(1))
     }
 
     /// Puts back the records that were taken out.
     pub fn put_back(&mut self, older: Vec<FrameRecord>) {
-        self.trajectory.frames.put_back(older);
+        self.trajectory.put_back(older);
     }
 
     /// Records a frame that could not be read; its pose is bridged.

@@ -152,12 +152,10 @@ impl EgoTrajectory {
         let unmeasured = (!step_measured).then_some(elapsed);
         let mut step_covariance =
             step_covariance(metric_step, record.covariance, (scale, alone), unmeasured, options);
-        if let Some(gap) = gap.filter(|_| record.status == FrameStatus::Initialising) {
-            // A map ended, and none is there yet.
-            let duration_s =
-                |from: usize, to: usize| seconds(frames[to].timestamp_ns - frames[from].timestamp_ns);
-            let share = duration_s(k - 1, k) / duration_s(gap.before, gap.last);
-            add_unseen_motion(&mut step_covariance, duration_s(gap.before, gap.last), share, options);
+        if let Some(gap) = gap.filter(|_| k > 0 && record.status != FrameStatus::Bridged) {
+            // A map ended, and none is there yet; the step to the first frame of the next is unseen too.
+            let times_ns = [before.timestamp_ns, record.timestamp_ns];
+            add_unseen_motion(&mut step_covariance, &gap, times_ns, options);
         }
         if unmeasured.is_some() && !drive.motion_is_known && record.status != FrameStatus::Standstill {
             // One speed for all frames so far: its error grows with the time, not with the root of it.

@@ -12,7 +12,7 @@ use super::smoother::smooth;
 use super::state::{Interval, NoiseModel, OF_LOG_SCALE, ScaleAndTilt, SmoothedState, StateMeasurement};
 use crate::road::{RoadEstimate, RoadMeasurement, RoadState};
 use crate::time::calibrated;
-use crate::trajectory::{FrameStatus, OdometryTrajectory};
+use crate::trajectory::OdometryTrajectory;
 
 /// Method that turns measurements into states.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,34 +42,33 @@ pub(super) struct Drive<'a> {
 /// Frames without a measured pose between two with one, or at the end.
 #[derive(Clone, Copy)]
 pub(super) struct Gap {
-    /// Last frame before them with a measured pose.
-    pub before: usize,
-    /// Last of them.
-    pub last: usize,
+    /// Time of the last measured pose before them \[ns\].
+    pub before_ns: i64,
+    /// Time of the last of them \[ns\].
+    pub last_ns: i64,
+    /// True when a measured pose follows.
+    pub closed: bool,
 }
 
 impl Drive<'_> {
     /// True for a frame to which the step was measured.
     pub fn is_measured(&self, k: usize) -> bool {
-        let status = self.odometry.frames[k].status;
-        self.steps[k].is_some() && matches!(status, FrameStatus::Tracked | FrameStatus::Standstill)
+        self.steps[k].is_some() && self.odometry.frames[k].is_measured()
     }
 
     /// The gap of each frame; none before the first measured pose.
     pub fn gaps(&self) -> Vec<Option<Gap>> {
-        let (mut out, mut before): (Vec<Option<Gap>>, _) = (vec![None; self.steps.len()], None);
-        let mut first = 0;
-        for k in 0..self.steps.len() {
-            if self.is_measured(k) {
-                before = Some(k);
-                continue;
-            }
-            if k.checked_sub(1) == before {
-                first = k;
-            }
-            if k + 1 == self.steps.len() || self.is_measured(k + 1) {
-                let gap = before.map(|before| Gap { before, last: k });
-                out[first..=k].iter_mut().for_each(|of_frame| *of_frame = gap);
+        let frames = self.odometry.frames.kept();
+        let mut out = vec![None; frames.len()];
+        // To the first frame there is no step.
+        let measured = |k: usize| if k == 0 { frames[0].is_measured() } else { self.is_measured(k) };
+        let (mut before_ns, mut first) = (self.odometry.measured_before_ns, 0);
+        for (k, frame) in frames.iter().enumerate() {
+            if measured(k) {
+                (before_ns, first) = (Some(frame.timestamp_ns), k + 1);
+            } else if k + 1 == frames.len() || measured(k + 1) {
+                let (last_ns, closed) = (frame.timestamp_ns, k + 1 < frames.len());
+                out[first..=k].fill(before_ns.map(|before_ns| Gap { before_ns, last_ns, closed }));
             }
         }
         out

@@ -5,6 +5,8 @@ use nalgebra::{Matrix6, Vector6};
 
 use super::ego_frame::EgoFrame;
 use super::options::MetricOptions;
+use super::segment_states::Gap;
+use crate::time::seconds;
 
 /// Derivative of a step by the logarithm of its scale (6).
 fn along(step: &Pose<Camera, Camera>) -> Vector6<f64> {
@@ -30,6 +32,17 @@ pub struct Uncertainty {
 }
 
 impl Uncertainty {
+    /// A known covariance of the pose of a frame (6×6 `[ω, ν]`) whose error has nothing to do with that of its scale.
+    pub fn of(pose: Matrix6<f64>, frame: &EgoFrame) -> Self {
+        Self {
+            pose,
+            scale_sigma: frame.scale_sigma,
+            bias_sigma: frame.scale_bias_sigma,
+            started: true,
+            ..Self::default()
+        }
+    }
+
     /// Covariance of the pose of the last frame in the world (6×6 `[ω, ν]`).
     pub fn covariance(&self) -> Matrix6<f64> {
         let shared = self.by_whole_scale * self.bias_sigma;
@@ -93,16 +106,21 @@ pub(super) fn step_covariance(
     out
 }
 
-/// Adds to the covariance of a step its share of what a car may do unseen for `time_s`: turn, with a variance of heading that grows with the third power
-/// of the time (white angular acceleration), and brake or accelerate, by a way that grows with its square. The steps of a gap have equal parts: a
-/// loop that joins the maps then bends all of the way between them.
+/// Adds to the covariance of a step between two times \[ns\] what a car may do unseen in a gap: turn, with a variance of heading that grows with the
+/// third power of the time (white angular acceleration), and brake or accelerate, by a way that grows with its square. The steps of a closed gap have
+/// equal parts: a loop that joins the maps then bends all of the way between them. In one that lasts each step has what the gap so far has
+/// grown by, so that poses reported one by one have the uncertainty of all of it.
 pub(super) fn add_unseen_motion(
     covariance: &mut Matrix6<f64>,
-    time_s: f64,
-    share: f64,
+    gap: &Gap,
+    times_ns: [i64; 2],
     options: &MetricOptions,
 ) {
-    covariance[(1, 1)] += options.unseen_turn_rad.powi(2) * time_s.powi(3) * share;
-    let way_m = options.unseen_acceleration_mps2 / 2.0 * time_s.powi(2);
-    covariance[(5, 5)] += way_m.powi(2) * share;
+    let since_s = |at_ns: i64| seconds(at_ns - gap.before_ns);
+    let ([from, to], whole) = (times_ns.map(since_s), since_s(gap.last_ns));
+    let grown = |power: i32| {
+        if gap.closed { whole.powi(power) * (to - from) / whole } else { to.powi(power) - from.powi(power) }
+    };
+    covariance[(1, 1)] += options.unseen_turn_rad.powi(2) * grown(3);
+    covariance[(5, 5)] += (options.unseen_acceleration_mps2 / 2.0).powi(2) * grown(4);
 }

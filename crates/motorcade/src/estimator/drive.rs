@@ -2,7 +2,7 @@
 
 use motorcade_graph::{GraphError, Report};
 use motorcade_multibody::{MultibodyGraph, WindowFrames};
-use motorcade_odometry::{EgoTrajectory, OdometryTrajectory, Rows};
+use motorcade_odometry::{EgoTrajectory, OdometryTrajectory};
 use motorcade_vehicles::{AdvancedVehicleOptions, VehicleTrajectory, join_met_again, track_vehicles};
 
 use super::camera_height::HeightByVehicles;
@@ -29,7 +29,7 @@ pub fn estimate_drive(mut record: FrontEndRecord, settings: &Settings, progress:
     let (mut ego, fit) = stopwatch.time("scale", || metric_trajectory(&record, &known));
     known.height_m = ego.height_m;
     // From here on motion is in metres.
-    record.motion = OdometryTrajectory { frames: Rows::default(), keyframes: Vec::new() };
+    record.motion = OdometryTrajectory::default();
     let mut loops = stopwatch.time("loops", || loops::close(&mut record, &mut ego, &known));
     let settings = &known;
     progress.begin("vehicles", None);

@@ -6,16 +6,17 @@
 //! correction costs the same after an hour. Those before are [`settled`]: what only the end needs of them waits in temporary files, and of a
 //! place that is visited often the features of the first visits alone stay.
 
+mod offsets;
 mod settled;
 mod state;
 
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_multibody::{LoopReport, MapEdge, PlaceEdges, close_loops};
-use motorcade_odometry::{EgoFrame, EgoTrajectory, Rows};
+use motorcade_odometry::{EgoFrame, EgoTrajectory, Rows, Uncertainty};
 use motorcade_places::{FramePlacement, PlaceMap, PlaceMatch, PlaceSearch, place_keyframe};
-use motorcade_vehicles::VehicleState;
 use nalgebra::Matrix6;
 
+use self::offsets::Offsets;
 use self::settled::Settled;
 use super::loops::{join, search_with_map, within_drift};
 use super::place_edges::{KnownPose, Matched, Verdict};
@@ -27,32 +28,6 @@ use crate::revision::{RevisedKeyframe, Revision};
 use crate::settings::Settings;
 
 pub(super) use state::OnlineLoopsState;
-
-/// Moves of the world of the estimator over the last seconds, by the first row they hold for.
-#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
-pub(super) struct Offsets(Vec<(usize, Pose<World, World>)>);
-
-impl Offsets {
-    /// The move at a row; `None` before the first.
-    fn at(&self, row: usize) -> Option<&Pose<World, World>> {
-        let after = self.0.partition_point(|(first, _)| *first <= row);
-        after.checked_sub(1).and_then(|k| self.0.get(k)).map(|(_, offset)| offset)
-    }
-
-    /// The camera of a row as it is returned.
-    pub(super) fn camera(&self, row: usize, frame: &mut EgoFrame) {
-        if let Some(offset) = self.at(row) {
-            frame.world_from_camera = *offset * frame.world_from_camera;
-        }
-    }
-
-    /// A vehicle as it is returned.
-    pub(super) fn vehicle(&self, state: &mut VehicleState) {
-        if let Some(offset) = self.at(state.frame) {
-            state.world_from_vehicle = *offset * state.world_from_vehicle;
-        }
-    }
-}
 
 /// Mean interval of keyframes \[s\].
 fn interval_s(times_ns: &[i64]) -> f64 {
@@ -183,6 +158,7 @@ impl OnlineLoops {
         });
         self.way_m.push(self.way_m.last().unwrap_or(&0.0) + step_m);
         self.ego.push(newest.clone());
+        self.offsets.push(newest);
     }
 
     /// Looks for the next keyframe.
@@ -201,9 +177,8 @@ impl OnlineLoops {
         let placed = place_keyframe(&settings.camera, around, k - from, placement, options)?;
         self.trajectory.push(self.step_to(placed.frame, settings)?);
         self.times_ns.push(view.frames[placed.frame].timestamp_ns);
-        let mut reported = self.ego[placed.frame].clone();
-        self.offsets.camera(placed.frame, &mut reported);
-        self.reported.push(reported.world_from_camera);
+        let reported = self.offsets.at(placed.frame) * self.ego[placed.frame].world_from_camera;
+        self.reported.push(reported);
         let needed = places.get((k + 1).saturating_sub(reach)).map_or(placed.frame, |first| first.frame);
         // The step to the next keyframe starts at this one.
         let needed = needed.min(placed.frame);
@@ -282,9 +257,12 @@ impl OnlineLoops {
         if let Some(kept) = self.loops.kept.as_mut().filter(|kept| kept.met()) {
             kept.first_estimated_frame.get_or_insert(newest);
         }
-        let offset = moved.frames.last()?.world_from_camera * last.inverse();
-        let before = self.offsets.at(newest).copied().unwrap_or_default();
-        self.offsets.0.push((newest, offset));
+        let corrected = moved.frames.last()?;
+        let offset = corrected.world_from_camera * last.inverse();
+        let before = self.offsets.at(newest);
+        let cameras: Vec<EgoFrame> = (self.last_row()?..=newest).map(|row| self.ego[row].clone()).collect();
+        let known = Uncertainty::of(corrected.covariance, cameras.first()?);
+        self.offsets.add(newest, offset, known, &cameras);
         self.revisions += 1;
         Some(Revision {
             number: self.revisions,

@@ -4,16 +4,19 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use motorcade_geometry::{Pose, World};
-use motorcade_odometry::Rows;
+use motorcade_odometry::{EgoFrame, EgoTrajectory, Rows};
 use motorcade_places::PlaceMap;
 use nalgebra::Vector6;
 
 use super::OnlineLoops;
 use crate::circle::{CAMERA, ROUND, Scene, scene};
+use crate::finite;
 use crate::kept_map::KeptMap;
 use crate::record::{FrontEndView, known_places};
+use crate::relative::add_camera;
 use crate::revision::Revision;
 use crate::settings::Settings;
+use crate::test_results::vehicle;
 
 fn settings(threads: usize) -> Settings {
     let mut settings = Settings::new(CAMERA, 1.65);
@@ -74,11 +77,9 @@ fn a_loop_corrects_the_estimates_from_then_on() {
     let (loops, revisions) = drive(&scene, &settings(1));
     assert!(revisions.len() >= 2 && loops.loops.closed().count() >= 8, "{:?}", loops.loops);
     let error = |row: usize, corrected: bool| {
-        let mut frame = scene.ego[row].clone();
-        if corrected {
-            loops.offsets.camera(row, &mut frame);
-        }
-        (frame.world_from_camera.translation() - scene.truth[row].translation()).norm()
+        let offset = if corrected { loops.offsets.at(row) } else { Pose::identity() };
+        let pose = offset * scene.ego[row].world_from_camera;
+        (pose.translation() - scene.truth[row].translation()).norm()
     };
     let (first, last) = (revisions[0].frame.number as usize, scene.ego.len() - 1);
     // Frames before the first correction stay as they were returned.
@@ -99,13 +100,45 @@ fn a_loop_corrects_the_estimates_from_then_on() {
 }
 
 #[test]
+fn after_a_loop_the_camera_is_as_certain_as_the_loop_makes_it() {
+    let scene = scene(ROUND + 90, true);
+    let (loops, revisions) = drive(&scene, &settings(1));
+    let (first, last) = (revisions[0].frame.number as usize, scene.ego.len() - 1);
+    let sigma_m = |frame: &EgoFrame| frame.covariance.fixed_view::<3, 3>(3, 3).trace().sqrt();
+    // A vehicle 0.2 m uncertain relative to the camera.
+    let vehicle = |row: usize| {
+        let mut one = vehicle(1, vec![finite::tests::state(0.04)]);
+        one.states[0].frame = row;
+        let ego = EgoTrajectory { frames: scene.ego.to_vec(), height_m: 1.65, noise: Vec::new() };
+        one.states[0].world_from_vehicle = scene.ego[row].world_from_camera.cast();
+        add_camera(&ego, std::slice::from_mut(&mut one));
+        one.states.remove(0)
+    };
+    let (mut cameras, mut states) = (scene.ego.to_vec(), [vehicle(first - 1), vehicle(last)]);
+    loops.offsets.all(&mut cameras, states.iter_mut());
+    assert_eq!(sigma_m(&cameras[first - 1]), sigma_m(&scene.ego[first - 1]));
+    let (own, moved) = (sigma_m(&scene.ego[last]), sigma_m(&cameras[last]));
+    assert!(moved < 0.8 * own, "{moved} m of {own} m");
+    for row in first..=last {
+        let off = (cameras[row].world_from_camera.inverse() * scene.truth[row]).translation().norm();
+        assert!(off < 4.0 * sigma_m(&cameras[row]), "row {row}: {off} m, {} m", sigma_m(&cameras[row]));
+    }
+    // As it was returned when its frame came.
+    let (mut newest, mut state) = (scene.ego[last].clone(), vehicle(last));
+    loops.offsets.newest(last, &mut newest, std::iter::once(&mut state));
+    assert_eq!((newest.covariance, state.covariance), (cameras[last].covariance, states[1].covariance));
+    for (row, state) in [(first - 1, &states[0]), (last, &states[1])] {
+        let relative = state.covariance - cameras[row].covariance;
+        assert!((relative.fixed_view::<3, 3>(3, 3).trace() - 0.12).abs() < 1e-6, "row {row}: {relative}");
+    }
+}
+
+#[test]
 fn without_places_seen_again_nothing_is_corrected() {
     let scene = scene(ROUND + 60, false);
     let (loops, revisions) = drive(&scene, &settings(1));
     assert!(revisions.is_empty() && loops.loops.all.is_empty());
-    let mut frame = scene.ego[100].clone();
-    loops.offsets.camera(100, &mut frame);
-    assert!(frame.world_from_camera == scene.ego[100].world_from_camera);
+    assert!(loops.offsets.at(100) == Pose::identity());
 }
 
 #[test]
@@ -140,11 +173,7 @@ fn a_drive_is_in_the_world_of_a_kept_map_once_it_is_met() {
     assert!(first.by_map.unwrap() >= 10 && first.closed == 0, "{first:?}");
     let line: serde_json::Value = serde_json::from_str(&first.to_json()).unwrap();
     assert_eq!(line["map"]["matches"].as_u64(), first.by_map.map(|n| n as u64));
-    let returned = |row: usize| {
-        let mut frame = scene.ego[row].clone();
-        loops.offsets.camera(row, &mut frame);
-        frame.world_from_camera
-    };
+    let returned = |row: usize| loops.offsets.at(row) * scene.ego[row].world_from_camera;
     let met = first.frame.number as usize;
     assert_eq!(loops.loops.kept.as_ref().unwrap().first_estimated_frame, Some(met));
     assert!(met < 70 && returned(met - 1) == scene.ego[met - 1].world_from_camera, "{met}");
@@ -196,9 +225,8 @@ fn round_after_round_memory_holds_the_first_visits_alone() {
     assert!(20 * newest.switched_off < newest.closed, "{newest:?}");
     // The last rounds are told as well as the third.
     let off_m = |row: usize| {
-        let mut frame = scene.ego[row].clone();
-        loops.offsets.camera(row, &mut frame);
-        (frame.world_from_camera.translation() - scene.truth[row].translation()).norm()
+        let pose = loops.offsets.at(row) * scene.ego[row].world_from_camera;
+        (pose.translation() - scene.truth[row].translation()).norm()
     };
     let worst_m = (2 * ROUND..rounds * ROUND).map(off_m).fold(0.0, f64::max);
     assert!(worst_m < 1.0, "{worst_m} m");

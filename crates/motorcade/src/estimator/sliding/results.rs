@@ -25,8 +25,7 @@ impl SlidingEstimator {
         let mut vehicles: Vec<VehicleEstimate> = self.vehicles.values().filter_map(newest).collect();
         let mut ego = ego.clone();
         if let Some(loops) = &self.loops {
-            loops.offsets.camera(row, &mut ego);
-            vehicles.iter_mut().for_each(|v| loops.offsets.vehicle(&mut v.state));
+            loops.offsets.newest(row, &mut ego, vehicles.iter_mut().map(|v| &mut v.state));
         }
         Some(Estimate {
             frame: frame.clone(),
@@ -55,8 +54,7 @@ impl SlidingEstimator {
         let states_lost = self.archive.give_back(&mut self.vehicles);
         let (loops, places_lost) = self.loops.take().map_or_else(Default::default, |loops| {
             let states = self.vehicles.values_mut().flat_map(|v| &mut v.states);
-            states.for_each(|state| loops.offsets.vehicle(state));
-            frames.iter_mut().enumerate().for_each(|(row, frame)| loops.offsets.camera(row, frame));
+            loops.offsets.all(&mut frames, states);
             loops.finish(settings)
         });
         let by_loops = loops.describe();
