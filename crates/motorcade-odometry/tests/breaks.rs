@@ -106,11 +106,8 @@ fn a_window_that_begins_within_a_gap_knows_its_whole_time() {
     let ego = EgoTrajectory::new(&whole, &measured, HEIGHT_M, &options);
     let first = 70;
     let of_window = measured.iter().filter(|m| m.reference >= first);
-    let shifted = of_window.map(|m| RoadMeasurement {
-        frame: m.frame - first,
-        reference: m.reference - first,
-        ..m.clone()
-    });
+    let shifted =
+        of_window.map(|m| RoadMeasurement { frame: m.frame - first, reference: m.reference - first, ..*m });
     let shifted: Vec<RoadMeasurement> = shifted.collect();
     let window = EgoTrajectory::new(&whole.window(first..150), &shifted, HEIGHT_M, &options);
     for k in first + 1..BREAK.end {
