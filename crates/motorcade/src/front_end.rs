@@ -16,7 +16,7 @@ use motorcade_places::PlaceKeyframe;
 
 pub(crate) use state::FrontEndState;
 
-use crate::archive::{Archive, Stored};
+use crate::archive::{Archive, Stored, not_read_back};
 use crate::config::VehicleMask;
 use crate::frame_list::FrameList;
 use crate::motion_source::MotionSource;
@@ -191,9 +191,7 @@ impl FrontEnd {
             places.put_back(read(&mut away.places, &mut problem, |_| None));
         }
         if let Some(error) = problem {
-            let warning = format!(
-                "part of what the frames showed is lost: a temporary file did not read back ({error}); repeat the run, with TMPDIR on another disk"
-            );
+            let warning = not_read_back("part of what the frames showed", &error);
             progress.warn(&warning);
             record.warnings.push(warning);
         }

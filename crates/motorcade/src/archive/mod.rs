@@ -13,6 +13,13 @@ use sha2::{Digest, Sha256};
 
 pub(crate) use stored::{Stored, StoredList};
 
+/// A warning about what a temporary file held that did not read back.
+pub(crate) fn not_read_back(what: &str, error: &io::Error) -> String {
+    format!(
+        "lost: {what}; a temporary file did not read back ({error}); repeat the run, with TMPDIR on another disk"
+    )
+}
+
 /// Records that only the end of a drive needs, in order. They lie in a temporary file without a name, which the system removes with the process,
 /// or, of a run with a checkpoint, in a file that another process goes on with; where none can be written they stay in memory.
 #[derive(Debug)]

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use motorcade_odometry::{EgoFrame, FrameStatus, Rows};
 
-use crate::archive::{Archive, ArchiveState};
+use crate::archive::{Archive, ArchiveState, not_read_back};
 
 /// Estimated cameras of all frames so far. Results need them at the end of a drive, estimates of later frames do not.
 #[derive(Default)]
@@ -84,7 +84,7 @@ impl EgoArchive {
                 };
                 let next = rows.kept().first().map(unknown);
                 rows.put_back(next.map(|f| vec![f; away]).unwrap_or_default());
-                Some(format!("the first {away} poses are lost: a temporary file did not read back ({error})"))
+                Some(not_read_back(&format!("the first {away} poses"), &error))
             }
         };
         (rows.into_kept(), lost)

@@ -20,6 +20,7 @@ use self::offsets::Offsets;
 use self::settled::Settled;
 use super::loops::{join, search_with_map, within_drift};
 use super::place_edges::{KnownPose, Matched, Verdict};
+use crate::archive::not_read_back;
 use crate::closed_loop::Loops;
 use crate::estimator_options::AdvancedOnlineOptions;
 use crate::kept_map::MapUse;
@@ -302,8 +303,7 @@ impl OnlineLoops {
     pub(super) fn finish(self, settings: &Settings) -> (Loops, Option<String>) {
         let Self { mut loops, of_map, mut search, mut trajectory, .. } = self;
         if let Err(error) = self.settled.give_back(&mut search, &mut trajectory, &mut loops) {
-            let lost = format!("places of the drive are lost: a temporary file did not read back ({error})");
-            return (loops, Some(lost));
+            return (loops, Some(not_read_back("places of the drive", &error)));
         }
         let (found, config) = (search.finish(), &settings.config);
         let matched = Matched { keyframes: &found.keyframes, of_map, matches: &found.matches };

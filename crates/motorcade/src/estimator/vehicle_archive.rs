@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use motorcade_vehicles::{VehicleState, VehicleTrajectory};
 
-use crate::archive::{Archive, ArchiveState};
+use crate::archive::{Archive, ArchiveState, not_read_back};
 
 /// Rows after which states are moved: many at once.
 const EVERY: usize = 256;
@@ -65,11 +65,7 @@ impl VehicleArchive {
         let count = self.states.len();
         let moved = match self.states.take_back() {
             Ok(moved) => moved,
-            Err(error) => {
-                return Some(format!(
-                    "{count} states of vehicles are lost: a temporary file did not read back ({error})"
-                ));
-            }
+            Err(error) => return Some(not_read_back(&format!("{count} states of vehicles"), &error)),
         };
         let mut older: BTreeMap<usize, Vec<VehicleState>> = BTreeMap::new();
         moved.into_iter().for_each(|(id, state)| older.entry(id).or_default().push(state));
