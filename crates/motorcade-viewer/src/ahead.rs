@@ -1,6 +1,7 @@
 //! The vehicle ahead of the camera: its distance over time, and what of it is quoted.
 
 use motorcade::{Estimated, FrameSpeeds, RunResult};
+use motorcade_vehicles::Source;
 
 use crate::chart::{Across, Chart, Series};
 use crate::hue::hue;
@@ -41,7 +42,15 @@ pub(crate) fn distances(result: &RunResult, speeds: &[FrameSpeeds]) -> String {
     .figure()
 }
 
-/// Table of the numbers of a drive that are quoted: speeds, and the extremes of the vehicle ahead.
+/// True when the vehicle was measured in a frame, not predicted.
+fn is_seen(result: &RunResult, id: usize, frame: usize) -> bool {
+    let vehicle = result.vehicles.iter().find(|v| v.id == id);
+    let state = vehicle.and_then(|v| v.states.iter().find(|s| s.frame == frame));
+    state.is_some_and(|s| s.source != Source::Predicted)
+}
+
+/// Table of the numbers of a drive that are quoted: speeds, and the extremes of the vehicle ahead. Extremes are those of frames whose pose was measured,
+/// and of vehicles that were seen there: what is filled in or predicted is no observation of the drive.
 pub(crate) fn quoted(result: &RunResult, speeds: &[FrameSpeeds]) -> String {
     let times = times_s(result);
     let duration_s = times.last().copied().unwrap_or(0.0);
@@ -50,14 +59,21 @@ pub(crate) fn quoted(result: &RunResult, speeds: &[FrameSpeeds]) -> String {
         let mean = result.ego.length_m() / duration_s;
         rows.push(("mean speed", quantity(3.6 * mean, 1, "km/h"), String::new()));
     }
-    let fastest = speeds.iter().zip(&times).filter(|(row, _)| row.speed_mps.sigma.is_finite());
+    let measured = |frame: usize| result.ego.frames.get(frame).is_some_and(|f| f.step_measured);
+    let rows_in_time = || speeds.iter().zip(&times).enumerate().filter(|(frame, _)| measured(*frame));
+    let fastest = rows_in_time().map(|(_, row)| row).filter(|(row, _)| row.speed_mps.sigma.is_finite());
     if let Some((row, time)) = fastest.max_by(|a, b| a.0.speed_mps.value.total_cmp(&b.0.speed_mps.value)) {
         let value = estimate(3.6 * row.speed_mps.value, 3.6 * row.speed_mps.sigma, 1, "km/h");
         rows.push(("highest speed", value, at(*time)));
     }
-    let ahead = || speeds.iter().zip(&times).filter_map(|(row, time)| Some((row.ahead.as_ref()?, *time)));
-    let seen = ahead().count() as f64 / speeds.len().max(1) as f64;
-    rows.push(("frames with a vehicle ahead", quantity(100.0 * seen, 0, "%"), String::new()));
+    let with_ahead = speeds.iter().filter(|row| row.ahead.is_some()).count();
+    let share = with_ahead as f64 / speeds.len().max(1) as f64;
+    rows.push(("frames with a vehicle ahead", quantity(100.0 * share, 0, "%"), String::new()));
+    let ahead = || {
+        let ahead =
+            rows_in_time().filter_map(|(frame, (row, time))| Some((frame, row.ahead.as_ref()?, *time)));
+        ahead.filter(|(frame, a, _)| is_seen(result, a.id, *frame)).map(|(_, a, time)| (a, time))
+    };
     let least = |values: Vec<(Estimated, usize, f64)>| {
         values.into_iter().min_by(|a, b| a.0.value.total_cmp(&b.0.value))
     };

@@ -177,3 +177,23 @@ fn the_page_of_an_hour_is_not_too_large() {
     assert!(page.len() < 25_000_000, "{} bytes", page.len());
     std::fs::write(format!("{}/hour.html", env!("CARGO_TARGET_TMPDIR")), page).unwrap();
 }
+
+#[test]
+fn extremes_are_quoted_of_what_was_measured() {
+    let quoted = |tracked: bool| {
+        let page = page(|run| {
+            run.ego.frames.iter_mut().for_each(|frame| frame.step_measured = tracked);
+            let states = vec![state(1, Source::Box, 0.0, 20.0), state(2, Source::Predicted, 0.0, 6.0)];
+            run.vehicles = vec![car(1, states)];
+        });
+        let from = page.find("<h2>In short</h2>").unwrap();
+        let section = &page[from..];
+        section[..section.find("</section>").unwrap()].to_owned()
+    };
+    let found = quoted(true);
+    assert!(found.contains("shortest distance ahead") && found.contains("vehicle 1, at 0.1 s"), "{found}");
+    assert!(found.contains("highest speed") && !found.contains("vehicle 1, at 0.2 s"), "{found}");
+    let found = quoted(false);
+    assert!(found.contains("frames with a vehicle ahead"), "{found}");
+    assert!(!found.contains("shortest") && !found.contains("highest"), "{found}");
+}
