@@ -12,7 +12,7 @@ struct Move {
     /// The first row it holds for.
     first: usize,
     offset: Pose<World, World>,
-    /// What is known of the pose at that row.
+    /// Uncertainty of the moved pose at that row.
     uncertainty: Uncertainty,
 }
 
@@ -22,7 +22,7 @@ pub(in crate::estimator) struct Offsets {
     moves: Vec<Move>,
     /// Pose of the newest row without moves.
     newest: Option<Pose<World, Camera>>,
-    /// What is known of it, moved; `None` before the first move.
+    /// Uncertainty of the newest moved pose; `None` before the first move.
     uncertainty: Option<Uncertainty>,
 }
 
