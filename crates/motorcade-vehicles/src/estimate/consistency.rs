@@ -55,15 +55,6 @@ pub(super) fn overlap_of_columns(projected: &BoundingBox, observed: &ObservedBox
     overlap(&rows(projected.to_array()), &columns)
 }
 
-/// The boxes of a track for which `of` is true, and the others.
-pub(super) fn parted(track: &Track, of: &[bool]) -> (Vec<TrackBox>, Vec<TrackBox>) {
-    let (mut kept, mut rest) = (Vec::new(), Vec::new());
-    for (b, own) in track.boxes.iter().zip(of) {
-        if *own { kept.push(*b) } else { rest.push(*b) }
-    }
-    (kept, rest)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

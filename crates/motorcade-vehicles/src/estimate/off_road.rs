@@ -24,13 +24,12 @@ fn road_below(input: &TrackInput<'_>) -> Option<f64> {
     (count >= input.options.advanced.kinematic_state.least_road_boxes.max(1)).then(|| sum / count as f64)
 }
 
-/// True when the apparent velocity points where the camera drives: that of something that stands and is further away than it seems, or
-/// of boxes that a tracker took from one vehicle of a row after the other.
+/// True when the apparent velocity points where the camera drives, more along its way than across it: that of something that stands and is further
+/// away than it seems, or of boxes that a tracker took from one vehicle of a row after the other. What crosses the way does not.
 fn drives_ahead(input: &TrackInput<'_>, positions: &[PositionMeasurement]) -> bool {
     let Some((first, last)) = positions.first().zip(positions.last()) else { return false };
     let centre = |frame: usize| input.grounds[frame].world_from_camera.translation();
-    Line::new(positions, &input.options.advanced.kinematic_state)
-        .velocity()
-        .dot(&(centre(last.frame) - centre(first.frame)))
-        > 0.0
+    let way = centre(last.frame) - centre(first.frame);
+    let velocity = Line::new(positions, &input.options.advanced.kinematic_state).velocity();
+    velocity.dot(&way) > velocity.cross(&way).norm()
 }

@@ -3,7 +3,7 @@
 use motorcade_geometry::PinholeCamera;
 
 use super::background::is_background;
-use super::consistency::{overlap, parted};
+use super::consistency::overlap;
 use super::drive::Drive;
 use super::nearest::nearest_vehicle;
 use crate::external::ExternalTrack;
@@ -45,17 +45,18 @@ pub fn estimate_consistently(
             }
             continue;
         }
-        let (kept, rest) = parted(&track, &own);
+        let (kept, rest) = parted(&track, &own, |boxes| drive.enough(boxes));
         match &mut ids {
             None if drive.enough(&kept) => open.push((track.with_boxes(track.id, kept), 0)),
             None => found.push(estimate),
             Some(next) => {
-                let (kept, rest) = if kept.is_empty() { halves(rest) } else { (kept, rest) };
-                if drive.enough(&rest) && dense(&rest) {
-                    open.push((track.with_boxes(**next, rest), splits - 1));
+                let (kept, rest) = if kept.is_empty() { halves(track.boxes.clone()) } else { (kept, rest) };
+                let is_one = |boxes: &[TrackBox]| drive.enough(boxes) && dense(boxes);
+                for boxes in rest.into_iter().filter(|boxes| is_one(boxes)) {
+                    open.push((track.with_boxes(**next, boxes), splits - 1));
                     **next += 1;
                 }
-                if drive.enough(&kept) && dense(&kept) {
+                if is_one(&kept) {
                     open.push((track.with_boxes(track.id, kept), splits - 1));
                 }
             }
@@ -65,6 +66,30 @@ pub fn estimate_consistently(
     found
 }
 
+/// The boxes of a track that are its own, and the others, parted where enough of its own for a vehicle lie between them: before and after the track was
+/// on its vehicle again they are hardly those of one.
+fn parted(
+    track: &Track,
+    own: &[bool],
+    enough: impl Fn(&[TrackBox]) -> bool,
+) -> (Vec<TrackBox>, Vec<Vec<TrackBox>>) {
+    let (mut kept, mut rest): (Vec<TrackBox>, Vec<Vec<TrackBox>>) = (Vec::new(), Vec::new());
+    // Own boxes before the last other one.
+    let mut before = 0;
+    for (b, is_own) in track.boxes.iter().zip(own) {
+        if *is_own {
+            kept.push(*b);
+            continue;
+        }
+        match rest.last_mut() {
+            Some(run) if !enough(&kept[before..]) => run.push(*b),
+            _ => rest.push(vec![*b]),
+        }
+        before = kept.len();
+    }
+    (kept, rest)
+}
+
 /// True when the boxes of a part of a track are in at least half of its frames: scattered ones are errors of the detector.
 fn dense(boxes: &[TrackBox]) -> bool {
     let frames = boxes.first().zip(boxes.last()).map_or(0, |(first, last)| last.frame - first.frame + 1);
@@ -72,9 +97,9 @@ fn dense(boxes: &[TrackBox]) -> bool {
 }
 
 /// The earlier and the later half.
-fn halves(mut boxes: Vec<TrackBox>) -> (Vec<TrackBox>, Vec<TrackBox>) {
+fn halves(mut boxes: Vec<TrackBox>) -> (Vec<TrackBox>, Vec<Vec<TrackBox>>) {
     let later = boxes.split_off(boxes.len() / 2);
-    (boxes, later)
+    (boxes, vec![later])
 }
 
 /// Way from the first state to the last over its time \[m/s\]; zero for a single state.
