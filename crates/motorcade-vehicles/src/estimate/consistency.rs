@@ -34,7 +34,7 @@ pub(super) fn explained(
 }
 
 /// IoU of a projected box and an observed one, whose truncated and occluded edges are bounds: they lie no further out than the projected ones.
-pub(super) fn overlap(projected: &BoundingBox, observed: &ObservedBox) -> f64 {
+pub(crate) fn overlap(projected: &BoundingBox, observed: &ObservedBox) -> f64 {
     let (p, mut o) = (projected.to_array(), observed.bbox.to_array());
     for (edge, measured) in observed.edges.iter().enumerate() {
         if !measured {

@@ -133,6 +133,11 @@ impl ActiveTrack {
         }
     }
 
+    /// True when its boxes decide that it stands.
+    pub(super) fn stands(&self, options: &AdvancedTrackerOptions) -> bool {
+        self.standing.motion_evidence() <= -options.decisive_evidence
+    }
+
     /// Squared Mahalanobis distance of a position from the one predicted by motion or standing, unless the boxes decide between
     /// the two; `None` beyond the gate, and where the prediction is so uncertain that another vehicle would fit too.
     pub(super) fn distance(

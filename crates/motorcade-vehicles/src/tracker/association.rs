@@ -31,6 +31,7 @@ pub(super) fn by_overlap(
     predicted: &[Vec<BoundingBox>],
     levels: &[usize],
     boxes: &[&Detection],
+    fits: &impl Fn(usize, usize) -> bool,
     options: &TrackerOptions,
 ) -> Vec<(usize, usize)> {
     let mut cascade = levels.to_vec();
@@ -54,7 +55,7 @@ pub(super) fn by_overlap(
                 let suits =
                     (found.score >= options.begin_score) == confident && pairs.iter().all(|(_, d)| free(*d));
                 let iou = expected.iter().map(|b| b.iou(&found.bbox)).fold(0.0, f64::max);
-                if suits && iou >= least_iou {
+                if suits && iou >= least_iou && fits(track, detection) {
                     candidates.push(Candidate { cost: -iou, track, detection });
                 }
             }

@@ -13,7 +13,9 @@ mod state;
 use motorcade_geometry::PinholeCamera;
 use motorcade_perception::{BoundingBox, Detection};
 
+use crate::estimate::overlap;
 use crate::ground::GroundFrame;
+use crate::observed_box::ObservedBox;
 use crate::options::VehicleOptions;
 use crate::track::{Track, TrackBox};
 use active_track::ActiveTrack;
@@ -84,7 +86,12 @@ impl Tracker {
             (t.unconfident_s(ground) / options.advanced.occluded_after_s.max(ROUNDING_S)) as usize
         };
         let levels: Vec<usize> = self.active.iter().map(level).collect();
-        let mut pairs = by_overlap(&predicted, &levels, &boxes, options);
+        let observed: Vec<ObservedBox> = boxes.iter().map(|b| localizer.observe(b, &boxes)).collect();
+        let fits = |track: usize, detection: usize| {
+            !self.active[track].stands(&options.advanced)
+                || predicted[track].iter().any(|p| overlap(p, &observed[detection]) >= options.advanced.least_standing_overlap)
+        };
+        let mut pairs = by_overlap(&predicted, &levels, &boxes, &fits, options);
         pairs.extend(self.reidentify(ground, &boxes, &pairs));
         let mut assigned = vec![false; boxes.len()];
         for (track, index) in pairs {

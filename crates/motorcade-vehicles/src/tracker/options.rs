@@ -58,6 +58,8 @@ pub struct AdvancedTrackerOptions {
     pub most_evidence: f64,
     /// Evidence from which one of motion and standing is excluded: 150 to 1.
     pub decisive_evidence: f64,
+    /// Overlap (IoU) of a box with that of a standing vehicle below which it is another one's; occluded edges are bounds. 0 takes any.
+    pub least_standing_overlap: f64,
     /// Largest change of the predicted box's scale between two boxes.
     pub largest_scale_change: f64,
     /// Smallest weight of a box in the vote on the class, where its score is lower: every box counts, also those of files without scores. Chosen;
@@ -77,6 +79,7 @@ impl Default for AdvancedTrackerOptions {
             apparent_motion_share: 0.1,
             most_evidence: 12.0,
             decisive_evidence: 10.0,
+            least_standing_overlap: 0.45,
             largest_scale_change: 2.0,
             least_vote: 0.01,
         }
