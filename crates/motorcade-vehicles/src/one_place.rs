@@ -1,6 +1,6 @@
-//! Standing vehicles in one place.
+//! Vehicles in one place.
 //!
-//! Two tracks on a standing vehicle (one of its two boxes, the boxes before and after it was hidden, those parted from a track that slipped) become two
+//! Two tracks on a vehicle (one of its two boxes, the boxes before and after it was hidden, those parted from a track that slipped) become two
 //! cuboids within each other. Two vehicles are not in one place; two that are seen side by side are two, wherever they were placed.
 
 use motorcade_geometry::{BoundingBox, Pose, Vehicle, World};
@@ -9,8 +9,11 @@ use crate::met_again::{best, join};
 use crate::options::AdvancedVehicleOptions;
 use crate::trajectory::{Source, VehicleState, VehicleTrajectory};
 
-/// Makes one vehicle of standing ones of which one has its centre within the footprint of the other, where both are known best, and
-/// that are not seen side by side. Of the identities that of the vehicle with the larger sum of scores stays.
+/// Frames that two moving vehicles have to share at least: in a single one they may meet by chance.
+const LEAST_SHARED: usize = 2;
+
+/// Makes one vehicle of two of which one has its centre within the footprint of the other and that are not seen side by side: of standing ones
+/// where both are known best, of moving ones in most frames they share. Of the identities that of the vehicle with the larger sum of scores stays.
 pub fn join_in_one_place(
     vehicles: Vec<VehicleTrajectory>,
     options: &AdvancedVehicleOptions,
@@ -21,11 +24,14 @@ pub fn join_in_one_place(
     let mut out: Vec<VehicleTrajectory> = Vec::with_capacity(by_evidence.len());
     for vehicle in by_evidence {
         let stands = |v: &VehicleTrajectory| v.p_moving < options.kinematic_state.moving_from;
+        let least_cosine = options.met_again.least_cosine;
         let in_place_of = |v: &&mut VehicleTrajectory| {
-            stands(v)
-                && stands(&vehicle)
-                && overlap(v, &vehicle, options.met_again.least_cosine)
-                && !side_by_side(&vehicle, v, options)
+            let overlap = match (stands(v), stands(&vehicle)) {
+                (true, true) => overlap(v, &vehicle, least_cosine),
+                (false, false) => move_as_one(v, &vehicle, least_cosine),
+                _ => false,
+            };
+            overlap && !side_by_side(&vehicle, v, options)
         };
         match out.iter_mut().find(in_place_of) {
             Some(stronger) => {
@@ -45,6 +51,28 @@ fn overlap(a: &VehicleTrajectory, b: &VehicleTrajectory, least_cosine: f64) -> b
     let (of_a, of_b) = (&of_a.world_from_vehicle, &of_b.world_from_vehicle);
     let parallel = (of_a.inverse() * *of_b).rotation_matrix()[(0, 0)].abs() >= least_cosine;
     parallel && (covers(a, of_a, of_b) || covers(b, of_b, of_a))
+}
+
+/// True when in most frames that two vehicles share, two at least, the centre of one lies within the footprint of the other one, with headings that
+/// differ as `least_cosine` has it at most.
+fn move_as_one(a: &VehicleTrajectory, b: &VehicleTrajectory, least_cosine: f64) -> bool {
+    let cosine = |p: &VehicleState, q: &VehicleState| {
+        (p.world_from_vehicle.inverse() * q.world_from_vehicle).rotation_matrix()[(0, 0)]
+    };
+    let shared = || {
+        a.states.iter().filter_map(|p| {
+            let k = b.states.binary_search_by_key(&p.frame, |q| q.frame).ok()?;
+            Some((p, &b.states[k]))
+        })
+    };
+    let as_one = |(p, q): (&VehicleState, &VehicleState)| {
+        let (of_a, of_b) = (&p.world_from_vehicle, &q.world_from_vehicle);
+        cosine(p, q) >= least_cosine && (covers(a, of_a, of_b) || covers(b, of_b, of_a))
+    };
+    // Where they are known best their fronts have to agree too: joined states keep one front.
+    let one_front = best(a).zip(best(b)).is_some_and(|(p, q)| cosine(p, q) > 0.0);
+    let (count, together) = (shared().count(), shared().filter(|pair| as_one(*pair)).count());
+    one_front && count >= LEAST_SHARED && 2 * together > count
 }
 
 fn covers(vehicle: &VehicleTrajectory, at: &Pose<World, Vehicle>, other: &Pose<World, Vehicle>) -> bool {
@@ -83,6 +111,7 @@ fn one_state_a_frame(states: &mut Vec<VehicleState>) {
 mod tests {
     use super::*;
     use crate::test_vehicles::standing_car;
+    use nalgebra::Vector6;
 
     /// A car along x at this place, measured with this score; predicted without.
     fn vehicle(id: usize, frames: std::ops::Range<usize>, at: [f64; 2], score: f64) -> VehicleTrajectory {
@@ -118,8 +147,35 @@ mod tests {
         assert_eq!([score(9), score(12), score(18)], [0.7, 0.5, 0.0]);
     }
 
+    /// A track that ends on a vehicle and the one that began on it; one that drives into its way, and one that meets it once.
     #[test]
-    fn what_moves_is_not_joined() {
+    fn moving_vehicles_that_go_as_one_are_one() {
+        let drives = |id: usize, frames: std::ops::Range<usize>, ahead_m: f64, speed: f64| {
+            let mut moves = vehicle(id, frames.clone(), [0.0, 0.0], 0.7);
+            moves.p_moving = 1.0;
+            for state in &mut moves.states {
+                let along = ahead_m + speed * (state.frame - frames.start) as f64;
+                state.world_from_vehicle = Pose::exp(&Vector6::new(0.0, 0.0, 0.0, along, 0.0, 0.0));
+            }
+            moves
+        };
+        let joined = |all: Vec<VehicleTrajectory>| -> Vec<(usize, usize)> {
+            let found = join_in_one_place(all, &AdvancedVehicleOptions::default());
+            found.iter().map(|v| (v.id, v.states.len())).collect()
+        };
+        assert_eq!(joined(vec![drives(1, 0..12, 0.0, 1.5), drives(2, 10..40, 15.4, 1.5)]), [(2, 40)]);
+        assert_eq!(joined(vec![drives(1, 0..12, 0.0, 1.5), drives(2, 10..40, 15.4, 5.0)]).len(), 2);
+        assert_eq!(joined(vec![drives(1, 0..12, 0.0, 1.5), drives(2, 11..40, 16.5, 1.5)]).len(), 2);
+        let mut turned = drives(2, 10..40, 15.4, 1.5);
+        for state in &mut turned.states {
+            let half: Pose<Vehicle, Vehicle> = Pose::exp(&Vector6::new(0.0, 0.0, 3.1, 0.0, 0.0, 0.0));
+            state.world_from_vehicle = state.world_from_vehicle * half;
+        }
+        assert_eq!(joined(vec![drives(1, 0..12, 0.0, 1.5), turned]).len(), 2);
+    }
+
+    #[test]
+    fn what_moves_is_not_joined_with_what_stands() {
         let mut moves = vehicle(2, 0..10, [0.0, 0.0], 0.7);
         moves.p_moving = 0.5;
         let (options, stands) = (AdvancedVehicleOptions::default(), vehicle(1, 0..10, [0.0, 0.0], 0.7));

@@ -5,13 +5,16 @@
 #[allow(dead_code, reason = "not every test uses all of it")]
 mod street;
 
+use std::f64::consts::FRAC_PI_2;
+
 use motorcade_perception::{BoundingBox, Detection, VehicleClass};
 use motorcade_testing::{CAMERA, CAMERA_HEIGHT_M};
 use motorcade_vehicles::{
     ExternalTrack, ExternalView, ObservedBox, Source, Track, TrackBox, VehicleOptions, estimate_consistently,
+    upright_pose,
 };
 use nalgebra::{Matrix3, Vector3};
-use street::{car, detected, grounds};
+use street::{car, detected, grounds, outline};
 
 /// A tracker that went from one parked car to the next: no trajectory explains the boxes of both, each part has its own.
 #[test]
@@ -117,6 +120,30 @@ fn a_slip_to_the_neighbour_beside_the_road_is_no_slow_drive() {
         let driving = estimate(&drives(mps), road_below);
         assert!(driving.len() == 1 && driving[0] > 0.5, "{mps} m/s: {driving:?}");
     }
+}
+
+/// A car that crosses the camera's way, slightly forwards, and something hides the road below it.
+#[test]
+fn what_crosses_the_way_moves_without_road_below() {
+    let frames = 24;
+    let grounds = grounds(frames, CAMERA_HEIGHT_M);
+    let options = VehicleOptions::default();
+    let boxes = (0..frames).map(|frame| {
+        let ground = &grounds[frame];
+        let ahead_m = 60.0 + 0.05 * frame as f64 - ground.world_from_camera.translation().z;
+        let place = ground.point(ahead_m, 14.0 - 0.75 * frame as f64, 0.0);
+        let pose = upright_pose(&place, &ground.direction_of(-FRAC_PI_2), &ground.up);
+        let detection = Detection { road_below: Some(0.1), ..detected(outline(&pose).unwrap()) };
+        let observed = ObservedBox::new(&detection, &CAMERA, &[], &options.advanced.box_fit);
+        TrackBox { frame, observed, score: 0.8 }
+    });
+    let track = Track::new(7, VehicleClass::Car, boxes.collect());
+    let none = |_: &Track| ExternalTrack::default();
+    let found = estimate_consistently(&CAMERA, &grounds, &track, &none, &options, Some(&mut 20));
+    assert_eq!(found.iter().map(|v| (v.id, v.states.len())).collect::<Vec<_>>(), [(7, frames)]);
+    assert!(found[0].p_moving > 0.5);
+    let speed = found[0].states[frames / 2].speed_mps;
+    assert!((speed - 7.5).abs() < 0.6, "{speed}");
 }
 
 /// Boxes that jump over the picture are no vehicle, however fast it would have to drive.

@@ -183,6 +183,26 @@ fn a_row_of_parked_cars_keeps_its_identities() {
     assert_eq!(tracks.len(), places.len(), "{:?}", tracks.iter().map(|t| t.boxes.len()).collect::<Vec<_>>());
 }
 
+/// A parked car is hidden by one that crosses before it, a third of whose box is on its own.
+#[test]
+fn a_box_that_overlaps_a_parked_car_little_is_another_cars() {
+    let seen = |k: usize, overlapping: f64| {
+        let parked = car(50.0 - k as f64, 5.0).unwrap();
+        if k < 6 {
+            return vec![parked];
+        }
+        // As high, and moved to the side until this share of the union is common.
+        let shift = parked.bbox.width() * (1.0 - overlapping) / (1.0 + overlapping);
+        let BoundingBox { x1, y1, x2, y2 } = parked.bbox;
+        vec![Detection { bbox: BoundingBox { x1: x1 + shift, y1, x2: x2 + shift, y2 }, ..parked }]
+    };
+    let lengths = |overlapping: f64| -> Vec<usize> {
+        link(12, |k| seen(k, overlapping)).iter().map(|track| track.boxes.len()).collect()
+    };
+    assert_eq!(lengths(0.35), [6, 6]);
+    assert_eq!(lengths(0.7), [12]);
+}
+
 /// Boxes of a car that drives straight ahead in the world, occluded in some frames.
 fn boxes_of(
     grounds: &[GroundFrame],

@@ -26,10 +26,14 @@ pub(super) fn explained(
         let camera_from_vehicle =
             grounds.get(b.frame)?.world_from_camera.inverse() * state.world_from_vehicle;
         let (class, convention) = (found.class, b.observed.convention);
-        let projected = image_box(camera, &camera_from_vehicle, class, convention, &found.size)?;
-        Some(overlap(&projected, &b.observed) >= least_iou)
+        match image_box(camera, &camera_from_vehicle, class, convention, &found.size) {
+            Some(projected) => Some(overlap(&projected, &b.observed) >= least_iou),
+            // One wholly behind the camera is not what the picture shows; one beside it has no box to compare with.
+            None => Some(
+                camera_from_vehicle.translation().z > -0.5 * found.size.length_m.hypot(found.size.width_m),
+            ),
+        }
     };
-    // A vehicle beside or behind the camera has no box to compare with.
     track.boxes.iter().map(|b| one(b).unwrap_or(true)).collect()
 }
 
@@ -58,6 +62,7 @@ pub(super) fn overlap_of_columns(projected: &BoundingBox, observed: &ObservedBox
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_vehicles::{CAMERA, car_ahead, level_grounds, track_of};
     use motorcade_perception::{BoxConvention, VehicleClass};
 
     #[test]
@@ -75,5 +80,19 @@ mod tests {
         assert!((overlap(&projected, &observed(120.0, [true, true, false, true])) - 1.0).abs() < 1e-12);
         // The part of a box beyond the projected vehicle counts, hidden or not.
         assert!((overlap(&projected, &observed(300.0, [true, true, false, true])) - 0.5).abs() < 1e-12);
+    }
+
+    /// A car that a track places where the camera has passed is not what its boxes show.
+    #[test]
+    fn what_is_behind_the_camera_explains_no_box() {
+        let grounds = level_grounds(10);
+        let shown = track_of(&car_ahead(1, 0.0, 20.0), [true; 4]);
+        let explained_by = |z_m: f64| {
+            let found = car_ahead(1, 0.0, z_m);
+            explained(overlap, &CAMERA, &grounds, &shown, &found, 0.3).into_iter().all(|own| own)
+        };
+        assert!(explained_by(20.0) && !explained_by(40.0) && !explained_by(-8.0));
+        // Beside the camera it has no box to compare with.
+        assert!(explained_by(0.5));
     }
 }

@@ -111,3 +111,25 @@ fn mean_speed_mps(grounds: &[GroundFrame], vehicle: &VehicleTrajectory) -> f64 {
     ends.filter(|((from_s, _), (to_s, _))| to_s > from_s)
         .map_or(0.0, |((from_s, from), (to_s, to))| (to - from).norm() / (to_s - from_s))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_vehicles::{car_ahead, track_of};
+
+    #[test]
+    fn foreign_boxes_are_parted_by_enough_own_ones() {
+        let track = track_of(&car_ahead(1, 0.0, 20.0), [true; 4]);
+        let spans = |own: &str, enough: usize| -> Vec<Vec<usize>> {
+            let own: Vec<bool> = own.chars().map(|c| c == 'o').collect();
+            let (kept, rest) = parted(&track, &own, |boxes| boxes.len() >= enough);
+            assert_eq!(kept.len(), own.iter().filter(|own| **own).count());
+            rest.iter().map(|boxes| boxes.iter().map(|b| b.frame).collect()).collect()
+        };
+        assert_eq!(spans("fffooooffo", 4), [vec![0, 1, 2], vec![7, 8]]);
+        assert_eq!(spans("fffooooffo", 5), [vec![0, 1, 2, 7, 8]]);
+        // Those between two foreign ones, not all that came before.
+        assert_eq!(spans("oooofofoff", 3), [vec![4, 6, 8, 9]]);
+        assert!(spans("oooooooooo", 3).is_empty());
+    }
+}

@@ -26,7 +26,8 @@ pub(super) fn greedy(mut candidates: Vec<Candidate>) -> Vec<(usize, usize)> {
 
 /// Pairs of track and box by overlap with the predicted box: boxes that may start a track first, then weaker ones. Where a box
 /// is that of several tracks by its overlap, the track of the lowest level gets it, which had such a box most recently (a matching
-/// cascade: Wojke et al., DeepSORT, ICIP 2017): one that lives on weak boxes beside a vehicle does not take that vehicle's box.
+/// cascade: Wojke et al., DeepSORT, ICIP 2017): one that lives on weak boxes beside a vehicle does not take that vehicle's box. `fits` says of a track and
+/// a box whether they may be a pair at all.
 pub(super) fn by_overlap(
     predicted: &[Vec<BoundingBox>],
     levels: &[usize],

@@ -88,16 +88,16 @@ impl Tracker {
         let levels: Vec<usize> = self.active.iter().map(level).collect();
         let observed: Vec<ObservedBox> = boxes.iter().map(|b| localizer.observe(b, &boxes)).collect();
         let fits = |track: usize, detection: usize| {
-            !self.active[track].stands(&options.advanced)
-                || predicted[track].iter().any(|p| overlap(p, &observed[detection]) >= options.advanced.least_standing_overlap)
+            let is_near =
+                |p: &BoundingBox| overlap(p, &observed[detection]) >= options.advanced.least_standing_overlap;
+            !self.active[track].stands(&options.advanced) || predicted[track].iter().any(is_near)
         };
         let mut pairs = by_overlap(&predicted, &levels, &boxes, &fits, options);
-        pairs.extend(self.reidentify(ground, &boxes, &pairs));
+        pairs.extend(self.reidentify(ground, &boxes, &observed, &pairs));
         let mut assigned = vec![false; boxes.len()];
         for (track, index) in pairs {
             assigned[index] = true;
-            let observed = localizer.observe(boxes[index], &boxes);
-            let next = TrackBox { frame, observed, score: boxes[index].score };
+            let next = TrackBox { frame, observed: observed[index], score: boxes[index].score };
             self.active[track].extend(localizer, ground, next, &options.advanced);
             if boxes[index].score >= options.begin_score {
                 self.active[track].confirm_at(ground);
@@ -111,8 +111,7 @@ impl Tracker {
             if assigned[index] || detection.score < options.begin_score || duplicate {
                 continue;
             }
-            let first =
-                TrackBox { frame, observed: localizer.observe(detection, &boxes), score: detection.score };
+            let first = TrackBox { frame, observed: observed[index], score: detection.score };
             if let Some(begun) = ActiveTrack::begin(self.next_id, localizer, ground, first, &options.advanced)
             {
                 self.next_id += 1;
@@ -132,6 +131,7 @@ impl Tracker {
         &self,
         ground: &GroundFrame,
         boxes: &[&Detection],
+        observed: &[ObservedBox],
         pairs: &[(usize, usize)],
     ) -> Vec<(usize, usize)> {
         let gates = &self.options.advanced;
@@ -151,8 +151,7 @@ impl Tracker {
         }
         let mut candidates = Vec::new();
         for detection in (0..boxes.len()).filter(new) {
-            let observed = self.localizer.observe(boxes[detection], boxes);
-            let Some(position) = self.localizer.position(ground, &observed) else { continue };
+            let Some(position) = self.localizer.position(ground, &observed[detection]) else { continue };
             let candidate = |track: &usize| {
                 let cost = self.active[*track].distance(&self.localizer, ground, &position, gates)?;
                 Some(Candidate { cost, track: *track, detection })

@@ -58,7 +58,8 @@ pub struct AdvancedTrackerOptions {
     pub most_evidence: f64,
     /// Evidence from which one of motion and standing is excluded: 150 to 1.
     pub decisive_evidence: f64,
-    /// Overlap (IoU) of a box with that of a standing vehicle below which it is another one's; occluded edges are bounds. 0 takes any.
+    /// Overlap (IoU) of a box with the predicted one of a vehicle that stands, motion being excluded, below which it is another vehicle's, such as one that
+    /// crosses before it; occluded edges are bounds. As `vehicles.advanced.hypothesis.least_standing_iou`, which parts tracks afterwards.
     pub least_standing_overlap: f64,
     /// Largest change of the predicted box's scale between two boxes.
     pub largest_scale_change: f64,
