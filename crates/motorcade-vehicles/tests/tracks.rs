@@ -199,7 +199,7 @@ fn a_box_that_overlaps_a_parked_car_little_is_another_cars() {
     let lengths = |overlapping: f64| -> Vec<usize> {
         link(12, |k| seen(k, overlapping)).iter().map(|track| track.boxes.len()).collect()
     };
-    assert_eq!(lengths(0.35), [6, 6]);
+    assert_eq!(lengths(0.3), [6, 6]);
     assert_eq!(lengths(0.7), [12]);
 }
 
