@@ -36,7 +36,8 @@ pub fn track_vehicles(
     options: &TrackerOptions,
     vehicles: &VehicleOptions,
 ) -> Vec<Track> {
-    let mut tracker = Tracker::new(*camera, *options, vehicles);
+    let least_standing_overlap = options.advanced.least_standing_overlap;
+    let mut tracker = Tracker { least_standing_overlap, ..Tracker::new(*camera, *options, vehicles) };
     let mut tracks = Vec::new();
     for (frame, (ground, found)) in grounds.iter().zip(detections).enumerate() {
         tracks.extend(tracker.advance(frame, ground, found, |k| grounds.get(k).copied()));
@@ -50,6 +51,9 @@ pub fn track_vehicles(
 pub struct Tracker {
     localizer: Localizer,
     options: TrackerOptions,
+    /// That of the options where a whole drive is linked. Online the vehicle whose boxes a standing one does not get begins anew, without its history: 0
+    /// there.
+    least_standing_overlap: f64,
     active: Vec<ActiveTrack>,
     next_id: usize,
 }
@@ -65,7 +69,7 @@ impl Tracker {
             explained_chi2: options.advanced.explained_chi2,
             hiding_score_ratio: options.advanced.hiding_score_ratio,
         };
-        Self { localizer, options, active: Vec::new(), next_id: 1 }
+        Self { localizer, options, least_standing_overlap: 0.0, active: Vec::new(), next_id: 1 }
     }
 
     /// Takes the boxes of the next frame; returns the tracks that ended. `ground_of` gives the present estimate of an earlier
@@ -88,8 +92,7 @@ impl Tracker {
         let levels: Vec<usize> = self.active.iter().map(level).collect();
         let observed: Vec<ObservedBox> = boxes.iter().map(|b| localizer.observe(b, &boxes)).collect();
         let fits = |track: usize, detection: usize| {
-            let is_near =
-                |p: &BoundingBox| overlap(p, &observed[detection]) >= options.advanced.least_standing_overlap;
+            let is_near = |p: &BoundingBox| overlap(p, &observed[detection]) >= self.least_standing_overlap;
             !self.active[track].stands(&options.advanced) || predicted[track].iter().any(is_near)
         };
         let mut pairs = by_overlap(&predicted, &levels, &boxes, &fits, options);
