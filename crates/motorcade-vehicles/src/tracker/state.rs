@@ -15,7 +15,7 @@ pub struct TrackerState {
 impl Tracker {
     /// The state after the last frame.
     pub fn state(&self) -> TrackerState {
-        let Self { localizer: _, options: _, active, next_id } = self;
+        let Self { localizer: _, options: _, least_standing_overlap: _, active, next_id } = self;
         TrackerState { active: active.clone(), next_id: *next_id }
     }
 
