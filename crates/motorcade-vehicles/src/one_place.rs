@@ -5,17 +5,20 @@
 
 use motorcade_geometry::{BoundingBox, Pose, Vehicle, World};
 
+use crate::ground::GroundFrame;
 use crate::met_again::{best, join};
 use crate::options::AdvancedVehicleOptions;
 use crate::trajectory::{Source, VehicleState, VehicleTrajectory};
 
-/// Frames that two moving vehicles have to share at least: in a single one they may meet by chance.
-const LEAST_SHARED: usize = 2;
+/// Time for which two moving vehicles have to be in one place at least: two frames at ten a second. In a single one they may meet by chance \[s\].
+const LEAST_TOGETHER_S: f64 = 0.08;
 
 /// Makes one vehicle of two of which one has its centre within the footprint of the other and that are not seen side by side: of standing ones
 /// where both are known best, of moving ones in most frames they share. Of the identities that of the vehicle with the larger sum of scores stays.
+/// `grounds` are those of all frames.
 pub fn join_in_one_place(
     vehicles: Vec<VehicleTrajectory>,
+    grounds: &[GroundFrame],
     options: &AdvancedVehicleOptions,
 ) -> Vec<VehicleTrajectory> {
     let evidence = |v: &VehicleTrajectory| v.states.iter().map(|s| s.score).sum::<f64>();
@@ -28,7 +31,7 @@ pub fn join_in_one_place(
         let in_place_of = |v: &&mut VehicleTrajectory| {
             let overlap = match (stands(v), stands(&vehicle)) {
                 (true, true) => overlap(v, &vehicle, least_cosine),
-                (false, false) => move_as_one(v, &vehicle, least_cosine),
+                (false, false) => move_as_one(v, &vehicle, grounds, least_cosine),
                 _ => false,
             };
             overlap && !side_by_side(&vehicle, v, options)
@@ -53,26 +56,33 @@ fn overlap(a: &VehicleTrajectory, b: &VehicleTrajectory, least_cosine: f64) -> b
     parallel && (covers(a, of_a, of_b) || covers(b, of_b, of_a))
 }
 
-/// True when in most frames that two vehicles share, two at least, the centre of one lies within the footprint of the other one, with headings that
+/// True when in most frames that two vehicles share, and for some time, the centre of one lies within the footprint of the other one, with headings that
 /// differ as `least_cosine` has it at most.
-fn move_as_one(a: &VehicleTrajectory, b: &VehicleTrajectory, least_cosine: f64) -> bool {
+fn move_as_one(
+    a: &VehicleTrajectory,
+    b: &VehicleTrajectory,
+    grounds: &[GroundFrame],
+    least_cosine: f64,
+) -> bool {
     let cosine = |p: &VehicleState, q: &VehicleState| {
         (p.world_from_vehicle.inverse() * q.world_from_vehicle).rotation_matrix()[(0, 0)]
     };
-    let shared = || {
-        a.states.iter().filter_map(|p| {
-            let k = b.states.binary_search_by_key(&p.frame, |q| q.frame).ok()?;
-            Some((p, &b.states[k]))
-        })
+    let of_b = |p: &VehicleState| {
+        let k = b.states.binary_search_by_key(&p.frame, |q| q.frame).ok()?;
+        Some(&b.states[k])
     };
-    let as_one = |(p, q): (&VehicleState, &VehicleState)| {
+    let shared: Vec<(&VehicleState, &VehicleState)> =
+        a.states.iter().filter_map(|p| Some((p, of_b(p)?))).collect();
+    let as_one = |(p, q): &&(&VehicleState, &VehicleState)| {
         let (of_a, of_b) = (&p.world_from_vehicle, &q.world_from_vehicle);
         cosine(p, q) >= least_cosine && (covers(a, of_a, of_b) || covers(b, of_b, of_a))
     };
+    let together: Vec<usize> = shared.iter().filter(as_one).map(|(p, _)| p.frame).collect();
+    let time_s = |frame: Option<&usize>| frame.and_then(|k| grounds.get(*k)).map_or(0.0, |g| g.time_s);
+    let lasts_s = time_s(together.last()) - time_s(together.first());
     // Where they are known best their fronts have to agree too: joined states keep one front.
     let one_front = best(a).zip(best(b)).is_some_and(|(p, q)| cosine(p, q) > 0.0);
-    let (count, together) = (shared().count(), shared().filter(|pair| as_one(*pair)).count());
-    one_front && count >= LEAST_SHARED && 2 * together > count
+    one_front && lasts_s >= LEAST_TOGETHER_S && 2 * together.len() > shared.len()
 }
 
 fn covers(vehicle: &VehicleTrajectory, at: &Pose<World, Vehicle>, other: &Pose<World, Vehicle>) -> bool {
@@ -110,7 +120,7 @@ fn one_state_a_frame(states: &mut Vec<VehicleState>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_vehicles::standing_car;
+    use crate::test_vehicles::{level_grounds, standing_car};
     use nalgebra::Vector6;
 
     /// A car along x at this place, measured with this score; predicted without.
@@ -127,7 +137,7 @@ mod tests {
             vehicle(4, 5..30, [0.0, 2.1], 0.7),
             vehicle(5, 40..45, [0.4, 0.0], 0.7),
         ];
-        let found = join_in_one_place(all, &AdvancedVehicleOptions::default());
+        let found = join_in_one_place(all, &level_grounds(60), &AdvancedVehicleOptions::default());
         let spans: Vec<(usize, usize)> = found.iter().map(|v| (v.id, v.states.len())).collect();
         assert_eq!(spans, [(2, 30), (3, 25), (4, 25)]);
         assert!(found[0].p_moving < 0.01);
@@ -141,7 +151,8 @@ mod tests {
             (state.score, state.source) = (0.0, Source::Predicted);
         }
         let weak = vehicle(2, 8..16, [0.2, 0.0], 0.5);
-        let found = join_in_one_place(vec![weak, strong], &AdvancedVehicleOptions::default());
+        let found =
+            join_in_one_place(vec![weak, strong], &level_grounds(60), &AdvancedVehicleOptions::default());
         let score = |frame: usize| found[0].states[frame].score;
         assert_eq!((found.len(), found[0].id), (1, 1));
         assert_eq!([score(9), score(12), score(18)], [0.7, 0.5, 0.0]);
@@ -160,7 +171,7 @@ mod tests {
             moves
         };
         let joined = |all: Vec<VehicleTrajectory>| -> Vec<(usize, usize)> {
-            let found = join_in_one_place(all, &AdvancedVehicleOptions::default());
+            let found = join_in_one_place(all, &level_grounds(60), &AdvancedVehicleOptions::default());
             found.iter().map(|v| (v.id, v.states.len())).collect()
         };
         assert_eq!(joined(vec![drives(1, 0..12, 0.0, 1.5), drives(2, 10..40, 15.4, 1.5)]), [(2, 40)]);
@@ -179,8 +190,8 @@ mod tests {
         let mut moves = vehicle(2, 0..10, [0.0, 0.0], 0.7);
         moves.p_moving = 0.5;
         let (options, stands) = (AdvancedVehicleOptions::default(), vehicle(1, 0..10, [0.0, 0.0], 0.7));
-        assert_eq!(join_in_one_place(vec![stands, moves], &options).len(), 2);
-        assert!(join_in_one_place(Vec::new(), &options).is_empty());
+        assert_eq!(join_in_one_place(vec![stands, moves], &level_grounds(60), &options).len(), 2);
+        assert!(join_in_one_place(Vec::new(), &level_grounds(60), &options).is_empty());
     }
 
     /// Neighbours of a row, one of them placed wrongly; a cab and its lorry.
@@ -193,7 +204,12 @@ mod tests {
             seen
         };
         let joined = |other: VehicleTrajectory| {
-            join_in_one_place(vec![with_box(1, 200.0, 60.0), other], &AdvancedVehicleOptions::default()).len()
+            join_in_one_place(
+                vec![with_box(1, 200.0, 60.0), other],
+                &level_grounds(60),
+                &AdvancedVehicleOptions::default(),
+            )
+            .len()
         };
         assert_eq!(joined(with_box(2, 240.0, 60.0)), 2);
         assert_eq!(joined(with_box(2, 220.0, 30.0)), 1);

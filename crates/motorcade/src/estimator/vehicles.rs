@@ -92,7 +92,7 @@ pub(crate) fn estimate_vehicles(
     vehicles.sort_by_key(|v| v.id);
     let vehicles = without_doubles(vehicles, &options.advanced.hypothesis);
     // Online a vehicle keeps the identity of its track while the window moves on.
-    if part { join_in_one_place(vehicles, &options.advanced) } else { vehicles }
+    if part { join_in_one_place(vehicles, grounds, &options.advanced) } else { vehicles }
 }
 
 /// Times of frames \[s\], from the first.
