@@ -7,11 +7,8 @@ use motorcade_geometry::{BoundingBox, Pose, Vehicle, World};
 
 use crate::ground::GroundFrame;
 use crate::met_again::{best, join};
-use crate::options::AdvancedVehicleOptions;
+use crate::options::{AdvancedVehicleOptions, MetAgainOptions};
 use crate::trajectory::{Source, VehicleState, VehicleTrajectory};
-
-/// Time for which two moving vehicles have to be in one place at least: two frames at ten a second. In a single one they may meet by chance \[s\].
-const LEAST_TOGETHER_S: f64 = 0.08;
 
 /// Makes one vehicle of two of which one has its centre within the footprint of the other and that are not seen side by side: of standing ones
 /// where both are known best, of moving ones in most frames they share. Of the identities that of the vehicle with the larger sum of scores stays.
@@ -27,11 +24,10 @@ pub fn join_in_one_place(
     let mut out: Vec<VehicleTrajectory> = Vec::with_capacity(by_evidence.len());
     for vehicle in by_evidence {
         let stands = |v: &VehicleTrajectory| v.p_moving < options.kinematic_state.moving_from;
-        let least_cosine = options.met_again.least_cosine;
         let in_place_of = |v: &&mut VehicleTrajectory| {
             let overlap = match (stands(v), stands(&vehicle)) {
-                (true, true) => overlap(v, &vehicle, least_cosine),
-                (false, false) => move_as_one(v, &vehicle, grounds, least_cosine),
+                (true, true) => overlap(v, &vehicle, options.met_again.least_cosine),
+                (false, false) => move_as_one(v, &vehicle, grounds, &options.met_again),
                 _ => false,
             };
             overlap && !side_by_side(&vehicle, v, options)
@@ -62,7 +58,7 @@ fn move_as_one(
     a: &VehicleTrajectory,
     b: &VehicleTrajectory,
     grounds: &[GroundFrame],
-    least_cosine: f64,
+    options: &MetAgainOptions,
 ) -> bool {
     let cosine = |p: &VehicleState, q: &VehicleState| {
         (p.world_from_vehicle.inverse() * q.world_from_vehicle).rotation_matrix()[(0, 0)]
@@ -75,14 +71,14 @@ fn move_as_one(
         a.states.iter().filter_map(|p| Some((p, of_b(p)?))).collect();
     let as_one = |(p, q): &&(&VehicleState, &VehicleState)| {
         let (of_a, of_b) = (&p.world_from_vehicle, &q.world_from_vehicle);
-        cosine(p, q) >= least_cosine && (covers(a, of_a, of_b) || covers(b, of_b, of_a))
+        cosine(p, q) >= options.least_cosine && (covers(a, of_a, of_b) || covers(b, of_b, of_a))
     };
     let together: Vec<usize> = shared.iter().filter(as_one).map(|(p, _)| p.frame).collect();
     let time_s = |frame: Option<&usize>| frame.and_then(|k| grounds.get(*k)).map_or(0.0, |g| g.time_s);
     let lasts_s = time_s(together.last()) - time_s(together.first());
     // Where they are known best their fronts have to agree too: joined states keep one front.
     let one_front = best(a).zip(best(b)).is_some_and(|(p, q)| cosine(p, q) > 0.0);
-    one_front && lasts_s >= LEAST_TOGETHER_S && 2 * together.len() > shared.len()
+    one_front && lasts_s >= options.least_together_s && 2 * together.len() > shared.len()
 }
 
 fn covers(vehicle: &VehicleTrajectory, at: &Pose<World, Vehicle>, other: &Pose<World, Vehicle>) -> bool {

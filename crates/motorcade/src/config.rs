@@ -280,7 +280,12 @@ impl Config {
         self.loops.validate()?;
         self.vehicles.validate()?;
         self.outputs.validate()?;
-        check((0.0..=1.0).contains(&self.tracker.least_iou), "tracker.least_iou must lie between 0 and 1")
+        let tracker = &self.tracker;
+        check((0.0..=1.0).contains(&tracker.least_iou), "tracker.least_iou must lie between 0 and 1")?;
+        check(
+            (0.0..=1.0).contains(&tracker.advanced.least_standing_overlap),
+            "tracker.advanced.least_standing_overlap must lie between 0 and 1",
+        )
     }
 }
 

@@ -1,6 +1,7 @@
-//! Options of standing vehicles that are passed a second time.
+//! Options of vehicles with several tracks.
 
-/// When two passes by standing vehicles are passes by one vehicle, in drives that are estimated as a whole. None of these numbers was measured.
+/// When two passes by standing vehicles, or two tracks that move, are those of one vehicle, in drives that are estimated as a whole. None of these
+/// numbers was measured.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MetAgainOptions {
@@ -19,6 +20,9 @@ pub struct MetAgainOptions {
     /// Time before and after a pass in which a place seen again still shows where its vehicle stands \[s\]: the odometry drifts little over it.
     /// Chosen: a longer one joins more passes, on the word of places farther away.
     pub near_loop_s: f64,
+    /// Time for which two tracks that move have to be in one place to be one vehicle's \[s\]: two frames at ten a second, in a single one vehicles may meet by
+    /// chance. Chosen: a longer one leaves more vehicles with two tracks.
+    pub least_together_s: f64,
 }
 
 impl Default for MetAgainOptions {
@@ -29,6 +33,7 @@ impl Default for MetAgainOptions {
             least_cosine: 0.866,
             least_size_share: 0.75,
             near_loop_s: 1.5,
+            least_together_s: 0.08,
         }
     }
 }
@@ -40,6 +45,7 @@ impl MetAgainOptions {
             ("most_apart_m", self.most_apart_m),
             ("gate_chi2", self.gate_chi2),
             ("near_loop_s", self.near_loop_s),
+            ("least_together_s", self.least_together_s),
         ] {
             if !(value.is_finite() && value >= 0.0) {
                 return Err(format!("vehicles.advanced.met_again.{name} must not be negative"));
