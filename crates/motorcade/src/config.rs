@@ -404,6 +404,14 @@ mod tests {
             ("odometry.advanced.pose.kernel_px=0", "odometry.advanced.pose.kernel_px must be positive"),
             ("odometry.advanced.window.depth_neighbours=17", "must lie between 1 and 16"),
             ("road.advanced.height.step=1e-9", "road.advanced.height.step must lie between 0.001 and 0.2"),
+            (
+                "tracker.advanced.least_standing_overlap=1.2",
+                "tracker.advanced.least_standing_overlap must lie between 0 and 1",
+            ),
+            (
+                "vehicles.advanced.met_again.least_together_s=-0.1",
+                "vehicles.advanced.met_again.least_together_s must not be negative",
+            ),
             ("road.readout_s=-0.01", "road.readout_s must lie between 0 and 0.2"),
             ("odometry.readout_s=30", "odometry.readout_s must lie between 0 and 0.2"),
             ("road.advanced.height.mirror.patch_px=0", "road.advanced.height.mirror.patch_px must lie"),
