@@ -86,6 +86,17 @@ pub(crate) fn inside_border(bbox: &BoundingBox, camera: &PinholeCamera, border_p
     [bbox.x1 > border_px, bbox.y1 > border_px, bbox.x2 < right - border_px, bbox.y2 < bottom - border_px]
 }
 
+/// IoU of a projected box and an observed one, whose truncated and occluded edges are bounds: they lie no further out than the projected ones.
+pub(crate) fn overlap(projected: &BoundingBox, observed: &ObservedBox) -> f64 {
+    let (p, mut o) = (projected.to_array(), observed.bbox.to_array());
+    for (edge, measured) in observed.edges.iter().enumerate() {
+        if !measured {
+            o[edge] = if edge < 2 { o[edge].min(p[edge]) } else { o[edge].max(p[edge]) };
+        }
+    }
+    BoundingBox::new(o).iou(projected)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -118,5 +129,22 @@ mod tests {
         // Projected cuboids are drawn behind other vehicles too.
         let label = Detection { convention: BoxConvention::ProjectedCuboid, ..car(far) };
         assert_eq!(observed(&label, &[far, near]).edges, [true; 4]);
+    }
+
+    #[test]
+    fn occluded_edges_are_bounds() {
+        let projected = BoundingBox::new([100.0, 100.0, 200.0, 160.0]);
+        let observed = |x2: f64, edges| ObservedBox {
+            bbox: BoundingBox::new([100.0, 100.0, x2, 160.0]),
+            class: VehicleClass::Car,
+            convention: BoxConvention::VisibleExtent,
+            edges,
+            pixel_size: 1.0,
+            road_below: None,
+        };
+        assert!((overlap(&projected, &observed(120.0, [true; 4])) - 0.2).abs() < 1e-12);
+        assert!((overlap(&projected, &observed(120.0, [true, true, false, true])) - 1.0).abs() < 1e-12);
+        // The part of a box beyond the projected vehicle counts, hidden or not.
+        assert!((overlap(&projected, &observed(300.0, [true, true, false, true])) - 0.5).abs() < 1e-12);
     }
 }

@@ -6,7 +6,7 @@
 use motorcade_geometry::{BoundingBox, PinholeCamera};
 
 use crate::ground::GroundFrame;
-use crate::observed_box::ObservedBox;
+use crate::observed_box::{ObservedBox, overlap};
 use crate::outline::image_box;
 use crate::track::{Track, TrackBox};
 use crate::trajectory::VehicleTrajectory;
@@ -37,17 +37,6 @@ pub(super) fn explained(
     track.boxes.iter().map(|b| one(b).unwrap_or(true)).collect()
 }
 
-/// IoU of a projected box and an observed one, whose truncated and occluded edges are bounds: they lie no further out than the projected ones.
-pub(crate) fn overlap(projected: &BoundingBox, observed: &ObservedBox) -> f64 {
-    let (p, mut o) = (projected.to_array(), observed.bbox.to_array());
-    for (edge, measured) in observed.edges.iter().enumerate() {
-        if !measured {
-            o[edge] = if edge < 2 { o[edge].min(p[edge]) } else { o[edge].max(p[edge]) };
-        }
-    }
-    BoundingBox::new(o).iou(projected)
-}
-
 /// IoU of their columns: neighbours stand beside each other, and the road's slope moves both up and down.
 pub(super) fn overlap_of_columns(projected: &BoundingBox, observed: &ObservedBox) -> f64 {
     let rows = |b: [f64; 4]| BoundingBox::new([b[0], 0.0, b[2], 1.0]);
@@ -63,24 +52,6 @@ pub(super) fn overlap_of_columns(projected: &BoundingBox, observed: &ObservedBox
 mod tests {
     use super::*;
     use crate::test_vehicles::{CAMERA, car_ahead, level_grounds, track_of};
-    use motorcade_perception::{BoxConvention, VehicleClass};
-
-    #[test]
-    fn occluded_edges_are_bounds() {
-        let projected = BoundingBox::new([100.0, 100.0, 200.0, 160.0]);
-        let observed = |x2: f64, edges| ObservedBox {
-            bbox: BoundingBox::new([100.0, 100.0, x2, 160.0]),
-            class: VehicleClass::Car,
-            convention: BoxConvention::VisibleExtent,
-            edges,
-            pixel_size: 1.0,
-            road_below: None,
-        };
-        assert!((overlap(&projected, &observed(120.0, [true; 4])) - 0.2).abs() < 1e-12);
-        assert!((overlap(&projected, &observed(120.0, [true, true, false, true])) - 1.0).abs() < 1e-12);
-        // The part of a box beyond the projected vehicle counts, hidden or not.
-        assert!((overlap(&projected, &observed(300.0, [true, true, false, true])) - 0.5).abs() < 1e-12);
-    }
 
     /// A car that a track places where the camera has passed is not what its boxes show.
     #[test]

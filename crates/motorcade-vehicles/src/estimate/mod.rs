@@ -29,7 +29,6 @@ use hypothesis::TrackHypothesis;
 use input::TrackInput;
 use states::assemble;
 
-pub(crate) use consistency::overlap;
 pub use parts::estimate_consistently;
 
 /// Estimates a track from its boxes and its external views (either may be empty). `None` when none of them can be placed on the

@@ -3,11 +3,11 @@
 use motorcade_geometry::PinholeCamera;
 
 use super::background::is_background;
-use super::consistency::overlap;
 use super::drive::Drive;
 use super::nearest::nearest_vehicle;
 use crate::external::ExternalTrack;
 use crate::ground::GroundFrame;
+use crate::observed_box::overlap;
 use crate::options::VehicleOptions;
 use crate::track::{Track, TrackBox};
 use crate::trajectory::VehicleTrajectory;

@@ -13,9 +13,8 @@ mod state;
 use motorcade_geometry::PinholeCamera;
 use motorcade_perception::{BoundingBox, Detection};
 
-use crate::estimate::overlap;
 use crate::ground::GroundFrame;
-use crate::observed_box::ObservedBox;
+use crate::observed_box::{ObservedBox, overlap};
 use crate::options::VehicleOptions;
 use crate::track::{Track, TrackBox};
 use active_track::ActiveTrack;
