@@ -76,7 +76,7 @@ fn move_as_one(
     let together: Vec<usize> = shared.iter().filter(as_one).map(|(p, _)| p.frame).collect();
     let time_s = |frame: Option<&usize>| frame.and_then(|k| grounds.get(*k)).map_or(0.0, |g| g.time_s);
     let lasts_s = time_s(together.last()) - time_s(together.first());
-    // Where they are known best their fronts have to agree too: joined states keep one front.
+    // The fronts of the two, where they are known best, have to agree too: joined states keep one front.
     let one_front = best(a).zip(best(b)).is_some_and(|(p, q)| cosine(p, q) > 0.0);
     one_front && lasts_s >= options.least_together_s && 2 * together.len() > shared.len()
 }
