@@ -40,6 +40,16 @@ impl Track {
         Self { id, class: self.class, votes: self.votes, boxes }
     }
 
+    /// Its boxes and later ones as one track of this identity, of the class that both vote for.
+    pub(crate) fn continued_by(&self, later: &Self) -> Self {
+        let boxes = self.boxes.iter().chain(&later.boxes).copied().collect();
+        let mut track = self.with_boxes(self.id, boxes);
+        track.votes.add_all(&later.votes);
+        let class = if track.votes.shares().is_some() { track.votes.class() } else { self.class };
+        track.set_class(class);
+        track
+    }
+
     /// The same boxes as a vehicle of another class.
     pub(crate) fn as_class(&self, class: VehicleClass) -> Self {
         let mut track = self.clone();
@@ -83,6 +93,13 @@ impl ClassVotes {
             if class == known {
                 *votes += score;
             }
+        }
+    }
+
+    /// Adds the votes of another track.
+    fn add_all(&mut self, other: &Self) {
+        for (votes, more) in self.0.iter_mut().zip(other.0) {
+            *votes += more;
         }
     }
 

@@ -86,6 +86,22 @@ fn a_vehicle_is_reidentified_after_a_gap() {
     assert_eq!(tracks[0].boxes.last().unwrap().frame, 49);
 }
 
+/// Clutter that is taken for a car here and there, long after a clear box of one, does not keep that car's track for the next car.
+#[test]
+fn weak_boxes_here_and_there_keep_no_track_alive() {
+    let of = |every: usize| {
+        let seen = |k: usize| {
+            let score = if (5..60).contains(&k) { 0.2 } else { 0.7 };
+            let found = !(5..60).contains(&k) || k % every == 0;
+            car(30.0, 0.0).filter(|_| found).map(|c| Detection { score, ..c }).into_iter().collect()
+        };
+        link(70, seen).iter().map(|t| t.boxes.len()).collect::<Vec<usize>>()
+    };
+    // Within 2 s of the last clear box it may come again; then a weak one is awaited for 0.3 s.
+    assert_eq!(of(8), [5 + 3, 10]);
+    assert_eq!(of(3), [5 + 18 + 10]);
+}
+
 /// A row of cars parked across the road beside it, the further ones half occluded by the nearer: assumed along the road they
 /// would be three times as near, and appear to move.
 #[test]

@@ -3,6 +3,7 @@
 mod background;
 mod class;
 mod consistency;
+mod continued;
 mod drive;
 mod headings;
 mod hypothesis;
@@ -29,6 +30,7 @@ use hypothesis::TrackHypothesis;
 use input::TrackInput;
 use states::assemble;
 
+pub use continued::join_continued;
 pub use parts::estimate_consistently;
 
 /// Estimates a track from its boxes and its external views (either may be empty). `None` when none of them can be placed on the

@@ -3,8 +3,9 @@
 use motorcade_perception::BoundingBox;
 use nalgebra::Point3;
 
+use super::ROUNDING_S;
 use super::localizer::{Localizer, WorldPosition};
-use super::options::AdvancedTrackerOptions;
+use super::options::{AdvancedTrackerOptions, TrackerOptions};
 use super::standing::Standing;
 use crate::ground::GroundFrame;
 use crate::motion::MotionFilter;
@@ -98,6 +99,13 @@ impl ActiveTrack {
     /// Time since the last box that could start a track \[s\].
     pub(super) fn unconfident_s(&self, now: &GroundFrame) -> f64 {
         now.time_s - self.confident_s
+    }
+
+    /// True while a next box may come: for the longest gap after a box that could start a track; after a weaker one until the vehicle would count as occluded.
+    /// Weak boxes here and there do not keep a track alive.
+    pub(super) fn is_awaited(&self, now: &GroundFrame, options: &TrackerOptions) -> bool {
+        self.unconfident_s(now) <= options.longest_gap_s + ROUNDING_S
+            || self.unseen_s(now) <= options.advanced.occluded_after_s + ROUNDING_S
     }
 
     /// Notes that a box which could start a track was assigned.

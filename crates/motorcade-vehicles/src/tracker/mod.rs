@@ -120,9 +120,8 @@ impl Tracker {
                 self.active.push(begun);
             }
         }
-        let (active, ended): (Vec<ActiveTrack>, Vec<ActiveTrack>) = std::mem::take(&mut self.active)
-            .into_iter()
-            .partition(|t| t.unseen_s(ground) <= options.longest_gap_s + ROUNDING_S);
+        let (active, ended): (Vec<ActiveTrack>, Vec<ActiveTrack>) =
+            std::mem::take(&mut self.active).into_iter().partition(|t| t.is_awaited(ground, options));
         self.active = active;
         self.reported(ended)
     }

@@ -7,8 +7,8 @@ use motorcade_odometry::{EgoFrame, EgoTrajectory};
 use motorcade_perception::{Detection, VehicleKeypoints};
 use motorcade_vehicles::{
     ExternalTrack, GroundFrame, KeypointFitters, KeypointTrack, KeypointViews, Track, VehicleTrajectory,
-    estimate_consistently, estimate_track, external_tracks, join_in_one_place, with_hiding_checked,
-    without_clutter, without_doubles,
+    estimate_consistently, estimate_track, external_tracks, join_continued, join_in_one_place,
+    with_hiding_checked, without_clutter, without_doubles,
 };
 
 use crate::record::FrameInfo;
@@ -92,7 +92,12 @@ pub(crate) fn estimate_vehicles(
     vehicles.sort_by_key(|v| v.id);
     let vehicles = without_doubles(vehicles, &options.advanced.hypothesis);
     // Online a vehicle keeps the identity of its track while the window moves on.
-    if part { join_in_one_place(vehicles, grounds, &options.advanced) } else { vehicles }
+    if !part {
+        return vehicles;
+    }
+    let gap_s = config.tracker.longest_gap_s;
+    let vehicles = join_continued((camera, grounds), vehicles, &tracks, &views, options, gap_s);
+    join_in_one_place(vehicles, grounds, &options.advanced)
 }
 
 /// Times of frames \[s\], from the first.
