@@ -240,7 +240,7 @@ fn select(
 
 fn first_pixels(survey: &Survey, slot: &Slot) -> Result<Pixels> {
     match (&survey.contents.store, &slot.path) {
-        (Store::Video(path), _) => Ok(Pixels::Rgb(VideoReader::open(path)?.frame(path, slot.number)?)),
+        (Store::Video(path), _) => Ok(Pixels::Rgb(VideoReader::open(path, None)?.frame(path, slot.number)?)),
         (Store::Files, Some(path)) => decode::read(path),
         (Store::Files | Store::Live(_), _) => Err(Error::input(
             &survey.root,

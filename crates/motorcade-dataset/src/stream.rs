@@ -105,7 +105,7 @@ impl Decoder {
             (Store::Video(path), _) => {
                 let reader = match self.video.take() {
                     Some(reader) => reader,
-                    None => VideoReader::open(path)?,
+                    None => VideoReader::open(path, Some(self.input.size))?,
                 };
                 Pixels::Rgb(self.video.insert(reader).frame(path, slot.number)?)
             }

@@ -84,6 +84,47 @@ fn pixels_that_are_not_square_are_refused() {
     assert!(error.contains("4:3") && error.contains("setsar=1"), "{error}");
 }
 
+/// Streams of two sizes in one file: ffmpeg would stretch the second to the first.
+#[test]
+fn pictures_that_change_their_size_are_not_stretched() {
+    let folder = tempfile::tempdir().unwrap();
+    let of = |size: &str| {
+        let source = format!("testsrc=size={size}:rate=10:duration=1");
+        let made = Command::new("ffmpeg")
+            .args([
+                "-v",
+                "error",
+                "-nostdin",
+                "-f",
+                "lavfi",
+                "-i",
+                &source,
+                "-c:v",
+                "mpeg2video",
+                "-f",
+                "mpegts",
+                "-",
+            ])
+            .stdin(Stdio::null())
+            .output();
+        made.ok().filter(|made| made.status.success()).map(|made| made.stdout)
+    };
+    for (other, frames) in [("64x48", 20), ("32x48", 10), ("96x80", 10)] {
+        let Some((first, second)) = of("64x48").zip(of(other)) else {
+            eprintln!("skipped: ffmpeg is not installed");
+            return;
+        };
+        let path = folder.path().join("two.ts");
+        std::fs::write(&path, [first, second].concat()).unwrap();
+        let sequence = Sequence::open(&path, &SequenceOptions::default()).unwrap();
+        let (read, not): (Vec<_>, Vec<_>) = sequence.frames().partition(Result::is_ok);
+        // A decoder may keep the last picture of the first stream.
+        assert!((frames - 1..=frames).contains(&read.len()), "{other}: {}", read.len());
+        assert!(not.iter().all(|e| e.as_ref().is_err_and(|e| e.to_string().contains("change their size"))));
+        assert_eq!(read.len() + not.len(), sequence.len());
+    }
+}
+
 #[test]
 fn a_file_whose_name_looks_like_an_address_is_a_file() {
     let folder = tempfile::tempdir().unwrap();

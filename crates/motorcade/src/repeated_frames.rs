@@ -100,7 +100,9 @@ impl RepeatedFrames {
                 self.usual = 0.0;
             }
             self.newest = difference;
-            self.usual += (difference - self.usual) * if self.usual == 0.0 { 1.0 } else { options.rate };
+            // Against this difference the usual one so far is that of repetitions.
+            let anew = self.usual < options.most_share * difference;
+            self.usual += (difference - self.usual) * if anew { 1.0 } else { options.rate };
         }
         if self.frames == 1 {
             self.first_ns = timestamp_ns;
@@ -225,6 +227,24 @@ mod tests {
         assert_eq!(first(60, &|k| k.saturating_sub(30) / 3), []);
         assert_eq!(first(30, &|k| k.saturating_sub(2)), []);
         assert_eq!(first(30, &|k| k), []);
+    }
+
+    /// A smooth road, where new pictures differ by a few grey levels in the mean, and every other one is shown again.
+    #[test]
+    fn repetitions_are_found_where_new_pictures_differ_little() {
+        let smooth = |shift: u32, noise: u32| {
+            GrayImage::from_fn(120, 80, |x, y| {
+                let mark = (x + 5 * shift) % 40 < 2 && y % 8 < 4;
+                image::Luma([90 + 70 * u8::from(mark) + u8::from((x * 7 + y * 13) % 29 == 0) * noise as u8])
+            })
+        };
+        let mut repeated = RepeatedFrames::default();
+        let found: Vec<bool> = (0..40)
+            .map(|k| repeated.repetition(&smooth(k / 2, k % 2), i64::from(k) * 20_000_000).is_some())
+            .collect();
+        for (k, found) in found.iter().enumerate().skip(3) {
+            assert_eq!(*found, k % 2 == 1, "frame {k}");
+        }
     }
 
     /// A picture of a camera that moves evenly, then brakes within a second and stands; its sensor has noise.

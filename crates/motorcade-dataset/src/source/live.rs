@@ -12,7 +12,7 @@ use image::RgbImage;
 use super::layout::{Choice, Contents, Layout};
 use super::live_source::LiveSource;
 use super::slot::Store;
-use super::video::{failed, not_square, passthrough, read_ppm};
+use super::video::{failed, not_square, passthrough, quarter_turn, read_ppm};
 use crate::error::{Error, Result};
 
 /// Longest time between a picture and its time, which ffmpeg writes before it.
@@ -158,6 +158,11 @@ fn read_log(log: ChildStderr, times: &Sender<std::result::Result<i64, String>>, 
                 // The reader has gone: what is left is read, so that ffmpeg does not wait.
                 let _ = times.send(time);
             }
+        } else if let Some((_, stated)) = line.split_once("displaymatrix: rotation of ") {
+            let stated = stated.split_whitespace().next().unwrap_or_default();
+            if let Err(problem) = quarter_turn(stated) {
+                let _ = times.send(Err(problem));
+            }
         } else if let Some((_, error)) = line.split_once("[error] ").or_else(|| line.split_once("[fatal] ")) {
             let mut kept = first_error.lock().unwrap_or_else(PoisonError::into_inner);
             if kept.is_empty() {
@@ -172,6 +177,8 @@ fn read_log(log: ChildStderr, times: &Sender<std::result::Result<i64, String>>, 
 struct Clock {
     /// Seconds of a tick.
     tick_s: Option<(i128, i128)>,
+    /// Size of the first picture.
+    size: Option<String>,
 }
 
 impl Clock {
@@ -188,6 +195,12 @@ impl Clock {
         let ticks = value(" pts:")?;
         if let Some(problem) = value(" sar:").and_then(|aspect| not_square(&aspect.replace('/', ":"))) {
             return Some(Err(problem));
+        }
+        if let Some(size) = value(" s:") {
+            let first = self.size.get_or_insert_with(|| size.to_owned());
+            if first != size {
+                return Some(Err(format!("changes the size of its pictures from {first} to {size} pixels")));
+            }
         }
         let time = ticks.parse::<i128>().ok().zip(self.tick_s);
         let time_ns = time.and_then(|(ticks, (a, b))| i64::try_from(ticks * 1_000_000_000 * a / b).ok());
@@ -226,5 +239,7 @@ mod tests {
         assert!(read("n: 2 pts: NOPTS pts_time:NOPTS sar:0/1 s:64x48").unwrap().is_err());
         let wide = read("n: 3 pts: 97200 pts_time:1.08 sar:4/3 s:64x48").unwrap();
         assert!(wide.unwrap_err().contains("4:3"));
+        let other = read("n: 4 pts: 100800 pts_time:1.12 sar:1/1 s:32x48").unwrap();
+        assert_eq!(other.unwrap_err(), "changes the size of its pictures from 64x48 to 32x48 pixels");
     }
 }

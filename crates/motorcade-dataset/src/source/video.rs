@@ -90,8 +90,22 @@ fn info(text: &str) -> std::result::Result<VideoInfo, String> {
     let fps = rate("avg_frame_rate")
         .or_else(|| rate("r_frame_rate"))
         .ok_or("has no frame rate; set one with the fps option")?;
-    let rotation_deg = value("rotation").and_then(|v| v.parse().ok()).filter(|turn| *turn != 0);
+    let rotation_deg = value("rotation").map(quarter_turn).transpose()?.filter(|turn| *turn != 0);
     Ok(VideoInfo { frames, fps, times_ns: presentation_times(text, frames), rotation_deg })
+}
+
+/// The turn by which a container asks to show its pictures \[°\]. One by no quarter would leave black corners in pictures of the same size.
+pub(super) fn quarter_turn(stated: &str) -> std::result::Result<i32, String> {
+    let turn_deg: Option<f64> = stated.parse().ok();
+    // ffmpeg takes what is less than a degree off for a quarter turn.
+    let quarter = turn_deg.map(|turn| (90.0 * (turn / 90.0).round(), turn));
+    match quarter.filter(|(quarter, turn)| (quarter - turn).abs() < 1.0) {
+        Some((quarter, _)) => Ok(quarter as i32 % 360),
+        None => Err(format!(
+            "asks for its pictures to be turned by {stated} degrees, which is no quarter turn; take that out \
+             of the file, or turn the pictures themselves and calibrate those: ffmpeg -i INPUT OUTPUT"
+        )),
+    }
 }
 
 /// The objection to a sample aspect ratio, `None` for one that is or may be square.
@@ -143,10 +157,16 @@ pub(crate) struct VideoReader {
 }
 
 impl VideoReader {
-    pub(crate) fn open(path: &Path) -> Result<Self> {
-        let mut child = Command::new("ffmpeg")
-            .args(["-v", "error", "-nostdin", "-i"])
-            .arg(file_url(path))
+    /// Begins at the first frame. The video ends before a picture that has not the size of the first one, where that is given: ffmpeg would stretch it.
+    pub(crate) fn open(path: &Path, size: Option<(u32, u32)>) -> Result<Self> {
+        let mut command = Command::new("ffmpeg");
+        command.args(["-v", "error", "-nostdin", "-i"]).arg(file_url(path));
+        if let Some((width, height)) = size {
+            // Cropping to more than there is ends the conversion.
+            let crop = format!("crop=w='if(eq(iw,{width})*eq(ih,{height}),iw,2*iw)':h=ih");
+            command.args(["-vf", &crop]);
+        }
+        let mut child = command
             // One output frame per coded frame: none is duplicated or dropped to keep a rate.
             .args(["-map", "0:v:0", passthrough(), "passthrough"])
             .args(["-f", "image2pipe", "-c:v", "ppm", "-pix_fmt", "rgb24", "-"])
@@ -165,7 +185,9 @@ impl VideoReader {
     pub(crate) fn frame(&mut self, path: &Path, number: u64) -> Result<RgbImage> {
         loop {
             let image = read_ppm(&mut self.pipe).map_err(|e| {
-                Error::input(path, format!("the video ends or breaks before frame {number}: {e}"))
+                Error::input(path, format!(
+                    "the video ends or breaks before frame {number}, or its pictures change their size there: {e}"
+                ))
             })?;
             self.next += 1;
             if self.next > number {
@@ -237,6 +259,10 @@ mod tests {
         assert_eq!(probe(&["0", "N/A", "0.2"], "").unwrap().times_ns, None);
         assert_eq!(probe(&["0", "0", "0.2"], "").unwrap().times_ns, None);
         assert!(probe(&["0", "1"], "sample_aspect_ratio=4:3\n").unwrap_err().contains("4:3"));
+        let turn = |stated: &str| probe(&["0", "1"], &format!("rotation={stated}\n")).map(|v| v.rotation_deg);
+        assert_eq!([turn("0"), turn("-90"), turn("180.3")], [Ok(None), Ok(Some(-90)), Ok(Some(180))]);
+        assert!(turn("45").unwrap_err().contains("turned by 45 degrees"));
+        assert!(turn("nan").is_err());
     }
 
     #[test]
