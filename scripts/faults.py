@@ -166,7 +166,8 @@ FAULTS = [
     ("10 px lower for 1 s", pictures_fault([(k, lambda p: shifted(p, 10)) for k in second]), 2.0, "shifted as a whole"),
     ("exposure halves and doubles", pictures_fault([(k, lambda p, k=k: (p * (0.5 if k % 4 < 2 else 1.0))) for k in range(MIDDLE, len(pictures))]), 0.6, "exposure jumps"),
     ("smear for 10 s", pictures_fault([(k, smeared) for k in range(10, min(110, len(pictures)))]), 1.0, "blurs in frame"),
-    ("focal length 5 % too long", calibration_fault(1.05), None, "disagrees with the drive" if options.turns else None),
+    # Where nothing is said of it the scale is wrong by those 5 % and no more.
+    ("focal length 5 % too long", calibration_fault(1.05), 2.0, "disagrees with the drive" if options.turns else None),
     ("no boxes for 5 s", boxes_fault(lambda row: [] if int(row[0]) in {NUMBERS[k] for k in five} else [row]), 0.3, "no box was found"),
     ("every box twice", boxes_fault(doubled), 0.3, "lie on another box"),
     ("identities permuted", boxes_fault(permuted), 0.3, "the identity of a box changes"),

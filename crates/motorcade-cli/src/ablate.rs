@@ -16,7 +16,7 @@ use crate::arguments::{AblateArguments, AblateCommand, RunArguments};
 use crate::drive::{Drive, LoadedDrive};
 use crate::evaluation::evaluate_result;
 use crate::exit;
-use crate::files::OutFile;
+use crate::files::{Content, OutFile};
 use crate::progress::Reporter;
 use crate::run::overlaid;
 use suites::Variant;
@@ -176,7 +176,7 @@ impl<'a> Ablation<'a> {
         let out = &self.run.out;
         for (name, text) in [("ablation.md", table), ("ablation.csv", csv)] {
             let path = out.join(name);
-            OutFile::create(&path)?.write(text)?;
+            OutFile::create(&path, Content::Table)?.write(text)?;
         }
         exit::say(table.trim_end());
         Ok(if interrupted { exit::INTERRUPTED } else { exit::FINE })

@@ -77,7 +77,7 @@ fn place(path: &Path, force: bool) -> Result<OutFile, motorcade::Error> {
             path.display()
         )));
     }
-    OutFile::create(path)
+    OutFile::replace(path)
 }
 
 /// `camera.toml` → `camera-ignore.png`.

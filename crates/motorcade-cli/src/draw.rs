@@ -19,6 +19,7 @@ use self::drawing::Drawing;
 
 use crate::arguments::DrawArguments;
 use crate::exit;
+use crate::files::all_different;
 use crate::progress::Reporter;
 use crate::threads::threads;
 
@@ -31,6 +32,8 @@ pub fn draw(arguments: &DrawArguments) -> anyhow::Result<u8> {
         let problem = "its run.json states no height of the camera";
         return Err(motorcade::Error::Input(format!("{}: {problem}", arguments.run.display())).into());
     };
+    let input = arguments.input.as_deref().map(|input| ("the input", input));
+    all_different(input.into_iter().chain([("--out", arguments.out.as_path())]))?;
     let target = Target::open(&arguments.out, arguments.force)?;
     let reporter = Reporter::new(arguments.progress);
     let (threads, schemas) = (threads(arguments.threads), arguments.mcap_schemas.into());

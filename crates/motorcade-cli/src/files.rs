@@ -1,5 +1,7 @@
 //! Single files a command writes.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use motorcade::output::io_error;
@@ -7,6 +9,76 @@ use motorcade_dataset::atomic_file::PendingFile;
 use serde::Serializer;
 
 use crate::interruption;
+
+/// What a file holds. An earlier file of the same kind is replaced; one that holds something else is somebody's, an input for instance.
+#[derive(Clone, Copy, Debug)]
+pub enum Content {
+    Json,
+    Graph,
+    Map,
+    Landmarks,
+    Table,
+}
+
+impl Content {
+    /// What it is called, and how it begins after white space.
+    fn signs(self) -> (&'static str, &'static [&'static str]) {
+        match self {
+            Self::Json => ("JSON", &["{", "["]),
+            Self::Graph => ("a g2o graph", &["VERTEX", "EDGE", "FIX", "PARAMS", "#"]),
+            Self::Map => ("a map", &["MCDRMAP\n"]),
+            Self::Landmarks => ("a PLY or GeoJSON file", &["ply", "{"]),
+            Self::Table => ("a table of an ablation", &["| variant", "| sources", "variant,", "sources,"]),
+        }
+    }
+
+    /// The objection to replacing a file.
+    fn objection(self, path: &Path) -> Option<String> {
+        let is_file = std::fs::metadata(path).is_ok_and(|found| found.is_file());
+        if !is_file {
+            return None;
+        }
+        let mut start = Vec::new();
+        File::open(path).ok()?.take(256).read_to_end(&mut start).ok()?;
+        let (name, signs) = self.signs();
+        let start = start.trim_ascii_start();
+        let known = start.is_empty() || signs.iter().any(|sign| start.starts_with(sign.as_bytes()));
+        (!known).then(|| {
+            let path = path.display();
+            format!("{path} is already there and is not {name}, which would replace it; choose another place, or delete it")
+        })
+    }
+}
+
+/// An error where two of the files, each with the option that names it, are one. Later outputs would replace earlier ones, and inputs that are still
+/// read.
+pub fn all_different<'a>(
+    files: impl IntoIterator<Item = (&'a str, &'a Path)>,
+) -> Result<(), motorcade::Error> {
+    let mut known: Vec<(&str, PathBuf)> = Vec::new();
+    // Streams may take several, and folders have records of their own.
+    let is_file = |path: &Path| std::fs::metadata(path).map_or(true, |found| found.is_file());
+    for (option, path) in files.into_iter().filter(|(_, path)| is_file(path)) {
+        let place = place(path);
+        if let Some((other, _)) = known.iter().find(|(_, at)| *at == place) {
+            let path = path.display();
+            return Err(motorcade::Error::Config(format!(
+                "{other} and {option} are both {path}; give each its own file"
+            )));
+        }
+        known.push((option, place));
+    }
+    Ok(())
+}
+
+/// A path without links, also of what is not there yet.
+fn place(path: &Path) -> PathBuf {
+    let folder = || {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        Some(folder.canonicalize().ok()?.join(path.file_name()?))
+    };
+    path.canonicalize().ok().or_else(folder).unwrap_or_else(|| path.to_path_buf())
+}
 
 /// A file to be written. Made before long work, so that a place that cannot be written is reported at once.
 #[derive(Debug)]
@@ -17,14 +89,25 @@ pub struct OutFile {
 
 impl OutFile {
     /// Checks the place.
-    pub fn create(path: &Path) -> Result<Self, motorcade::Error> {
+    ///
+    /// # Errors
+    /// A file with other content, and those of [`PendingFile::create`].
+    pub fn create(path: &Path, content: Content) -> Result<Self, motorcade::Error> {
+        match content.objection(path) {
+            Some(problem) => Err(motorcade::Error::Config(problem)),
+            None => Self::replace(path),
+        }
+    }
+
+    /// Checks the place of a file that replaces any other.
+    pub fn replace(path: &Path) -> Result<Self, motorcade::Error> {
         let file = PendingFile::create(path).map_err(|e| io_error(path, &e))?;
         Ok(Self { path: path.to_path_buf(), file })
     }
 
     /// The same for a file that may not be asked for.
-    pub fn create_optional(path: Option<&Path>) -> Result<Option<Self>, motorcade::Error> {
-        path.map(Self::create).transpose()
+    pub fn create_optional(path: Option<&Path>, content: Content) -> Result<Option<Self>, motorcade::Error> {
+        path.map(|path| Self::create(path, content)).transpose()
     }
 
     /// Writes the content and puts the file in its place.

@@ -11,7 +11,7 @@ use motorcade_graph::solver::{Control, Termination};
 
 use crate::arguments::{CompareArguments, GraphCommand, InfoArguments, OptimiseArguments};
 use crate::exit;
-use crate::files::OutFile;
+use crate::files::{Content, OutFile, all_different};
 use crate::interruption;
 use compare::{CompareReport, Differences, compare};
 use info::{InfoReport, info};
@@ -28,8 +28,10 @@ pub fn graph(command: &GraphCommand) -> anyhow::Result<u8> {
 
 fn optimised(arguments: &OptimiseArguments) -> anyhow::Result<u8> {
     let cancel = Some(interruption::listen());
-    let json = OutFile::create_optional(arguments.json.as_deref())?;
-    let out = OutFile::create(&arguments.out)?;
+    let outputs = [("--out", arguments.out.as_path())].into_iter();
+    all_different(outputs.chain(arguments.json.as_deref().map(|json| ("--json", json))))?;
+    let json = OutFile::create_optional(arguments.json.as_deref(), Content::Json)?;
+    let out = OutFile::create(&arguments.out, Content::Graph)?;
     let (report, text) = optimise(&OptimiseRequest {
         input: arguments.input.clone(),
         options: Options {

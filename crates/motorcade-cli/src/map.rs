@@ -5,7 +5,7 @@ use motorcade_map::places_geojson;
 
 use crate::arguments::{MapCommand, MapExportArguments, MapMergeArguments};
 use crate::exit;
-use crate::files::OutFile;
+use crate::files::{Content, OutFile};
 
 /// Answers about maps.
 pub fn map(command: &MapCommand) -> anyhow::Result<u8> {
@@ -45,7 +45,7 @@ fn export(arguments: &MapExportArguments) -> anyhow::Result<()> {
         }
         _ => return Err(usage("--out must end in .ply or .geojson")),
     };
-    let file = OutFile::create(&arguments.out)?;
+    let file = OutFile::create(&arguments.out, Content::Landmarks)?;
     file.write(text)?;
     exit::say(&arguments.out.display().to_string());
     Ok(())
@@ -58,7 +58,7 @@ fn usage(problem: &str) -> anyhow::Error {
 fn merge(arguments: &MapMergeArguments) -> anyhow::Result<()> {
     let [first, second] = [&arguments.first, &arguments.second].map(|path| KeptMap::read(path));
     let (first, second) = (first?, second?);
-    let file = OutFile::create(&arguments.out)?;
+    let file = OutFile::create(&arguments.out, Content::Map)?;
     let merged = merge_maps(&first.map, &second.map, &Config::default())?;
     file.write(merged.map.to_bytes())?;
     exit::print(&format!(

@@ -14,7 +14,7 @@ use crate::checkpoint::{self, Opened};
 use crate::draw::{self, DrawingTarget, Frames, Results, Target};
 use crate::drive::Drive;
 use crate::exit;
-use crate::files::OutFile;
+use crate::files::{Content, OutFile, all_different};
 use crate::fingerprint::{already_done, fingerprint, identity, stopped};
 use crate::live::LiveView;
 use crate::progress::Reporter;
@@ -33,8 +33,9 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     }
     let replace = arguments.force || arguments.resume && stopped(&arguments.out, &fingerprint);
     let directory = OutputDirectory::open(&arguments.out, RUN_RECORD, replace)?;
+    all_different(files(arguments))?;
     let places = places(arguments, &drive)?;
-    let map_file = OutFile::create_optional(arguments.save_map.as_deref())?;
+    let map_file = OutFile::create_optional(arguments.save_map.as_deref(), Content::Map)?;
     let reporter = Reporter::new(arguments.progress);
     let mut drive = drive.calibrated(arguments, &config, &reporter)?.load(arguments, &config)?;
     let run = identity(arguments, &input_hash, &config, &fingerprint);
@@ -101,6 +102,17 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
 /// The Parquet files that are asked for.
 fn tables(arguments: &RunArguments, result: &RunResult) -> anyhow::Result<Vec<Extra>> {
     Ok(if arguments.parquet { motorcade_tables::extras(result, &arguments.out)? } else { Vec::new() })
+}
+
+/// The files of a run outside of its directory that must be different ones, the input first.
+fn files(arguments: &RunArguments) -> impl Iterator<Item = (&str, &Path)> {
+    let named = [
+        ("--overlay", arguments.overlay.as_deref()),
+        ("--mcap", arguments.mcap.as_deref()),
+        ("--save-map", arguments.save_map.as_deref()),
+    ];
+    let input = Some(("the input", arguments.input.input.as_path()));
+    input.into_iter().chain(named.into_iter().filter_map(|(option, path)| Some((option, path?))))
 }
 
 /// The drawings that are asked for.

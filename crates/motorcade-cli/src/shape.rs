@@ -5,20 +5,20 @@ use motorcade_shape::command::{ConvertRequest, PriorReport, convert, export, inf
 
 use crate::arguments::ShapeCommand;
 use crate::exit;
-use crate::files::OutFile;
+use crate::files::{Content, OutFile};
 
 /// Writes or describes a prior.
 pub fn shape(command: &ShapeCommand) -> anyhow::Result<u8> {
     let report = match command {
         ShapeCommand::Export { layout, out } => {
-            let file = OutFile::create(out)?;
+            let file = OutFile::create(out, Content::Json)?;
             let (report, text) = export(*layout, out);
             file.write(&text)?;
             report
         }
         ShapeCommand::Info { prior } => info(prior)?,
         ShapeCommand::Convert(arguments) => {
-            let file = OutFile::create(&arguments.out)?;
+            let file = OutFile::create(&arguments.out, Content::Json)?;
             let (report, text) = convert(&ConvertRequest {
                 mean: arguments.mean.clone(),
                 basis: arguments.basis.clone(),

@@ -14,21 +14,26 @@ use crate::hiding::Pictures;
 use crate::options::{HypothesisOptions, VehicleOptions};
 use crate::time::independent_views;
 use crate::track::{Track, boxes_of};
+use crate::tracker::TrackerOptions;
 use crate::trajectory::{Source, VehicleState, VehicleTrajectory};
 
 /// The vehicles without clutter at the beginning and end of their tracks; those that had some are estimated anew from the boxes that
-/// remain. Tracks that are nothing else are left out. `least_score` is what a single box must reach.
+/// remain. Tracks that are nothing else are left out, and parts of tracks of which no box could have started one.
 pub fn without_clutter(
     vehicles: Vec<VehicleTrajectory>,
     tracks: &[Track],
     camera: &PinholeCamera,
     grounds: &[GroundFrame],
-    (options, least_score): (&VehicleOptions, f64),
+    (options, tracker): (&VehicleOptions, &TrackerOptions),
     estimate: impl Fn(&Track) -> Option<VehicleTrajectory>,
 ) -> Vec<VehicleTrajectory> {
-    let seen = seen_frames(&vehicles, tracks, camera, grounds, (options, least_score));
+    let seen = seen_frames(&vehicles, tracks, camera, grounds, (options, tracker.least_score));
     let cleaned = |(vehicle, frames): (VehicleTrajectory, Option<RangeInclusive<usize>>)| {
         let frames = frames?;
+        let of_frames = || vehicle.states.iter().filter(|s| is_seen(s) && frames.contains(&s.frame));
+        if !of_frames().any(|s| s.score >= tracker.begin_score) {
+            return None;
+        }
         if vehicle.states.iter().all(|s| frames.contains(&s.frame)) {
             return Some(vehicle);
         }
@@ -44,7 +49,7 @@ pub fn without_clutter(
 ///
 /// Between a gap and the end of a track the scores of its boxes, zero where it was missed, must reach a mean. Frames count in which the
 /// vehicle would be seen: not cut off by the image's border, not behind another vehicle, as large as when it was seen, and
-/// in which anything was detected.
+/// in which anything was detected. `least_score` is what a single box must reach.
 fn seen_frames(
     vehicles: &[VehicleTrajectory],
     tracks: &[Track],
@@ -195,6 +200,19 @@ mod tests {
         // Weak ones in most frames, and certain ones in some.
         assert_eq!(frames(&[vehicle(HERE, |_| 0.2), always.clone()]), Some(0..=39));
         assert_eq!(frames(&[vehicle(HERE, every(4, 0.8)), always]), Some(0..=36));
+    }
+
+    /// A part of a track has to be a track by itself.
+    #[test]
+    fn boxes_of_which_none_starts_a_track_are_no_vehicle() {
+        let kept = |best: f64| {
+            let car = car_ahead(0, 0.0, 20.0).with_scores(|k| if k == 4 { best } else { 0.4 });
+            let (tracks, grounds) = ([track_of(&car, [true; 4])], level_grounds(10));
+            let (options, tracker) = (VehicleOptions::default(), TrackerOptions::default());
+            let anew = |_: &Track| None;
+            without_clutter(vec![car], &tracks, &CAMERA, &grounds, (&options, &tracker), anew).len()
+        };
+        assert_eq!([kept(0.44), kept(0.45)], [0, 1]);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use crate::common::places::{Fifo, Link};
-use crate::common::{Answer, answer, drive, json, no_leftovers, program, run};
+use crate::common::{Answer, answer, drive, json, no_leftovers, nothing_written, program, run};
 
 const USUAL: &str = "run frames --calibration camera.toml --height 1.5 --threads 1 --progress none --out";
 
@@ -56,6 +56,34 @@ fn files_are_written_through_links_and_into_streams() {
         .expect(5, &["fifo", "no process reads"]);
     fs::create_dir(at("folder")).unwrap();
     answer(folder.path(), "shape export --out folder").expect(5, &["folder", "directory"]);
+    no_leftovers(folder.path());
+}
+
+/// What would replace a calibration, labels or a picture is told at once; an earlier result of the same kind is replaced.
+#[test]
+fn outputs_replace_no_inputs_and_not_each_other() {
+    let folder = drive(12);
+    let at = |name: &str| folder.path().join(name);
+    let before = fs::read(at("camera.toml")).unwrap();
+    let refused = ["camera.toml", "is already there", "a map"];
+    run(folder.path(), "--save-map camera.toml").expect(1, &refused);
+    run(folder.path(), "--save-map frames/000000.png").expect(1, &["000000.png", "is already there"]);
+    assert_eq!(fs::read(at("camera.toml")).unwrap(), before);
+    run(folder.path(), "--mcap same.mcap --save-map same.mcap")
+        .expect(1, &["--mcap and --save-map", "same.mcap"]);
+    nothing_written(folder.path());
+    run(folder.path(), "--save-map drive.map").expect(0, &[]);
+    run(folder.path(), "--save-map drive.map --force").expect(0, &[]);
+    assert!(fs::read(at("drive.map")).unwrap().starts_with(b"MCDRMAP"));
+
+    fs::write(at("truth.txt"), "0 0 Car 0 0 0 1 1 2 2 1.5 1.6 4 0 1.5 20 0\n").unwrap();
+    let labels = "evaluate out --kitti . --sequence 0000 --json truth.txt";
+    answer(folder.path(), labels).expect(1, &["truth.txt", "is already there", "JSON"]);
+    let graph = "VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\nEDGE_SE2 0 1 2 0 0 1 0 0 1 0 1\n";
+    fs::write(at("in.g2o"), graph).unwrap();
+    answer(folder.path(), "graph optimise in.g2o --out new --json ./new").expect(1, &["--out and --json"]);
+    answer(folder.path(), "graph optimise in.g2o --out camera.toml").expect(1, &["camera.toml", "g2o"]);
+    answer(folder.path(), "graph optimise in.g2o --out in.g2o").expect(0, &[]);
     no_leftovers(folder.path());
 }
 

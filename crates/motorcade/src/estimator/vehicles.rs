@@ -86,7 +86,7 @@ pub(crate) fn estimate_vehicles(
         let estimate =
             |track: &Track| estimate_consistently(camera, grounds, track, &views, options, None).pop();
         vehicles = with_hiding_checked(vehicles, &tracks, camera, grounds, options, estimate);
-        let options = (options, config.tracker.least_score);
+        let options = (options, &config.tracker);
         vehicles = without_clutter(vehicles, &tracks, camera, grounds, options, estimate);
     }
     vehicles.sort_by_key(|v| v.id);

@@ -44,7 +44,7 @@ pub struct Link {
 impl Link {
     pub fn new(path: PathBuf) -> Self {
         let target = path.with_extension("target");
-        fs::write(&target, "old").unwrap();
+        fs::write(&target, "").unwrap();
         symlink(target.file_name().unwrap(), &path).unwrap();
         Self { path, target }
     }
