@@ -32,6 +32,7 @@ mod clock_jumps;
 mod closed_loop;
 mod config;
 mod config_text;
+mod content_clock;
 mod detection_faults;
 mod distances;
 mod error;

@@ -127,6 +127,7 @@ impl Motorcade {
             front_end.bridge_repeated(repeated.repeat_the_first());
             return Ok(());
         }
+        let frame: &Frame = &at_its_time(frame, repeated.taken_ns());
         let checks = &settings.config.checks.advanced.pictures;
         front_end.record_mut().stopwatch.time("picture checks", || {
             pictures.observe(&gray, frame.number, frame.timestamp_ns, checks);
@@ -310,4 +311,12 @@ impl Motorcade {
         }
         Ok(())
     }
+}
+
+/// A frame at the time at which its picture was taken \[ns\].
+fn at_its_time(frame: &Frame, taken_ns: i64) -> Cow<'_, Frame> {
+    if frame.timestamp_ns == taken_ns {
+        return Cow::Borrowed(frame);
+    }
+    Cow::Owned(Frame { timestamp_ns: taken_ns, ..frame.clone() })
 }

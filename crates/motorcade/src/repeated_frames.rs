@@ -6,6 +6,7 @@ use image::GrayImage;
 use motorcade_dataset::Sequence;
 
 use crate::check_options::RepeatedFrameOptions;
+use crate::content_clock::ContentClock;
 
 /// Why a frame shows nothing new.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,6 +46,9 @@ pub(crate) struct RepeatedFrames {
     frames: usize,
     first_ns: i64,
     first: FirstRun,
+    clock: ContentClock,
+    /// Time at which the newest frame that repeats none was taken \[ns\].
+    taken_ns: i64,
 }
 
 /// Frames alike at the start of a drive, before it is known how much two frames differ: a camera that stands, or pictures that repeat.
@@ -72,6 +76,7 @@ impl RepeatedFrames {
     pub fn repetition(&mut self, image: &GrayImage, timestamp_ns: i64) -> Option<Repetition> {
         self.frames += 1;
         let options = &self.options;
+        let before_ns = if self.frames == 1 { timestamp_ns } else { self.before_ns };
         let pixels = || image.as_raw().iter().step_by(options.step_px).copied();
         if self.last.len() == pixels().len() {
             let sum: u64 = self.last.iter().zip(pixels()).map(|(a, b)| u64::from(a.abs_diff(b))).sum();
@@ -91,6 +96,7 @@ impl RepeatedFrames {
                 && self.usual > options.moving_grey;
             if near && !lasting {
                 self.count += 1;
+                self.clock.repeats(timestamp_ns);
                 return Some(Repetition::Repeated);
             }
             let since_first_s = (timestamp_ns - self.first_ns) as f64 * 1e-9;
@@ -102,6 +108,9 @@ impl RepeatedFrames {
             self.newest = difference;
             // Against this difference the usual one so far is that of repetitions.
             let anew = self.usual < options.most_share * difference;
+            if anew {
+                self.clock = ContentClock::default();
+            }
             self.usual += (difference - self.usual) * if anew { 1.0 } else { options.rate };
         }
         if self.frames == 1 {
@@ -110,7 +119,13 @@ impl RepeatedFrames {
         self.last.clear();
         self.last.extend(pixels());
         (self.last_ns, self.before_ns) = (timestamp_ns, timestamp_ns);
+        self.taken_ns = self.clock.taken_ns(timestamp_ns, before_ns);
         None
+    }
+
+    /// Time at which the picture of the newest frame that repeats none was taken \[ns\]: up to a frame before it is shown, where pictures repeat unevenly.
+    pub fn taken_ns(&self) -> i64 {
+        self.taken_ns
     }
 
     /// Rows that repeat the first one, once, where the last frame showed that they do.

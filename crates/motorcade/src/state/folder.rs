@@ -11,7 +11,7 @@ use sha2::{Digest, Sha256};
 /// First bytes of the file.
 const MAGIC: &[u8; 16] = b"motorcade state\n";
 /// Version of the format; to be raised whenever a field of any state changes.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 const STATE: &str = "state";
 const NEW: &str = "state.new";
 /// All names in the folder.
