@@ -188,29 +188,43 @@ fn cut(a: &BoundingBox, b: &BoundingBox) -> Option<BoundingBox> {
 /// The box around what others leave of one; `None` where they cover all of it.
 fn visible_part(whole: &BoundingBox, others: &[BoundingBox]) -> Option<BoundingBox> {
     let covering: Vec<BoundingBox> = others.iter().filter_map(|other| cut(whole, other)).collect();
-    let sorted = |low: fn(&BoundingBox) -> f64, high: fn(&BoundingBox) -> f64| {
-        let mut all: Vec<f64> = covering.iter().chain([whole]).flat_map(|b| [low(b), high(b)]).collect();
-        all.sort_by(f64::total_cmp);
-        all.dedup();
-        all
-    };
-    let (xs, ys) = (sorted(|b| b.x1, |b| b.x2), sorted(|b| b.y1, |b| b.y2));
-    let mut part: Option<BoundingBox> = None;
-    for x in xs.windows(2) {
-        for y in ys.windows(2) {
-            let covers = |b: &BoundingBox| b.x1 <= x[0] && x[1] <= b.x2 && b.y1 <= y[0] && y[1] <= b.y2;
-            if !covering.iter().any(covers) {
-                let own = part.unwrap_or_else(|| BoundingBox::new([x[0], y[0], x[1], y[1]]));
-                part = Some(BoundingBox::new([
-                    own.x1.min(x[0]),
-                    own.y1.min(y[0]),
-                    own.x2.max(x[1]),
-                    own.y2.max(y[1]),
-                ]));
+    let (x1, x2) = visible_range([whole.x1, whole.x2], [whole.y1, whole.y2], &covering, |b| {
+        ([b.x1, b.x2], [b.y1, b.y2])
+    })?;
+    let (y1, y2) = visible_range([whole.y1, whole.y2], [whole.x1, whole.x2], &covering, |b| {
+        ([b.y1, b.y2], [b.x1, b.x2])
+    })?;
+    Some(BoundingBox::new([x1, y1, x2, y2]))
+}
+
+/// From the first to the last place `along` a box at which boxes within it leave something of the range `across`. `sides` gives the ranges of each of them
+/// along and across.
+fn visible_range(
+    along: [f64; 2],
+    across: [f64; 2],
+    covering: &[BoundingBox],
+    sides: fn(&BoundingBox) -> ([f64; 2], [f64; 2]),
+) -> Option<(f64, f64)> {
+    let mut ranges: Vec<([f64; 2], [f64; 2])> = covering.iter().map(sides).collect();
+    ranges.sort_by(|(_, a), (_, b)| a[0].total_cmp(&b[0]));
+    let mut places: Vec<f64> = ranges.iter().flat_map(|(own, _)| *own).chain(along).collect();
+    places.sort_by(f64::total_cmp);
+    places.dedup();
+    let is_visible = |strip: &&[f64]| {
+        let mut reached = across[0];
+        for (own, [from, to]) in &ranges {
+            if own[0] <= strip[0] && strip[1] <= own[1] {
+                if *from > reached {
+                    return true;
+                }
+                reached = reached.max(*to);
             }
         }
-    }
-    part
+        reached < across[1]
+    };
+    let first = places.windows(2).find(is_visible)?;
+    let last = places.windows(2).rev().find(is_visible)?;
+    Some((first[0], last[1]))
 }
 
 #[cfg(test)]

@@ -16,7 +16,14 @@ use nalgebra::{Matrix3, Vector3};
 use street::{car, car_below, detected, grounds, grounds_of, outline};
 
 fn linked(grounds: &[GroundFrame], detections: &[Vec<Detection>]) -> Vec<Track> {
-    track_vehicles(&CAMERA, grounds, detections, &TrackerOptions::default(), &VehicleOptions::default())
+    track_vehicles(
+        &CAMERA,
+        grounds,
+        detections,
+        &TrackerOptions::default(),
+        &VehicleOptions::default(),
+        &|| false,
+    )
 }
 
 fn link(frames: usize, seen: impl Fn(usize) -> Vec<Detection>) -> Vec<Track> {

@@ -27,18 +27,19 @@ pub use state::TrackerState;
 /// Slack for times rounded to nanoseconds: a gap of exactly the longest is bridged \[s\].
 const ROUNDING_S: f64 = 1e-6;
 
-/// Links the boxes of all frames; `detections[k]` are those of frame k.
+/// Links the boxes of all frames, or of those until it is asked to stop; `detections[k]` are those of frame k.
 pub fn track_vehicles(
     camera: &PinholeCamera,
     grounds: &[GroundFrame],
     detections: &[Vec<Detection>],
     options: &TrackerOptions,
     vehicles: &VehicleOptions,
+    stop: &dyn Fn() -> bool,
 ) -> Vec<Track> {
     let least_standing_overlap = options.advanced.least_standing_overlap;
     let mut tracker = Tracker { least_standing_overlap, ..Tracker::new(*camera, *options, vehicles) };
     let mut tracks = Vec::new();
-    for (frame, (ground, found)) in grounds.iter().zip(detections).enumerate() {
+    for (frame, (ground, found)) in grounds.iter().zip(detections).enumerate().take_while(|_| !stop()) {
         tracks.extend(tracker.advance(frame, ground, found, |k| grounds.get(k).copied()));
     }
     tracks.extend(tracker.finish());
