@@ -246,6 +246,51 @@ mod tests {
         assert_eq!(part(&[[-5.0, -5.0, 4.0, 20.0], [3.0, -1.0, 11.0, 11.0]]), None);
     }
 
+    /// Against a look at every cell between the edges of all boxes.
+    #[test]
+    fn what_others_leave_is_the_same_cell_by_cell() {
+        let mut state = 1_u32;
+        let mut next = |below: u32| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from((state >> 16) % below)
+        };
+        let whole = BoundingBox::new([0.0, 0.0, 12.0, 9.0]);
+        let (mut some, mut none) = (0, 0);
+        for round in 0..2000 {
+            let count = 1 + round % 9;
+            let others: Vec<BoundingBox> = (0..count)
+                .map(|_| {
+                    let (x, y) = (next(14) - 2.0, next(11) - 2.0);
+                    BoundingBox::new([x, y, x + 1.0 + next(12), y + 1.0 + next(9)])
+                })
+                .collect();
+            let mut cells: Option<BoundingBox> = None;
+            for (x, y) in (0..12).flat_map(|x| (0..9).map(move |y| (f64::from(x), f64::from(y)))) {
+                if !others.iter().any(|b| b.contains(x + 0.5, y + 0.5)) {
+                    let own = cells.unwrap_or_else(|| BoundingBox::new([x, y, x + 1.0, y + 1.0]));
+                    let (low, high) =
+                        ((own.x1.min(x), own.y1.min(y)), (own.x2.max(x + 1.0), own.y2.max(y + 1.0)));
+                    cells = Some(BoundingBox::new([low.0, low.1, high.0, high.1]));
+                }
+            }
+            assert_eq!(visible_part(&whole, &others), cells, "{others:?}");
+            (some, none) = (some + i32::from(cells.is_some()), none + i32::from(cells.is_none()));
+        }
+        assert!(some > 100 && none > 10, "{some} {none}");
+    }
+
+    /// With a look at every cell between their edges it takes minutes.
+    #[test]
+    fn a_thousand_boxes_are_looked_at_in_no_time() {
+        let whole = BoundingBox::new([0.0, 0.0, 5000.0, 5000.0]);
+        let at = |k: u32| f64::from(k) * 5.0;
+        let others: Vec<BoundingBox> =
+            (0..1000).map(|k| BoundingBox::new([at(k), 0.0, at(k) + 5.5, 5000.0 - at(k)])).collect();
+        let start = std::time::Instant::now();
+        assert_eq!(visible_part(&whole, &others).map(|b| b.y2), Some(5000.0));
+        assert!(start.elapsed().as_secs_f64() < 2.0, "{:?}", start.elapsed());
+    }
+
     #[test]
     fn a_nearer_car_hides_a_part_and_a_farther_one_none() {
         let mut vehicles = vec![car_ahead(0, 0.0, 30.0), car_ahead(1, 1.0, 15.0)];

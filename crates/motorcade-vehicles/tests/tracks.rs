@@ -48,6 +48,12 @@ fn each_vehicle_has_one_identity() {
 }
 
 #[test]
+fn boxes_that_are_there_several_times_are_one_vehicle() {
+    let tracks = link(20, |_| vec![car(20.0, 0.0).unwrap(); 500]);
+    assert_eq!((tracks.len(), tracks[0].boxes.len()), (1, 20));
+}
+
+#[test]
 fn a_box_that_jumps_does_not_carry_the_track_away() {
     // For one frame the box covers a third of the car, as behind a lorry, and places it three times as far away.
     let tracks = link(40, |k| {

@@ -111,7 +111,9 @@ impl Tracker {
             let taken = boxes.iter().zip(&assigned).filter(|(_, assigned)| **assigned).map(|(b, _)| &b.bbox);
             let mut known = predicted.iter().filter_map(|boxes| boxes.first()).chain(taken);
             let duplicate = known.any(|b| b.iou(&detection.bbox) > options.advanced.duplicate_iou);
-            if assigned[index] || detection.score < options.begin_score || duplicate {
+            // Nor does one that a file holds several times.
+            let repeated = || boxes.iter().take(index).any(|b| b == detection);
+            if assigned[index] || detection.score < options.begin_score || duplicate || repeated() {
                 continue;
             }
             let first = TrackBox { frame, observed: observed[index], score: detection.score };

@@ -26,7 +26,7 @@ use crate::settings::Settings;
 pub fn estimate_drive(mut record: FrontEndRecord, settings: &Settings, progress: &dyn Progress) -> RunResult {
     let mut stopwatch = std::mem::take(&mut record.stopwatch);
     // A drive that was stopped among its frames is estimated from those before. Stopped later, it has what is estimated by then.
-    let before = progress.cancelled();
+    let before = record.interrupted && progress.cancelled();
     let stop = || !before && progress.cancelled();
     let (mut known, by_vehicles) = stopwatch.time("vehicles", || known_height(&record, settings, &stop));
     let (mut ego, fit) = stopwatch.time("scale", || metric_trajectory(&record, &known));
@@ -51,11 +51,13 @@ pub fn estimate_drive(mut record: FrontEndRecord, settings: &Settings, progress:
     warnings.extend(by_sensor(fit.as_ref(), settings).or(by_vehicles).or_else(|| doubt(&vehicles, settings)));
     warnings.extend(loops.describe());
     if matches!(solved, Err(GraphError::Stopped)) {
-        (record.interrupted, record.planned_frames) = (true, Some(record.frames.len()));
-        let stage = if vehicles_are_whole { "the graph" } else { "vehicles" };
-        warnings.push(format!(
-            "stopped while {stage} were estimated: all frames are there, some vehicles may not be"
-        ));
+        record.interrupted = true;
+        record.planned_frames.get_or_insert(record.frames.len());
+        warnings.push(if vehicles_are_whole {
+            "stopped while the graph was solved".to_owned()
+        } else {
+            "stopped while vehicles were estimated: some are not there".to_owned()
+        });
     }
     let graph = solved.unwrap_or_else(|error| {
         warnings.push(format!("the multi-object graph was not solved ({error}); front-end estimates stand"));

@@ -4,7 +4,7 @@
 
 use std::sync::Mutex;
 
-use motorcade::{Config, NoProgress, Progress, RunResult, estimate_drive};
+use motorcade::{Config, FrontEndRecord, NoProgress, Progress, RunResult, estimate_drive};
 
 use crate::common::{drive, settings};
 
@@ -64,8 +64,10 @@ fn a_drive_stopped_among_its_vehicles_or_in_the_graph_has_the_rest() {
 
 #[test]
 fn a_drive_stopped_among_its_frames_is_estimated_from_those_before() {
-    let whole = estimate_drive(drive(FRAMES), &settings(Config::default()), &NoProgress);
+    let record = || FrontEndRecord { interrupted: true, ..drive(FRAMES) };
+    let whole = estimate_drive(record(), &settings(Config::default()), &NoProgress);
     let progress = StopsIn { stage: "", looks_left: Mutex::new(Some(0)), looks: 0 };
-    let result = estimate_drive(drive(FRAMES), &settings(Config::default()), &progress);
+    let result = estimate_drive(record(), &settings(Config::default()), &progress);
+    assert!(result.graph.is_some());
     assert_eq!(described(&result), described(&whole));
 }
