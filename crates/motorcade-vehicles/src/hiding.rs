@@ -276,7 +276,7 @@ mod tests {
             assert_eq!(visible_part(&whole, &others), cells, "{others:?}");
             (some, none) = (some + i32::from(cells.is_some()), none + i32::from(cells.is_none()));
         }
-        assert!(some > 100 && none > 10, "{some} {none}");
+        assert!(some > 100 && none > 0, "{some} {none}");
     }
 
     /// With a look at every cell between their edges it takes minutes.
