@@ -105,7 +105,7 @@ fn weak_boxes_here_and_there_keep_no_track_alive() {
     let of = |every: usize| {
         let seen = |k: usize| {
             let score = if (5..60).contains(&k) { 0.2 } else { 0.7 };
-            let found = !(5..60).contains(&k) || k % every == 0;
+            let found = !(5..60).contains(&k) || k.is_multiple_of(every);
             car(30.0, 0.0).filter(|_| found).map(|c| Detection { score, ..c }).into_iter().collect()
         };
         link(70, seen).iter().map(|t| t.boxes.len()).collect::<Vec<usize>>()
