@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use motorcade_sparse::Unfactorised;
+
 use crate::ids::{FactorId, VariableId};
 
 /// Errors of building, solving, reading and writing graphs.
@@ -46,6 +48,9 @@ pub enum GraphError {
     /// The normal equations cannot be solved even undamped variables are held: the graph floats or is degenerate.
     #[error("the normal equations are singular: fix one variable of every component or add a prior")]
     Singular,
+    /// Work was given up as asked, or at a time limit, before it had a result.
+    #[error("stopped before there was a result")]
+    Stopped,
     /// An option out of its range.
     #[error("option {name}: {reason}")]
     Option {
@@ -75,4 +80,14 @@ pub enum GraphError {
     /// Threads could not be started.
     #[error("cannot start threads: {0}")]
     Threads(String),
+}
+
+impl GraphError {
+    /// The error where there is no factor.
+    pub(crate) fn unfactorised(cause: Unfactorised) -> Self {
+        match cause {
+            Unfactorised::NotPositiveDefinite => Self::Singular,
+            Unfactorised::Stopped => Self::Stopped,
+        }
+    }
 }

@@ -4,6 +4,7 @@ mod state;
 
 use std::collections::VecDeque;
 
+use motorcade_sparse::Stop;
 use nalgebra::DMatrix;
 
 use crate::GraphError;
@@ -129,9 +130,22 @@ impl FixedLag {
         Marginals::new(&self.graph)
     }
 
+    /// The same, given up with [`GraphError::Stopped`] when asked to.
+    pub fn marginals_unless(&self, stop: Stop<'_>) -> Result<Marginals, GraphError> {
+        Marginals::new_unless(&self.graph, stop)
+    }
+
     /// Optimises the window from its current values.
     pub fn optimise(&mut self) -> Result<Report, GraphError> {
-        let report = self.solver.optimise(&mut self.graph)?;
+        self.optimise_unless(Stop::NEVER)
+    }
+
+    /// As [`optimise`](Self::optimise); a solve that is asked to stop is cancelled.
+    ///
+    /// # Errors
+    /// As [`optimise`](Self::optimise).
+    pub fn optimise_unless(&mut self, stop: Stop<'_>) -> Result<Report, GraphError> {
+        let report = self.solver.optimise_unless(&mut self.graph, stop)?;
         self.solved = true;
         Ok(report)
     }

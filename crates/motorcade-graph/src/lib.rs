@@ -95,6 +95,7 @@ pub use manifold::{Manifold, Value, Variable};
 pub use marginalise::marginalise;
 pub use marginals::Marginals;
 pub use motorcade_geometry::robust::{Loss, RobustKernel};
+pub use motorcade_sparse::Stop;
 pub use robust::{Kernel, Robust};
 pub use solver::{Options, Report, Solver, optimise};
 pub use values::Values;

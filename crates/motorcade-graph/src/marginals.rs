@@ -1,6 +1,6 @@
 //! Covariances of chosen variables.
 
-use motorcade_sparse::{Cholesky, Ordering, SelectedInverse};
+use motorcade_sparse::{Cholesky, Ordering, SelectedInverse, Stop};
 use nalgebra::DMatrix;
 
 use crate::GraphError;
@@ -27,8 +27,16 @@ pub struct Marginals {
 impl Marginals {
     /// Factorises `graph` at its current values, best after a converged solve.
     pub fn new(graph: &Graph) -> Result<Self, GraphError> {
-        let (problem, factor) = factorised(graph)?;
-        let inverse = SelectedInverse::new(&problem.matrix, &factor);
+        Self::new_unless(graph, Stop::NEVER)
+    }
+
+    /// As [`new`](Self::new), given up when asked to.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); [`GraphError::Stopped`].
+    pub fn new_unless(graph: &Graph, stop: Stop<'_>) -> Result<Self, GraphError> {
+        let (problem, factor) = factorised(graph, stop)?;
+        let inverse = SelectedInverse::new(&problem.matrix, &factor, stop).ok_or(GraphError::Stopped)?;
         // Built in the order of ids, hence sorted.
         let blocks = problem.variables.iter().enumerate().map(|(b, &id)| (id, b as u32)).collect();
         let dof = |id: VariableId| Ok((id, graph.values().value(id)?.dof()));
@@ -42,8 +50,9 @@ impl Marginals {
     /// # Errors
     /// As [`new`](Self::new).
     pub fn each(graph: &Graph) -> Result<Vec<(VariableId, DMatrix<f64>)>, GraphError> {
-        let (problem, factor) = factorised(graph)?;
-        let blocks = SelectedInverse::diagonal(&problem.matrix, &factor);
+        let (problem, factor) = factorised(graph, Stop::NEVER)?;
+        let blocks = SelectedInverse::diagonal(&problem.matrix, &factor, Stop::NEVER);
+        let blocks = blocks.ok_or(GraphError::Stopped)?;
         Ok(problem.variables.into_iter().zip(blocks).collect())
     }
 
@@ -53,7 +62,7 @@ impl Marginals {
     /// # Errors
     /// As [`new`](Self::new).
     pub fn log_determinant(graph: &Graph) -> Result<f64, GraphError> {
-        let (problem, factor) = factorised(graph)?;
+        let (problem, factor) = factorised(graph, Stop::NEVER)?;
         Ok(factor.log_determinant(&problem.matrix))
     }
 
@@ -105,12 +114,12 @@ impl Marginals {
 }
 
 /// The normal equations at the current values and their factor, without damping.
-fn factorised(graph: &Graph) -> Result<(Problem, Cholesky), GraphError> {
+fn factorised(graph: &Graph, stop: Stop<'_>) -> Result<(Problem, Cholesky), GraphError> {
     let mut problem = Problem::ordered(graph, None, Ordering::ShortPaths)?;
     if !problem.linearise(graph, graph.values(), false)?.is_finite() {
         return Err(GraphError::NotFinite);
     }
     let mut factor = Cholesky::default();
-    factor.factorise(&problem.matrix, 0.0, false, None).map_err(|_| GraphError::Singular)?;
+    factor.factorise(&problem.matrix, 0.0, false, None, stop).map_err(GraphError::unfactorised)?;
     Ok((problem, factor))
 }

@@ -5,7 +5,8 @@ mod state;
 use std::collections::{BTreeMap, VecDeque};
 
 use motorcade_geometry::{Camera, Pose, World};
-use motorcade_graph::{FactorId, FixedLag, GraphError, Options, Report, VariableId};
+use motorcade_graph::solver::Termination;
+use motorcade_graph::{FactorId, FixedLag, GraphError, Options, Report, Stop, VariableId};
 use motorcade_odometry::EgoTrajectory;
 use motorcade_vehicles::VehicleTrajectory;
 use nalgebra::Isometry3;
@@ -161,6 +162,20 @@ impl MultibodyGraph {
         ego: &mut EgoTrajectory,
         vehicles: &mut [VehicleTrajectory],
     ) -> Result<Report, GraphError> {
+        self.update_unless(frames, ego, vehicles, Stop::NEVER)
+    }
+
+    /// As [`update`](Self::update), given up when asked to.
+    ///
+    /// # Errors
+    /// As [`update`](Self::update); [`GraphError::Stopped`], and the estimates are as before.
+    pub fn update_unless(
+        &mut self,
+        frames: &WindowFrames<'_>,
+        ego: &mut EgoTrajectory,
+        vehicles: &mut [VehicleTrajectory],
+        stop: Stop<'_>,
+    ) -> Result<Report, GraphError> {
         let (expected, found) = (ego.frames.len(), frames.times_s.len());
         if expected != found {
             return Err(GraphError::Size { what: "times of a window", expected, found });
@@ -187,8 +202,8 @@ impl MultibodyGraph {
             scale_weight: weight,
         };
         let nodes = self.add_edges(vehicles, &context)?;
-        let report = self.solve(times.mean_interval())?;
-        self.write_back(ego, vehicles, (&cameras, &nodes), (weight, times))?;
+        let report = self.solve(times.mean_interval(), stop)?;
+        self.write_back(ego, vehicles, (&cameras, &nodes), (weight, times), stop)?;
         Ok(report)
     }
 
@@ -305,20 +320,25 @@ impl MultibodyGraph {
         (nodes, known.scales)
     }
 
-    fn solve(&mut self, mean_interval_s: f64) -> Result<Report, GraphError> {
-        let mut report = self.window.optimise()?;
+    fn solve(&mut self, mean_interval_s: f64, stop: Stop<'_>) -> Result<Report, GraphError> {
+        let mut report = self.optimise(stop)?;
         let re_estimated = self.whole_drive && !self.options.constant_weights;
         for _ in 0..if re_estimated { self.options.advanced.variance_rounds } else { 0 } {
             let (graph, groups) = (self.window.graph_mut(), &self.groups);
             let before = groups.factors(graph);
             self.variance_factors =
-                variance::estimate(graph, &self.counted, groups, mean_interval_s, &self.options)?;
+                variance::estimate(graph, &self.counted, groups, mean_interval_s, &self.options, stop)?;
             if groups.factors(graph) == before {
                 break;
             }
-            report = self.window.optimise()?;
+            report = self.optimise(stop)?;
         }
         Ok(report)
+    }
+
+    fn optimise(&mut self, stop: Stop<'_>) -> Result<Report, GraphError> {
+        let report = self.window.optimise_unless(stop)?;
+        if report.termination == Termination::Cancelled { Err(GraphError::Stopped) } else { Ok(report) }
     }
 
     fn write_back(
@@ -327,9 +347,10 @@ impl MultibodyGraph {
         vehicles: &mut [VehicleTrajectory],
         (cameras, nodes): (&[VariableId], &[Vec<VariableId>]),
         (weight, times): (f64, FrameTimes<'_>),
+        stop: Stop<'_>,
     ) -> Result<(), GraphError> {
         let from = if self.whole_drive { 0 } else { ego.frames.len().saturating_sub(1) };
-        let marginals = self.window.marginals()?;
+        let marginals = self.window.marginals_unless(stop)?;
         let solution = Solution { graph: self.window.graph(), marginals: &marginals, cameras };
         solution.write_cameras(from, ego)?;
         for (vehicle, nodes) in vehicles.iter_mut().zip(nodes) {

@@ -3,7 +3,7 @@
 //! Residuals show errors that change from frame to frame, not those that last for seconds, which the covariances hold too.
 //! Factors are therefore at least 1. Odometry and the motion model keep their covariances: residuals are measured against them.
 
-use motorcade_graph::{FactorId, Graph, GraphError, LossScale, Marginals, RobustKernel};
+use motorcade_graph::{FactorId, Graph, GraphError, LossScale, Marginals, RobustKernel, Stop};
 use nalgebra::{DMatrix, DMatrixViewMut, DVector, DVectorViewMut};
 use serde::Serialize;
 
@@ -44,8 +44,9 @@ pub(crate) fn estimate(
     groups: &ClassGroups,
     mean_interval_s: f64,
     options: &GraphOptions,
+    stop: Stop<'_>,
 ) -> Result<Vec<VarianceFactor>, GraphError> {
-    let marginals = Marginals::new(graph)?;
+    let marginals = Marginals::new_unless(graph, stop)?;
     let mut residuals: [Vec<WhitenedResidual>; 3] = Default::default();
     for (id, class) in edges {
         let Some(at) = EdgeClass::MEASUREMENTS.iter().position(|c| c == class) else { continue };

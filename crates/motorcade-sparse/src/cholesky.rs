@@ -5,7 +5,6 @@
 //! for even and one for odd depths: the complements of a node's children are then always the top of one stack while
 //! its own grows on the other, so nothing is moved and nothing is allocated after the first factorisation.
 
-use std::fmt;
 use std::ops::Range;
 
 use rayon::prelude::*;
@@ -14,8 +13,10 @@ use crate::dense::{factor_panel, schur_complement, solve_backward, solve_forward
 use crate::extend::{PanelRuns, extend_add};
 use crate::matrix::BlockMatrix;
 use crate::memory::Numbers;
+use crate::stop::{Lookout, Stop};
 use crate::symbolic::{Node, Symbolic};
 use crate::tree::ROOT;
+use crate::unfactorised::Unfactorised;
 
 /// A factor; its memory is reused from one factorisation to the next of the same pattern.
 #[derive(Clone, Debug, Default)]
@@ -37,31 +38,20 @@ struct Plan {
     ready: bool,
 }
 
-/// The matrix was not positive definite.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct NotPositiveDefinite;
-
-impl fmt::Display for NotPositiveDefinite {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("the matrix is not positive definite")
-    }
-}
-
-impl std::error::Error for NotPositiveDefinite {}
-
 impl Cholesky {
     /// Factorises `matrix + lambda I` and solves `L y = x` (elimination order) in place during the factorisation, while the
     /// columns are in the cache. `parallel` uses the current thread pool of `rayon`; the result is the same.
     ///
     /// # Errors
-    /// A pivot that is not positive.
+    /// A pivot that is not positive; a request to stop, which is looked at some twenty times a second.
     pub fn factorise(
         &mut self,
         matrix: &BlockMatrix,
         lambda: f64,
         parallel: bool,
         mut x: Option<&mut [f64]>,
-    ) -> Result<(), NotPositiveDefinite> {
+        stop: Stop<'_>,
+    ) -> Result<(), Unfactorised> {
         let symbolic = &matrix.symbolic;
         if self.values.len() != symbolic.factor_len {
             self.values = Numbers::zeros(symbolic.factor_len);
@@ -74,7 +64,9 @@ impl Cholesky {
         if !parallel || self.plan.roots.len() < 2 {
             let [even, odd] = &mut self.stacks;
             (even.top, odd.top) = (0, 0);
-            let mut work = Work { matrix, lambda, base: 0, values: &mut self.values, stacks: [even, odd] };
+            let lookout = Lookout::new(stop, 0.0);
+            let mut work =
+                Work { matrix, lambda, base: 0, values: &mut self.values, stacks: [even, odd], lookout };
             for (s, node) in symbolic.nodes.iter().enumerate() {
                 merge(&mut self.pivots, work.eliminate(s, &mut [])?);
                 if let Some(x) = &mut x {
@@ -84,14 +76,19 @@ impl Cholesky {
             }
             return Ok(());
         }
-        self.factorise_parallel(matrix, lambda)?;
+        self.factorise_parallel(matrix, lambda, stop)?;
         if let Some(x) = x {
             self.solve_forward(matrix, x);
         }
         Ok(())
     }
 
-    fn factorise_parallel(&mut self, matrix: &BlockMatrix, lambda: f64) -> Result<(), NotPositiveDefinite> {
+    fn factorise_parallel(
+        &mut self,
+        matrix: &BlockMatrix,
+        lambda: f64,
+        stop: Stop<'_>,
+    ) -> Result<(), Unfactorised> {
         let symbolic = &matrix.symbolic;
         // Cut the factor into the subtrees' ranges and the gaps between them.
         let mut pieces: Vec<(u32, &mut [f64])> = Vec::new();
@@ -112,7 +109,9 @@ impl Cholesky {
                 let [mut even, mut odd] = Stack::pair(symbolic, first..root as usize + 1);
                 let mut pivots = (f64::INFINITY, 0.0);
                 let base = symbolic.nodes[first].panel;
-                let mut work = Work { matrix, lambda, base, values, stacks: [&mut even, &mut odd] };
+                let lookout = Lookout::new(stop, symbolic.nodes[first].work_before);
+                let stacks = [&mut even, &mut odd];
+                let mut work = Work { matrix, lambda, base, values, stacks, lookout };
                 for s in first..=root as usize {
                     merge(&mut pivots, work.eliminate(s, &mut [])?);
                 }
@@ -132,7 +131,9 @@ impl Cholesky {
         }
         let [even, odd] = &mut self.stacks;
         (even.top, odd.top) = (0, 0);
-        let mut work = Work { matrix, lambda, base: 0, values: &mut self.values, stacks: [even, odd] };
+        let lookout = Lookout::new(stop, 0.0);
+        let mut work =
+            Work { matrix, lambda, base: 0, values: &mut self.values, stacks: [even, odd], lookout };
         let mut roots = self.plan.roots.iter().peekable();
         let mut s = 0;
         while s < symbolic.nodes.len() {
@@ -274,11 +275,12 @@ struct Work<'a> {
     base: usize,
     values: &'a mut [f64],
     stacks: [&'a mut Stack; 2],
+    lookout: Lookout<'a>,
 }
 
 impl Work<'_> {
     /// Eliminates supernode `s`; `tops` holds Schur complements of children finished elsewhere.
-    fn eliminate(&mut self, s: usize, tops: &mut [Numbers]) -> Result<(f64, f64), NotPositiveDefinite> {
+    fn eliminate(&mut self, s: usize, tops: &mut [Numbers]) -> Result<(f64, f64), Unfactorised> {
         let symbolic = &self.matrix.symbolic;
         let node = &symbolic.nodes[s];
         let start = node.panel - self.base;
@@ -308,10 +310,10 @@ impl Work<'_> {
         for (child, schur) in schurs() {
             add_to_panel(child, node, schur, panel);
         }
-        let Some(pivots) = factor_panel(panel, node.shape) else { return Err(NotPositiveDefinite) };
+        let pivots = factor_panel(panel, node.shape, &mut self.lookout)?;
         if node.parent != ROOT {
             let out = own.push(node.shape.schur_len());
-            schur_complement(panel, node.shape, out);
+            schur_complement(panel, node.shape, out, &mut self.lookout)?;
             for (child, schur) in schurs() {
                 add_to_schur(child, node, schur, out);
             }
@@ -358,4 +360,46 @@ fn independent_subtrees(symbolic: &Symbolic) -> Vec<u32> {
         }
     }
     roots
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use super::*;
+
+    /// A full matrix of poses: one front, of some 10⁹ multiplications.
+    fn full(poses: u32) -> BlockMatrix {
+        let pairs: Vec<(u32, u32)> = (0..poses).flat_map(|i| (0..i).map(move |j| (i, j))).collect();
+        let mut matrix = BlockMatrix::new(&vec![6; poses as usize], &pairs);
+        for k in 0..poses {
+            let diagonal: Vec<f64> = (0..36).map(|x| f64::from(u8::from(x % 7 == 0))).collect();
+            let slot = matrix.slot(k, k).unwrap();
+            matrix.add(slot, 1.0, &diagonal, 6, (6, 6));
+        }
+        matrix
+    }
+
+    #[test]
+    fn a_factorisation_is_given_up_within_a_front() {
+        let matrix = full(400);
+        let looks = AtomicUsize::new(0);
+        let count = |stops_at: usize| {
+            looks.store(0, Ordering::Relaxed);
+            let asked = || looks.fetch_add(1, Ordering::Relaxed) + 1 == stops_at;
+            let done = Cholesky::default().factorise(&matrix, 0.0, false, None, Stop::new(&asked));
+            (done, looks.load(Ordering::Relaxed))
+        };
+        let (done, all) = count(usize::MAX);
+        assert!(done.is_ok() && (4..40).contains(&all), "{all}");
+        assert_eq!(count(2), (Err(Unfactorised::Stopped), 2));
+    }
+
+    #[test]
+    fn a_small_matrix_is_factorised_whatever_is_asked() {
+        let matrix = full(20);
+        let mut factor = Cholesky::default();
+        assert!(factor.factorise(&matrix, 0.0, false, None, Stop::new(&|| true)).is_ok());
+    }
 }

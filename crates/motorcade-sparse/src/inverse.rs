@@ -8,6 +8,7 @@ use nalgebra::{DMatrix, DMatrixView};
 use crate::cholesky::Cholesky;
 use crate::dense::solve_forward;
 use crate::matrix::BlockMatrix;
+use crate::stop::{Lookout, Stop};
 use crate::symbolic::{Node, Symbolic};
 use crate::tree::ROOT;
 
@@ -25,25 +26,25 @@ struct Front {
 }
 
 impl SelectedInverse {
-    /// Of the matrix with this factor.
-    pub fn new(matrix: &BlockMatrix, factor: &Cholesky) -> Self {
+    /// Of the matrix with this factor; `None` when asked to stop, which is looked at between supernodes.
+    pub fn new(matrix: &BlockMatrix, factor: &Cholesky, stop: Stop<'_>) -> Option<Self> {
         let mut out = Self { values: vec![0.0; matrix.symbolic.factor_len] };
-        sweep(&matrix.symbolic, factor, |node, inverse| out.store(node, inverse));
-        out
+        sweep(&matrix.symbolic, factor, stop, |node, inverse| out.store(node, inverse))?;
+        Some(out)
     }
 
     /// The diagonal blocks alone, in the original numbering: the same numbers without room for those beside them, which is that of the factor.
-    pub fn diagonal(matrix: &BlockMatrix, factor: &Cholesky) -> Vec<DMatrix<f64>> {
+    pub fn diagonal(matrix: &BlockMatrix, factor: &Cholesky, stop: Stop<'_>) -> Option<Vec<DMatrix<f64>>> {
         let symbolic = &matrix.symbolic;
         let mut blocks = vec![DMatrix::zeros(0, 0); symbolic.dims.len()];
-        sweep(symbolic, factor, |node, inverse| {
+        sweep(symbolic, factor, stop, |node, inverse| {
             let first = symbolic.offsets[node.first as usize];
             for position in node.first as usize..(node.first + node.columns) as usize {
                 let (at, dim) = (symbolic.offsets[position] - first, symbolic.dims[position]);
                 blocks[symbolic.order[position] as usize] = inverse.view((at, at), (dim, dim)).into_owned();
             }
-        });
-        blocks
+        })?;
+        Some(blocks)
     }
 
     fn store(&mut self, node: &Node, inverse: &DMatrix<f64>) {
@@ -130,8 +131,14 @@ impl SelectedInverse {
     }
 }
 
-/// The inverse over every front, from the root down.
-fn sweep(symbolic: &Symbolic, factor: &Cholesky, mut visit: impl FnMut(&Node, &DMatrix<f64>)) {
+/// The inverse over every front, from the root down; `None` when asked to stop.
+fn sweep(
+    symbolic: &Symbolic,
+    factor: &Cholesky,
+    stop: Stop<'_>,
+    mut visit: impl FnMut(&Node, &DMatrix<f64>),
+) -> Option<()> {
+    let mut lookout = Lookout::new(stop, 0.0);
     let mut fronts: Vec<Option<Front>> = Vec::new();
     fronts.resize_with(symbolic.nodes.len(), || None);
     for s in (0..symbolic.nodes.len()).rev() {
@@ -149,10 +156,15 @@ fn sweep(symbolic: &Symbolic, factor: &Cholesky, mut visit: impl FnMut(&Node, &D
         };
         let inverse = invert(node, factor.panel(node), &below);
         visit(node, &inverse);
+        let (n, m) = (node.shape.pivots as f64, node.shape.below as f64);
+        if lookout.stops_after(n * (n + m) * (n + m)) {
+            return None;
+        }
         if !node.children.is_empty() {
             fronts[s] = Some(Front { inverse, waiting: node.children.len() });
         }
     }
+    Some(())
 }
 
 /// Coefficients (front × dof) of the variable at `position` in terms of those of front `top`, an ancestor of its own.
@@ -258,10 +270,10 @@ mod tests {
             dense.view_mut((from, at), (cols, rows)).copy_from(&block.transpose());
         }
         let mut factor = Cholesky::default();
-        factor.factorise(&matrix, 0.0, false, None).unwrap();
-        let selected = SelectedInverse::new(&matrix, &factor);
+        factor.factorise(&matrix, 0.0, false, None, Stop::NEVER).unwrap();
+        let selected = SelectedInverse::new(&matrix, &factor, Stop::NEVER).unwrap();
         let inverse = dense.try_inverse().unwrap();
-        for (i, block) in (0..).zip(SelectedInverse::diagonal(&matrix, &factor)) {
+        for (i, block) in (0..).zip(SelectedInverse::diagonal(&matrix, &factor, Stop::NEVER).unwrap()) {
             assert_eq!(block, selected.block(&matrix, &factor, i, i));
         }
         let mut off_pattern = 0;

@@ -39,6 +39,8 @@ pub(crate) struct Node {
     pub runs: Vec<Run>,
     /// Distance from the root.
     pub depth: u32,
+    /// Multiplications for the supernodes before it, roughly.
+    pub work_before: f64,
 }
 
 impl Node {
@@ -194,6 +196,7 @@ impl Symbolic {
             let first_descendant =
                 node.children.first().map_or(s as u32, |&c| self.nodes[c as usize].first_descendant);
             let shape = Shape { pivots, below };
+            self.nodes[s].work_before = self.flops;
             let (n, m) = (pivots as f64, below as f64);
             self.flops += n * n * n / 6.0 + n * n * m / 2.0 + n * m * m / 2.0;
             let node = &mut self.nodes[s];

@@ -188,29 +188,43 @@ fn cut(a: &BoundingBox, b: &BoundingBox) -> Option<BoundingBox> {
 /// The box around what others leave of one; `None` where they cover all of it.
 fn visible_part(whole: &BoundingBox, others: &[BoundingBox]) -> Option<BoundingBox> {
     let covering: Vec<BoundingBox> = others.iter().filter_map(|other| cut(whole, other)).collect();
-    let sorted = |low: fn(&BoundingBox) -> f64, high: fn(&BoundingBox) -> f64| {
-        let mut all: Vec<f64> = covering.iter().chain([whole]).flat_map(|b| [low(b), high(b)]).collect();
-        all.sort_by(f64::total_cmp);
-        all.dedup();
-        all
-    };
-    let (xs, ys) = (sorted(|b| b.x1, |b| b.x2), sorted(|b| b.y1, |b| b.y2));
-    let mut part: Option<BoundingBox> = None;
-    for x in xs.windows(2) {
-        for y in ys.windows(2) {
-            let covers = |b: &BoundingBox| b.x1 <= x[0] && x[1] <= b.x2 && b.y1 <= y[0] && y[1] <= b.y2;
-            if !covering.iter().any(covers) {
-                let own = part.unwrap_or_else(|| BoundingBox::new([x[0], y[0], x[1], y[1]]));
-                part = Some(BoundingBox::new([
-                    own.x1.min(x[0]),
-                    own.y1.min(y[0]),
-                    own.x2.max(x[1]),
-                    own.y2.max(y[1]),
-                ]));
+    let (x1, x2) = visible_range([whole.x1, whole.x2], [whole.y1, whole.y2], &covering, |b| {
+        ([b.x1, b.x2], [b.y1, b.y2])
+    })?;
+    let (y1, y2) = visible_range([whole.y1, whole.y2], [whole.x1, whole.x2], &covering, |b| {
+        ([b.y1, b.y2], [b.x1, b.x2])
+    })?;
+    Some(BoundingBox::new([x1, y1, x2, y2]))
+}
+
+/// From the first to the last place `along` a box at which boxes within it leave something of the range `across`. `sides` gives the ranges of each of them
+/// along and across.
+fn visible_range(
+    along: [f64; 2],
+    across: [f64; 2],
+    covering: &[BoundingBox],
+    sides: fn(&BoundingBox) -> ([f64; 2], [f64; 2]),
+) -> Option<(f64, f64)> {
+    let mut ranges: Vec<([f64; 2], [f64; 2])> = covering.iter().map(sides).collect();
+    ranges.sort_by(|(_, a), (_, b)| a[0].total_cmp(&b[0]));
+    let mut places: Vec<f64> = ranges.iter().flat_map(|(own, _)| *own).chain(along).collect();
+    places.sort_by(f64::total_cmp);
+    places.dedup();
+    let is_visible = |strip: &&[f64]| {
+        let mut reached = across[0];
+        for (own, [from, to]) in &ranges {
+            if own[0] <= strip[0] && strip[1] <= own[1] {
+                if *from > reached {
+                    return true;
+                }
+                reached = reached.max(*to);
             }
         }
-    }
-    part
+        reached < across[1]
+    };
+    let first = places.windows(2).find(is_visible)?;
+    let last = places.windows(2).rev().find(is_visible)?;
+    Some((first[0], last[1]))
 }
 
 #[cfg(test)]
@@ -230,6 +244,51 @@ mod tests {
         // A corner alone hides no side of it; two that cover it leave nothing.
         assert_eq!(part(&[[-5.0, 5.0, 4.0, 20.0]]), Some([0.0, 0.0, 10.0, 10.0]));
         assert_eq!(part(&[[-5.0, -5.0, 4.0, 20.0], [3.0, -1.0, 11.0, 11.0]]), None);
+    }
+
+    /// Against a look at every cell between the edges of all boxes.
+    #[test]
+    fn what_others_leave_is_the_same_cell_by_cell() {
+        let mut state = 1_u32;
+        let mut next = |below: u32| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from((state >> 16) % below)
+        };
+        let whole = BoundingBox::new([0.0, 0.0, 12.0, 9.0]);
+        let (mut some, mut none) = (0, 0);
+        for round in 0..2000 {
+            let count = 1 + round % 9;
+            let others: Vec<BoundingBox> = (0..count)
+                .map(|_| {
+                    let (x, y) = (next(14) - 2.0, next(11) - 2.0);
+                    BoundingBox::new([x, y, x + 1.0 + next(12), y + 1.0 + next(9)])
+                })
+                .collect();
+            let mut cells: Option<BoundingBox> = None;
+            for (x, y) in (0..12).flat_map(|x| (0..9).map(move |y| (f64::from(x), f64::from(y)))) {
+                if !others.iter().any(|b| b.contains(x + 0.5, y + 0.5)) {
+                    let own = cells.unwrap_or_else(|| BoundingBox::new([x, y, x + 1.0, y + 1.0]));
+                    let (low, high) =
+                        ((own.x1.min(x), own.y1.min(y)), (own.x2.max(x + 1.0), own.y2.max(y + 1.0)));
+                    cells = Some(BoundingBox::new([low.0, low.1, high.0, high.1]));
+                }
+            }
+            assert_eq!(visible_part(&whole, &others), cells, "{others:?}");
+            (some, none) = (some + i32::from(cells.is_some()), none + i32::from(cells.is_none()));
+        }
+        assert!(some > 100 && none > 0, "{some} {none}");
+    }
+
+    /// With a look at every cell between their edges it takes minutes.
+    #[test]
+    fn a_thousand_boxes_are_looked_at_in_no_time() {
+        let whole = BoundingBox::new([0.0, 0.0, 5000.0, 5000.0]);
+        let at = |k: u32| f64::from(k) * 5.0;
+        let others: Vec<BoundingBox> =
+            (0..1000).map(|k| BoundingBox::new([at(k), 0.0, at(k) + 5.5, 5000.0 - at(k)])).collect();
+        let start = std::time::Instant::now();
+        assert_eq!(visible_part(&whole, &others).map(|b| b.y2), Some(5000.0));
+        assert!(start.elapsed().as_secs_f64() < 2.0, "{:?}", start.elapsed());
     }
 
     #[test]

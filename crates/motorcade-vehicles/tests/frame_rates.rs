@@ -100,7 +100,8 @@ fn boxes(motion: &Motion, fps: usize, duration_s: f64, seed: u64) -> Vec<Vec<Det
 fn estimate(motion: &Motion, fps: usize, duration_s: f64, seed: u64) -> VehicleTrajectory {
     let (grounds, options) = (grounds(fps as f64, duration_s), VehicleOptions::default());
     let detections = boxes(motion, fps, duration_s, seed);
-    let tracks = track_vehicles(&CAMERA, &grounds, &detections, &TrackerOptions::default(), &options);
+    let tracks =
+        track_vehicles(&CAMERA, &grounds, &detections, &TrackerOptions::default(), &options, &|| false);
     assert_eq!(tracks.len(), 1, "{} at {fps} frames/s, seed {seed}", motion.name);
     estimate_track(&CAMERA, &grounds, &tracks[0], &ExternalTrack::default(), &options).unwrap()
 }

@@ -16,7 +16,14 @@ use nalgebra::{Matrix3, Vector3};
 use street::{car, car_below, detected, grounds, grounds_of, outline};
 
 fn linked(grounds: &[GroundFrame], detections: &[Vec<Detection>]) -> Vec<Track> {
-    track_vehicles(&CAMERA, grounds, detections, &TrackerOptions::default(), &VehicleOptions::default())
+    track_vehicles(
+        &CAMERA,
+        grounds,
+        detections,
+        &TrackerOptions::default(),
+        &VehicleOptions::default(),
+        &|| false,
+    )
 }
 
 fn link(frames: usize, seen: impl Fn(usize) -> Vec<Detection>) -> Vec<Track> {
@@ -38,6 +45,12 @@ fn each_vehicle_has_one_identity() {
     });
     assert_eq!(tracks.len(), 3);
     assert_eq!(tracks[0].boxes.len(), 60);
+}
+
+#[test]
+fn boxes_that_are_there_several_times_are_one_vehicle() {
+    let tracks = link(20, |_| vec![car(20.0, 0.0).unwrap(); 500]);
+    assert_eq!((tracks.len(), tracks[0].boxes.len()), (1, 20));
 }
 
 #[test]
@@ -92,7 +105,7 @@ fn weak_boxes_here_and_there_keep_no_track_alive() {
     let of = |every: usize| {
         let seen = |k: usize| {
             let score = if (5..60).contains(&k) { 0.2 } else { 0.7 };
-            let found = !(5..60).contains(&k) || k % every == 0;
+            let found = !(5..60).contains(&k) || k.is_multiple_of(every);
             car(30.0, 0.0).filter(|_| found).map(|c| Detection { score, ..c }).into_iter().collect()
         };
         link(70, seen).iter().map(|t| t.boxes.len()).collect::<Vec<usize>>()

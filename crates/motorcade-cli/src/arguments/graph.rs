@@ -32,7 +32,7 @@ pub enum GraphCommand {
   motorcade graph optimise city.g2o --out solved.g2o --method dogleg --robust cauchy:1.0 --json report.json
   motorcade graph optimise large.g2o --out solved.g2o --time-limit-s 60
 
-Ctrl-C stops after the current iteration and writes the best graph so far (exit code 130).")]
+Ctrl-C stops after the current iteration, or within a long factorisation, and writes the best graph so far (exit code 130).")]
 pub struct OptimiseArguments {
     /// The graph.
     pub input: PathBuf,
@@ -56,7 +56,7 @@ pub struct OptimiseArguments {
     #[arg(long, default_value_t = 100)]
     pub iterations: usize,
     /// Most seconds for all of it, the choice of a start included; the best graph so far is written. Looked at between
-    /// iterations, of which there is at least one.
+    /// iterations and within long factorisations.
     #[arg(long, value_name = "SECONDS", value_parser = super::parse_seconds)]
     pub time_limit_s: Option<f64>,
     /// Threads; the results do not depend on it. 0 takes all cores.

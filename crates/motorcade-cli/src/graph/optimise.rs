@@ -22,7 +22,7 @@ pub struct OptimiseRequest {
     /// The graph.
     pub input: PathBuf,
     /// Method, limits, threads. The time limit is for the whole call, reading and the choice of a start included, and is
-    /// looked at between iterations.
+    /// looked at between iterations and within long factorisations.
     pub options: Options,
     /// Residual of SE(3) edges.
     pub cost: PoseResidual,

@@ -246,3 +246,65 @@ fn the_trial_of_networks_obeys_the_first_interrupt() {
     assert!(start.elapsed() < Duration::from_secs(5), "{said}");
     nothing_written(folder.path());
 }
+
+/// A g2o file of poses tied to each other all over: one factorisation takes many seconds.
+fn tied_all_over(path: &Path, poses: usize) {
+    let mut graph = String::new();
+    for k in 0..poses {
+        graph += &format!("VERTEX_SE3:QUAT {k} {k} 0.1 0 0 0 0 1\n");
+    }
+    let information = "1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1";
+    for k in 1..poses {
+        for other in [k - 1, 104_729 % k, 224_737 % k, 350_377 % k] {
+            let ahead = k - other;
+            graph += &format!("EDGE_SE3:QUAT {other} {k} {ahead} 0 0 0 0 0 1 {information}\n");
+        }
+    }
+    fs::write(path, graph).unwrap();
+}
+
+#[test]
+fn a_factorisation_obeys_the_first_interrupt_and_the_time_limit() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    tied_all_over(&at("tied.g2o"), 2500);
+    let command = "graph optimise tied.g2o --out out.g2o --json out.json";
+    let vertices = || fs::read_to_string(at("out.g2o")).unwrap().matches("VERTEX_SE3:QUAT").count();
+    let child = started(folder.path(), command);
+    std::thread::sleep(Duration::from_millis(1500));
+    let start = Instant::now();
+    let (code, said) = ended(child);
+    assert!(code == Some(130) && start.elapsed() < SOON / 2, "{code:?} {:?} {said}", start.elapsed());
+    let report = json(&at("out.json"));
+    assert_eq!((report["termination"].as_str(), report["iterations"].as_u64()), (Some("cancelled"), Some(0)));
+    assert_eq!(vertices(), 2500);
+    let limited = "graph optimise tied.g2o --out limited.g2o --json out.json --time-limit-s 1";
+    let start = Instant::now();
+    answer(folder.path(), limited).expect(0, &[]);
+    let report = json(&at("out.json"));
+    assert_eq!((report["termination"].as_str(), report["iterations"].as_u64()), (Some("time"), Some(0)));
+    assert!(start.elapsed() < SOON / 2, "{:?}", start.elapsed());
+}
+
+/// As many boxes as are taken in a frame keep the estimation of vehicles busy for a while.
+#[test]
+fn a_run_among_its_vehicles_obeys_the_first_interrupt() {
+    let folder = drive(6);
+    let mut boxes = String::new();
+    for frame in 0..6 {
+        for k in 0..999 {
+            let (x, y) = (10 + 13 * (k % 33), 100 + 3 * (k / 33));
+            let bbox = format!("{x} {y} {} {}", x + 30, y + 20);
+            boxes += &format!("{frame} -1 Car -1 -1 -10 {bbox} -1 -1 -1 -1000 -1000 -1000 -10 0.9\n");
+        }
+    }
+    fs::write(folder.path().join("boxes.txt"), boxes).unwrap();
+    let command =
+        "run frames --calibration camera.toml --height 1.5 --out out --detections boxes.txt --progress json";
+    let (output, time) = interrupted(folder.path(), command, "\"stage\":\"vehicles\"");
+    output.expect(130, &["stopped while vehicles were estimated", "6 of 6 frames"]);
+    assert!(time < SOON / 2, "{time:?}");
+    let record = json(&folder.path().join("out/run.json"));
+    assert!(record["interrupted"] == true && record["counters"]["frames"] == 6, "{record}");
+    assert!(folder.path().join("out/ego.tum").exists());
+}

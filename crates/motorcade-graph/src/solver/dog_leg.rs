@@ -9,9 +9,9 @@ impl Run<'_> {
     /// A step inside the trust radius, which shrinks until the cost falls.
     pub(super) fn dog_leg(&mut self) -> Result<Outcome, GraphError> {
         let before = self.cost;
-        if !self.linear.step(self.problem, 0.0, self.parallel, &mut self.timings) {
-            return Err(GraphError::Singular);
-        }
+        let (problem, limits) = (&*self.problem, &self.limits);
+        let solved = self.linear.step(problem, 0.0, self.parallel, &mut self.timings, limits);
+        solved.map_err(GraphError::unfactorised)?;
         let newton = std::mem::take(&mut self.linear.delta);
         let rhs = &self.problem.matrix.rhs;
         // Minimum along −g: δ = (gᵀg / gᵀHg) · (−g)

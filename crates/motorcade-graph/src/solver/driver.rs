@@ -2,9 +2,10 @@
 
 use std::time::Instant;
 
-use motorcade_sparse::SelectedInverse;
+use motorcade_sparse::{SelectedInverse, Stop};
 use nalgebra::DMatrix;
 
+use super::limits::Limits;
 use super::options::{Control, Options};
 use super::problem::Problem;
 use super::report::{Report, Timings};
@@ -53,12 +54,20 @@ impl Solver {
 
     /// Optimises `graph` in place. When a limit is hit or the solve is cancelled the best values so far are kept.
     pub fn optimise(&mut self, graph: &mut Graph) -> Result<Report, GraphError> {
+        self.optimise_unless(graph, Stop::NEVER)
+    }
+
+    /// As [`optimise`](Self::optimise); a solve that is asked to stop is cancelled.
+    ///
+    /// # Errors
+    /// As [`optimise`](Self::optimise).
+    pub fn optimise_unless(&mut self, graph: &mut Graph, stop: Stop<'_>) -> Result<Report, GraphError> {
         if self.options.threads == 1 || graph.entries().len() < WORTH_THREADS {
-            return self.run(graph, false);
+            return self.run(graph, false, stop);
         }
         let pool = rayon::ThreadPoolBuilder::new().num_threads(self.options.threads).build();
         let pool = pool.map_err(|e| GraphError::Threads(e.to_string()))?;
-        pool.install(|| self.run(graph, true))
+        pool.install(|| self.run(graph, true, stop))
     }
 
     /// Another number of iterations for the next solve.
@@ -84,7 +93,7 @@ impl Solver {
         Some(SelectedInverse::diagonal_block(&problem.matrix, &self.linear.factor, block as u32))
     }
 
-    fn run(&mut self, graph: &mut Graph, parallel: bool) -> Result<Report, GraphError> {
+    fn run(&mut self, graph: &mut Graph, parallel: bool, stop: Stop<'_>) -> Result<Report, GraphError> {
         let start = Instant::now();
         let version = graph.version();
         let problem = match &mut self.cached {
@@ -120,6 +129,7 @@ impl Solver {
             number: 0,
             timings: Timings { analyse_s: start.elapsed().as_secs_f64(), ..Timings::default() },
             start,
+            limits: Limits::new(&self.control, stop, &self.options, start),
         };
         let report = run.all(&self.control)?;
         let values = run.values;

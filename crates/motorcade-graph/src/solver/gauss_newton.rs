@@ -8,9 +8,9 @@ use crate::GraphError;
 impl Run<'_> {
     /// Takes the step of `H δ = −g` whatever it does to the cost.
     pub(super) fn gauss_newton(&mut self) -> Result<Outcome, GraphError> {
-        if !self.linear.step(self.problem, 0.0, self.parallel, &mut self.timings) {
-            return Err(GraphError::Singular);
-        }
+        let (problem, limits) = (&*self.problem, &self.limits);
+        let solved = self.linear.step(problem, 0.0, self.parallel, &mut self.timings, limits);
+        solved.map_err(GraphError::unfactorised)?;
         let before = self.cost;
         let predicted = damped_decrease(&self.problem.matrix.rhs, &self.linear.delta, 0.0);
         let trial = self.try_step(predicted)?;

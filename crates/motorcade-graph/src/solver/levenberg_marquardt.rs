@@ -1,5 +1,7 @@
 //! Levenberg–Marquardt steps with Nielsen's damping, and steps with an earlier factor.
 
+use motorcade_sparse::Unfactorised;
+
 use super::report::{Iteration, Termination};
 use super::run::{MAX_TRIALS, Outcome, ROUNDING, Run};
 use super::step::{damped_decrease, largest};
@@ -44,7 +46,12 @@ impl Run<'_> {
         let floor = self.options.initial_lambda * highest;
         let mut predicted = 0.0;
         for trials in 1..=MAX_TRIALS {
-            if self.linear.step(self.problem, self.lambda, self.parallel, &mut self.timings) {
+            let (problem, limits) = (&*self.problem, &self.limits);
+            let solved = self.linear.step(problem, self.lambda, self.parallel, &mut self.timings, limits);
+            if solved == Err(Unfactorised::Stopped) {
+                return Err(GraphError::Stopped);
+            }
+            if solved.is_ok() {
                 predicted = damped_decrease(&self.problem.matrix.rhs, &self.linear.delta, self.lambda);
                 let trial = self.try_step(predicted)?;
                 let gain = (before - trial) / predicted;

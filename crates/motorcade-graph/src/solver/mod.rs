@@ -5,6 +5,7 @@ mod driver;
 mod gauss_newton;
 mod graduate;
 mod levenberg_marquardt;
+mod limits;
 mod options;
 mod problem;
 mod report;
@@ -13,6 +14,7 @@ mod step;
 
 pub use driver::{Solver, optimise};
 pub use graduate::{GraduateOptions, graduate};
+pub(crate) use limits::Limits;
 pub use options::{Control, Method, Options, Progress};
 pub(crate) use problem::Problem;
 pub use report::{Iteration, Report, Termination, Timings};

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use super::report::Iteration;
 use crate::GraphError;
@@ -50,7 +50,7 @@ pub struct Options {
     pub step_size: f64,
     /// First damping after a failed Gauss–Newton step, as a fraction of the largest diagonal entry of H.
     pub initial_lambda: f64,
-    /// Wall-clock limit \[s\]; the best solution so far is kept.
+    /// Wall-clock limit \[s\]; the best solution so far is kept. It is looked at between iterations and within long factorisations.
     pub time_limit_s: Option<f64>,
     /// Threads; 0 for all cores. The result is the same, bit for bit, for any number.
     pub threads: usize,
@@ -89,10 +89,6 @@ impl Options {
         Ok(())
     }
 
-    pub(crate) fn time_limit(&self) -> Option<Duration> {
-        self.time_limit_s.map(Duration::from_secs_f64)
-    }
-
     /// The same with what is left of the time limit for work begun at `start`.
     #[must_use]
     pub fn remaining(&self, start: Instant) -> Self {
@@ -112,7 +108,7 @@ pub type Progress = Arc<dyn Fn(&Iteration) + Send + Sync>;
 /// A hold on a running solver: cancellation and progress.
 #[derive(Clone, Default)]
 pub struct Control {
-    /// Set to stop after the current iteration; the best solution so far is kept.
+    /// Set to stop after the current iteration, or within a long factorisation; the best solution so far is kept.
     pub cancel: Option<Arc<AtomicBool>>,
     /// Called after every iteration.
     pub progress: Option<Progress>,
@@ -132,6 +128,8 @@ impl fmt::Debug for Control {
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use super::*;
 
     #[test]

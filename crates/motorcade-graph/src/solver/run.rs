@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use super::limits::Limits;
 use super::options::{Control, Method, Options};
 use super::problem::{Problem, cost};
 use super::report::{Iteration, Report, Termination, Timings};
@@ -44,6 +45,7 @@ pub(super) struct Run<'a> {
     pub number: usize,
     pub timings: Timings,
     pub start: Instant,
+    pub limits: Limits<'a>,
 }
 
 /// The point of the normal equations.
@@ -77,7 +79,11 @@ impl Run<'_> {
                 }
                 break Termination::Iterations;
             }
-            let outcome = self.iterate(iterations.len() + 1, &mut initial_cost)?;
+            let outcome = match self.iterate(iterations.len() + 1, &mut initial_cost) {
+                // In the middle of an iteration: the values are those of the one before.
+                Err(GraphError::Stopped) => break self.limits.reached().unwrap_or(Termination::Cancelled),
+                outcome => outcome?,
+            };
             if let Some(progress) = &control.progress {
                 progress(&outcome.row);
             }
@@ -85,11 +91,8 @@ impl Run<'_> {
             if let Some(reason) = outcome.stop {
                 break reason;
             }
-            if control.cancelled() {
-                break Termination::Cancelled;
-            }
-            if self.options.time_limit().is_some_and(|limit| self.start.elapsed() >= limit) {
-                break Termination::Time;
+            if let Some(reason) = self.limits.reached() {
+                break reason;
             }
         };
         self.timings.total_s = self.start.elapsed().as_secs_f64();

@@ -2,8 +2,9 @@
 
 use std::time::Instant;
 
-use motorcade_sparse::Cholesky;
+use motorcade_sparse::{Cholesky, Stop, Unfactorised};
 
+use super::limits::Limits;
 use super::problem::Problem;
 use super::report::Timings;
 
@@ -17,24 +18,28 @@ pub(crate) struct Linear {
 }
 
 impl Linear {
-    /// `(H + λI) δ = −g` into `delta`; false when the matrix is not positive definite.
+    /// `(H + λI) δ = −g` into `delta`.
+    ///
+    /// # Errors
+    /// A matrix that is not positive definite; a limit that was reached.
     pub(crate) fn step(
         &mut self,
         problem: &Problem,
         lambda: f64,
         parallel: bool,
         timings: &mut Timings,
-    ) -> bool {
+        limits: &Limits<'_>,
+    ) -> Result<(), Unfactorised> {
         let start = Instant::now();
         self.delta.clear();
         self.delta.extend_from_slice(&problem.matrix.rhs);
-        let done = self.factor.factorise(&problem.matrix, lambda, parallel, Some(&mut self.delta));
+        let reached = || limits.reached().is_some();
+        let (matrix, stop) = (&problem.matrix, Stop::new(&reached));
+        let done = self.factor.factorise(matrix, lambda, parallel, Some(&mut self.delta), stop);
         timings.factorise_s += start.elapsed().as_secs_f64();
         self.undamped = done.is_ok() && lambda == 0.0;
-        if done.is_err() {
-            return false;
-        }
-        self.backward(problem, timings)
+        done?;
+        if self.backward(problem, timings) { Ok(()) } else { Err(Unfactorised::NotPositiveDefinite) }
     }
 
     /// The same with the factor of an earlier step; returns the decrease it promises, none where that is more than

@@ -7,10 +7,13 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::{chordal, spanning_tree};
+use motorcade_sparse::Stop;
+
+use super::chordal::chordal_unless;
+use super::spanning_tree;
 use crate::GraphError;
 use crate::graph::Graph;
-use crate::solver::{Control, Iteration, Options, Report, Solver, Termination};
+use crate::solver::{Control, Iteration, Limits, Options, Report, Solver, Termination};
 use crate::values::Values;
 
 /// Starting values of an optimisation.
@@ -70,7 +73,15 @@ pub fn prepare(
         Start::Auto => return choose(graph, options, control, began),
         Start::File => {}
         Start::SpanningTree => spanning_tree(graph)?,
-        Start::Chordal => chordal(graph)?,
+        Start::Chordal => {
+            let limits = Limits::new(control, Stop::NEVER, options, began);
+            let reached = || limits.reached().is_some();
+            match chordal_unless(graph, Stop::new(&reached)) {
+                // The solve that follows ends at once, with the values of the file.
+                Err(GraphError::Stopped) => {}
+                set => set?,
+            }
+        }
     }
     Ok(wanted)
 }
@@ -86,22 +97,23 @@ pub fn descend(
     control: &Control,
 ) -> Result<Option<Report>, GraphError> {
     let file = graph.values().clone();
-    let (stop, stumbled) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
-    let (stopped, seen, asked) = (Arc::clone(&stop), Arc::clone(&stumbled), control.clone());
+    let stumbled = Arc::new(AtomicBool::new(false));
+    let (seen, asked) = (Arc::clone(&stumbled), control.progress.clone());
     let before = Mutex::new(f64::INFINITY);
     let watch = move |row: &Iteration| {
         let last = before.lock().map_or(f64::INFINITY, |mut x| std::mem::replace(&mut *x, row.cost));
         if row.trials > 1 || row.cost > last || row.iteration >= MANY_ITERATIONS {
             seen.store(true, Ordering::Relaxed);
         }
-        stopped.store(seen.load(Ordering::Relaxed) || asked.cancelled(), Ordering::Relaxed);
-        if let Some(progress) = &asked.progress {
+        if let Some(progress) = &asked {
             progress(row);
         }
     };
-    let control = Control { cancel: Some(stop), progress: Some(Arc::new(watch)) };
-    if let Ok(report) = Solver::new(options.clone())?.with_control(control).optimise(graph)
-        && !stumbled.load(Ordering::Relaxed)
+    let control = Control { progress: Some(Arc::new(watch)), ..control.clone() };
+    let has_stumbled = || stumbled.load(Ordering::Relaxed);
+    let mut solver = Solver::new(options.clone())?.with_control(control);
+    if let Ok(report) = solver.optimise_unless(graph, Stop::new(&has_stumbled))
+        && !has_stumbled()
         && report.termination != Termination::Stalled
     {
         return Ok(Some(report));

@@ -5,7 +5,7 @@
 //! problem; its three rows share one matrix with 3×3 blocks.
 
 use motorcade_geometry::lie::so3;
-use motorcade_sparse::{BlockMatrix, Cholesky};
+use motorcade_sparse::{BlockMatrix, Cholesky, Stop};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use super::edges::{Edge, PoseNetwork};
@@ -15,16 +15,21 @@ use crate::graph::Graph;
 /// Sets every SE(3) variable that is not fixed to the chordal solution of the graph's relative poses, in the frame
 /// of the fixed ones (or of the first of each component). Robust kernels are ignored.
 pub fn chordal(graph: &mut Graph) -> Result<(), GraphError> {
+    chordal_unless(graph, Stop::NEVER)
+}
+
+/// The same, given up with [`GraphError::Stopped`] when asked to; the values are then as before.
+pub(super) fn chordal_unless(graph: &mut Graph, stop: Stop<'_>) -> Result<(), GraphError> {
     let mut network = PoseNetwork::new(graph);
     let mut system = System::new(&network);
     if system.free.is_empty() {
         return Ok(());
     }
-    let rotations = system.rotations(&network)?;
+    let rotations = system.rotations(&network, stop)?;
     for (&k, rotation) in system.free.iter().zip(rotations) {
         network.poses[k as usize].rotation = rotation;
     }
-    let positions = system.positions(&network)?;
+    let positions = system.positions(&network, stop)?;
     for (&k, position) in system.free.iter().zip(positions) {
         network.poses[k as usize].translation.vector = position;
         let id = network.variables[k as usize];
@@ -67,8 +72,8 @@ impl System {
         }
     }
 
-    fn factorise(&mut self) -> Result<(), GraphError> {
-        self.factor.factorise(&self.matrix, 0.0, false, None).map_err(|_| GraphError::Singular)
+    fn factorise(&mut self, stop: Stop<'_>) -> Result<(), GraphError> {
+        self.factor.factorise(&self.matrix, 0.0, false, None, stop).map_err(GraphError::unfactorised)
     }
 
     fn solve(&mut self, right: &mut [f64]) -> Vec<Vector3<f64>> {
@@ -78,7 +83,11 @@ impl System {
     }
 
     /// With x_i a row of R_i as a column: minimise `Σ κ‖x_j − R_ijᵀ x_i‖²` for each of the three rows.
-    fn rotations(&mut self, network: &PoseNetwork) -> Result<Vec<UnitQuaternion<f64>>, GraphError> {
+    fn rotations(
+        &mut self,
+        network: &PoseNetwork,
+        stop: Stop<'_>,
+    ) -> Result<Vec<UnitQuaternion<f64>>, GraphError> {
         self.matrix.clear();
         let mut right = vec![vec![0.0; self.matrix.len()]; 3];
         for edge in &network.edges {
@@ -100,7 +109,7 @@ impl System {
                 }
             }
         }
-        self.factorise()?;
+        self.factorise(stop)?;
         let rows: Vec<Vec<Vector3<f64>>> = right.iter_mut().map(|r| self.solve(r)).collect();
         let nearest = |k: usize| {
             let m =
@@ -111,7 +120,7 @@ impl System {
     }
 
     /// Rotations known: minimise `Σ ‖t_j − t_i − R_i t_ij‖²` in the metric of each edge's information.
-    fn positions(&mut self, network: &PoseNetwork) -> Result<Vec<Vector3<f64>>, GraphError> {
+    fn positions(&mut self, network: &PoseNetwork, stop: Stop<'_>) -> Result<Vec<Vector3<f64>>, GraphError> {
         self.matrix.clear();
         let mut right = vec![0.0; self.matrix.len()];
         for edge in &network.edges {
@@ -138,7 +147,7 @@ impl System {
                 }
             }
         }
-        self.factorise()?;
+        self.factorise(stop)?;
         Ok(self.solve(&mut right))
     }
 }

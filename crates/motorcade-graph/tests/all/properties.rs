@@ -272,6 +272,46 @@ fn cancellation_and_limits_stop_a_solve() {
     assert_eq!(optimise(&mut small_drive(8), &limited).unwrap().iterations.len(), 2);
 }
 
+/// Poses tied to each other all over, whose factor is a nearly full matrix.
+fn tied_all_over(poses: usize) -> Graph {
+    let mut graph = Graph::new();
+    let ids: Vec<_> =
+        (0..poses).map(|k| graph.add_variable(Isometry3::translation(k as f64, 0.1, 0.0))).collect();
+    graph.fix(ids[0]).unwrap();
+    for k in 1..poses {
+        for other in [k - 1, 104_729 % k, 224_737 % k, 350_377 % k, 479_909 % k] {
+            let ahead = Isometry3::translation((k - other) as f64, 0.0, 0.0);
+            let between = Between::new(ids[other], ids[k], ahead, Matrix6::identity());
+            graph.add_factor(between.unwrap()).unwrap();
+        }
+    }
+    graph
+}
+
+#[test]
+fn cancellation_and_limits_stop_a_long_factorisation() {
+    use motorcade_graph::solver::{Control, Termination};
+    const POSES: usize = 900;
+    let start = tied_all_over(POSES);
+    let ended = |options: Options, cancelled: bool| {
+        let mut graph = tied_all_over(POSES);
+        let cancel = Some(std::sync::Arc::new(std::sync::atomic::AtomicBool::new(cancelled)));
+        let mut solver = Solver::new(options).unwrap().with_control(Control { cancel, progress: None });
+        let report = solver.optimise(&mut graph).unwrap();
+        assert!(report.factor_multiplications > 1e9, "{}", report.factor_multiplications);
+        assert_eq!(report.initial_cost, report.final_cost);
+        assert!(graph.values() == start.values() && report.iterations.is_empty());
+        report.termination
+    };
+    for method in [Method::GaussNewton, Method::LevenbergMarquardt, Method::DogLeg] {
+        for threads in [1, 2] {
+            let options = Options { method, threads, ..Options::default() };
+            assert_eq!(ended(options.clone(), true), Termination::Cancelled);
+            assert_eq!(ended(Options { time_limit_s: Some(0.0), ..options }, false), Termination::Time);
+        }
+    }
+}
+
 #[test]
 fn files_keep_every_bit() {
     let graph = small_drive(5);

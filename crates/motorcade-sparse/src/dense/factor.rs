@@ -7,6 +7,8 @@ use super::lanes::fma;
 use super::shape::Shape;
 use super::tile::{STRIP, for_rows, product};
 use crate::simd::{Four, Kernel, dispatch};
+use crate::stop::Lookout;
+use crate::unfactorised::Unfactorised;
 
 /// Smallest and largest diagonal entry of a factor.
 #[derive(Clone, Copy, Debug)]
@@ -130,44 +132,58 @@ fn strip<const N: usize, V: Four>(
     Some(())
 }
 
-/// Factorises the pivots of a panel in place; the strictly upper triangle is scratch. `None` when the matrix is not
-/// positive definite.
+/// Factorises the pivots of a panel in place; the strictly upper triangle is scratch.
 #[inline(always)]
-fn factor<V: Four>(panel: &mut [f64], shape: Shape) -> Option<Pivots> {
+fn factor<V: Four>(
+    panel: &mut [f64],
+    shape: Shape,
+    lookout: &mut Lookout<'_>,
+) -> Result<Pivots, Unfactorised> {
     let mut pivots = Pivots { smallest: f64::INFINITY, largest: 0.0 };
     let mut j = 0;
     while j + STRIP <= shape.pivots {
-        strip::<STRIP, V>(panel, shape, j, &mut pivots)?;
+        strip::<STRIP, V>(panel, shape, j, &mut pivots).ok_or(Unfactorised::NotPositiveDefinite)?;
         j += STRIP;
+        // The columns before this strip times its rows and columns.
+        if lookout.stops_after((j * (shape.ld() - j) * STRIP) as f64) {
+            return Err(Unfactorised::Stopped);
+        }
     }
     while j + 3 <= shape.pivots {
-        strip::<3, V>(panel, shape, j, &mut pivots)?;
+        strip::<3, V>(panel, shape, j, &mut pivots).ok_or(Unfactorised::NotPositiveDefinite)?;
         j += 3;
     }
     while j < shape.pivots {
-        strip::<1, V>(panel, shape, j, &mut pivots)?;
+        strip::<1, V>(panel, shape, j, &mut pivots).ok_or(Unfactorised::NotPositiveDefinite)?;
         j += 1;
     }
-    Some(pivots)
+    Ok(pivots)
 }
 
-struct FactorPanel<'a> {
+struct FactorPanel<'a, 'b> {
     panel: &'a mut [f64],
     shape: Shape,
+    lookout: &'a mut Lookout<'b>,
 }
 
-impl Kernel for FactorPanel<'_> {
-    type Output = Option<Pivots>;
+impl Kernel for FactorPanel<'_, '_> {
+    type Output = Result<Pivots, Unfactorised>;
     #[inline(always)]
-    fn run<V: Four>(self) -> Option<Pivots> {
-        factor::<V>(self.panel, self.shape)
+    fn run<V: Four>(self) -> Result<Pivots, Unfactorised> {
+        factor::<V>(self.panel, self.shape, self.lookout)
     }
 }
 
-/// Factorises the pivots of a panel in place; the strictly upper triangle is scratch. `None` when the matrix is not
-/// positive definite.
-pub(crate) fn factor_panel(panel: &mut [f64], shape: Shape) -> Option<Pivots> {
-    dispatch(FactorPanel { panel, shape })
+/// Factorises the pivots of a panel in place; the strictly upper triangle is scratch.
+///
+/// # Errors
+/// A pivot that is not positive, a request to stop.
+pub(crate) fn factor_panel(
+    panel: &mut [f64],
+    shape: Shape,
+    lookout: &mut Lookout<'_>,
+) -> Result<Pivots, Unfactorised> {
+    dispatch(FactorPanel { panel, shape, lookout })
 }
 
 #[cfg(test)]
@@ -175,6 +191,7 @@ mod tests {
     use super::*;
     use crate::dense::schur_complement;
     use crate::simd::Plain;
+    use crate::stop::Stop;
     use nalgebra::DMatrix;
 
     fn check(pivots: usize, below: usize) {
@@ -191,10 +208,11 @@ mod tests {
         }
         let mut plain = panel.clone();
         let expected = a.clone().cholesky().unwrap().l();
-        assert!(factor_panel(&mut panel, shape).is_some());
-        assert!(factor::<Plain>(&mut plain, shape).is_some());
+        let mut lookout = Lookout::new(Stop::NEVER, 0.0);
+        assert!(factor_panel(&mut panel, shape, &mut lookout).is_ok());
+        assert!(factor::<Plain>(&mut plain, shape, &mut lookout).is_ok());
         let mut out = vec![0.0; shape.schur_len()];
-        schur_complement(&panel, shape, &mut out);
+        schur_complement(&panel, shape, &mut out, &mut lookout).unwrap();
         let l21 = expected.view((pivots, 0), (below, pivots)).into_owned();
         let schur = &l21 * l21.transpose();
         for j in 0..pivots {
@@ -227,6 +245,7 @@ mod tests {
         for j in 0..6 {
             panel[j * shape.ld() + j] = if j == 4 { -1.0 } else { 1.0 };
         }
-        assert!(factor_panel(&mut panel, shape).is_none());
+        let found = factor_panel(&mut panel, shape, &mut Lookout::new(Stop::NEVER, 0.0));
+        assert_eq!(found.err(), Some(Unfactorised::NotPositiveDefinite));
     }
 }

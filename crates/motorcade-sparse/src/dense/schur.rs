@@ -3,6 +3,8 @@
 use super::shape::Shape;
 use super::tile::{STRIP, product};
 use crate::simd::{Four, Kernel, dispatch};
+use crate::stop::Lookout;
+use crate::unfactorised::Unfactorised;
 
 #[inline(always)]
 fn schur_tile<const R: usize, const N: usize, V: Four>(
@@ -40,11 +42,19 @@ fn schur_columns<const N: usize, V: Four>(
 
 /// Writes the lower triangle of `−L21 L21ᵀ`; the upper triangle of `out` is scratch.
 #[inline(always)]
-fn schur<V: Four>(panel: &[f64], shape: Shape, out: &mut [f64]) {
+fn schur<V: Four>(
+    panel: &[f64],
+    shape: Shape,
+    out: &mut [f64],
+    lookout: &mut Lookout<'_>,
+) -> Result<(), Unfactorised> {
     let panel = panel.get(..shape.len()).unwrap_or(&[]);
     let mut j = 0;
     while j + STRIP <= shape.below {
         let _complete = schur_columns::<STRIP, V>(panel, shape, j, out);
+        if lookout.stops_after((shape.pivots * (shape.below - j) * STRIP) as f64) {
+            return Err(Unfactorised::Stopped);
+        }
         j += STRIP;
     }
     while j + 3 <= shape.below {
@@ -55,23 +65,33 @@ fn schur<V: Four>(panel: &[f64], shape: Shape, out: &mut [f64]) {
         let _complete = schur_columns::<1, V>(panel, shape, j, out);
         j += 1;
     }
+    Ok(())
 }
 
-struct SchurComplement<'a> {
+struct SchurComplement<'a, 'b> {
     panel: &'a [f64],
     shape: Shape,
     out: &'a mut [f64],
+    lookout: &'a mut Lookout<'b>,
 }
 
-impl Kernel for SchurComplement<'_> {
-    type Output = ();
+impl Kernel for SchurComplement<'_, '_> {
+    type Output = Result<(), Unfactorised>;
     #[inline(always)]
-    fn run<V: Four>(self) {
-        schur::<V>(self.panel, self.shape, self.out);
+    fn run<V: Four>(self) -> Result<(), Unfactorised> {
+        schur::<V>(self.panel, self.shape, self.out, self.lookout)
     }
 }
 
 /// Writes the lower triangle of `−L21 L21ᵀ`; the upper triangle of `out` is scratch.
-pub(crate) fn schur_complement(panel: &[f64], shape: Shape, out: &mut [f64]) {
-    dispatch(SchurComplement { panel, shape, out });
+///
+/// # Errors
+/// A request to stop.
+pub(crate) fn schur_complement(
+    panel: &[f64],
+    shape: Shape,
+    out: &mut [f64],
+    lookout: &mut Lookout<'_>,
+) -> Result<(), Unfactorised> {
+    dispatch(SchurComplement { panel, shape, out, lookout })
 }

@@ -1,5 +1,7 @@
 //! Assignment of boxes to tracks, one to one, best candidates first.
 
+use std::collections::BTreeSet;
+
 use motorcade_perception::{BoundingBox, Detection};
 
 use super::options::TrackerOptions;
@@ -15,9 +17,11 @@ pub(super) struct Candidate {
 pub(super) fn greedy(mut candidates: Vec<Candidate>) -> Vec<(usize, usize)> {
     let index = |c: &Candidate| (c.track, c.detection);
     candidates.sort_by(|a, b| a.cost.total_cmp(&b.cost).then(index(a).cmp(&index(b))));
+    let (mut tracks, mut detections) = (BTreeSet::new(), BTreeSet::new());
     let mut pairs: Vec<(usize, usize)> = Vec::new();
     for c in candidates {
-        if pairs.iter().all(|(track, detection)| *track != c.track && *detection != c.detection) {
+        if !tracks.contains(&c.track) && detections.insert(c.detection) {
+            tracks.insert(c.track);
             pairs.push((c.track, c.detection));
         }
     }
@@ -43,6 +47,13 @@ pub(super) fn by_overlap(
     let all = [(true, None, options.least_iou), (false, None, options.least_iou)];
     let mut pairs: Vec<(usize, usize)> = Vec::new();
     for (confident, level, least_iou) in by_level.chain(all) {
+        // A weak box on a vehicle that has its box is a second box of that vehicle.
+        let limit = if confident { 1.0 } else { options.advanced.duplicate_iou };
+        let suits = |(detection, found): (usize, &&Detection)| {
+            let free = |d: usize| d != detection && boxes[d].bbox.iou(&found.bbox) <= limit;
+            (found.score >= options.begin_score) == confident && pairs.iter().all(|(_, d)| free(*d))
+        };
+        let suits: Vec<bool> = boxes.iter().enumerate().map(suits).collect();
         let mut candidates = Vec::new();
         for (track, expected) in predicted.iter().enumerate() {
             let free = level.is_none_or(|l| levels[track] == l) && pairs.iter().all(|(t, _)| *t != track);
@@ -50,13 +61,11 @@ pub(super) fn by_overlap(
                 continue;
             }
             for (detection, found) in boxes.iter().enumerate() {
-                // A weak box on a vehicle that has its box is a second box of that vehicle.
-                let limit = if confident { 1.0 } else { options.advanced.duplicate_iou };
-                let free = |d: usize| d != detection && boxes[d].bbox.iou(&found.bbox) <= limit;
-                let suits =
-                    (found.score >= options.begin_score) == confident && pairs.iter().all(|(_, d)| free(*d));
+                if !suits[detection] {
+                    continue;
+                }
                 let iou = expected.iter().map(|b| b.iou(&found.bbox)).fold(0.0, f64::max);
-                if suits && iou >= least_iou && fits(track, detection) {
+                if iou >= least_iou && fits(track, detection) {
                     candidates.push(Candidate { cost: -iou, track, detection });
                 }
             }

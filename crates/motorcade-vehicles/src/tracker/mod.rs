@@ -27,18 +27,19 @@ pub use state::TrackerState;
 /// Slack for times rounded to nanoseconds: a gap of exactly the longest is bridged \[s\].
 const ROUNDING_S: f64 = 1e-6;
 
-/// Links the boxes of all frames; `detections[k]` are those of frame k.
+/// Links the boxes of all frames, or of those until it is asked to stop; `detections[k]` are those of frame k.
 pub fn track_vehicles(
     camera: &PinholeCamera,
     grounds: &[GroundFrame],
     detections: &[Vec<Detection>],
     options: &TrackerOptions,
     vehicles: &VehicleOptions,
+    stop: &dyn Fn() -> bool,
 ) -> Vec<Track> {
     let least_standing_overlap = options.advanced.least_standing_overlap;
     let mut tracker = Tracker { least_standing_overlap, ..Tracker::new(*camera, *options, vehicles) };
     let mut tracks = Vec::new();
-    for (frame, (ground, found)) in grounds.iter().zip(detections).enumerate() {
+    for (frame, (ground, found)) in grounds.iter().zip(detections).enumerate().take_while(|_| !stop()) {
         tracks.extend(tracker.advance(frame, ground, found, |k| grounds.get(k).copied()));
     }
     tracks.extend(tracker.finish());
@@ -110,7 +111,9 @@ impl Tracker {
             let taken = boxes.iter().zip(&assigned).filter(|(_, assigned)| **assigned).map(|(b, _)| &b.bbox);
             let mut known = predicted.iter().filter_map(|boxes| boxes.first()).chain(taken);
             let duplicate = known.any(|b| b.iou(&detection.bbox) > options.advanced.duplicate_iou);
-            if assigned[index] || detection.score < options.begin_score || duplicate {
+            // Nor does one that a file holds several times.
+            let repeated = || boxes.iter().take(index).any(|b| b == detection);
+            if assigned[index] || detection.score < options.begin_score || duplicate || repeated() {
                 continue;
             }
             let first = TrackBox { frame, observed: observed[index], score: detection.score };

@@ -1,6 +1,6 @@
 //! The estimator over the whole drive.
 
-use motorcade_graph::{GraphError, Report};
+use motorcade_graph::{GraphError, Report, Stop};
 use motorcade_multibody::{MultibodyGraph, WindowFrames};
 use motorcade_odometry::{EgoTrajectory, OdometryTrajectory};
 use motorcade_vehicles::{AdvancedVehicleOptions, VehicleTrajectory, join_met_again, track_vehicles};
@@ -25,23 +25,40 @@ use crate::settings::Settings;
 /// Never: numerical failures leave the estimates of the stage before and are reported as warnings.
 pub fn estimate_drive(mut record: FrontEndRecord, settings: &Settings, progress: &dyn Progress) -> RunResult {
     let mut stopwatch = std::mem::take(&mut record.stopwatch);
-    let (mut known, by_vehicles) = stopwatch.time("vehicles", || known_height(&record, settings));
+    // A drive that was stopped among its frames is estimated from those before. Stopped later, it has what is estimated by then.
+    let before = record.interrupted && progress.cancelled();
+    let stop = || !before && progress.cancelled();
+    let (mut known, by_vehicles) = stopwatch.time("vehicles", || known_height(&record, settings, &stop));
     let (mut ego, fit) = stopwatch.time("scale", || metric_trajectory(&record, &known));
     known.height_m = ego.height_m;
     // From here on motion is in metres.
     record.motion = OdometryTrajectory::default();
-    let mut loops = stopwatch.time("loops", || loops::close(&mut record, &mut ego, &known));
+    let mut loops = stopwatch.time("loops", || {
+        if stop() { loops::none(&mut record) } else { loops::close(&mut record, &mut ego, &known) }
+    });
     let settings = &known;
     progress.begin("vehicles", None);
-    let mut vehicles = stopwatch.time("vehicles", || vehicles_of_drive(&record, &ego, settings));
-    let unit = stopwatch.time("vehicles", || estimate_unit(&record, settings, &mut ego, &mut vehicles));
+    let mut vehicles = stopwatch.time("vehicles", || vehicles_of_drive(&record, &ego, settings, &stop));
+    let unit =
+        stopwatch.time("vehicles", || estimate_unit(&record, settings, &mut ego, &mut vehicles, &stop));
+    let vehicles_are_whole = !stop();
     (vehicles, loops.vehicles_met_again) =
         met_again(vehicles, &loops, &record.frames, &settings.config.vehicles.advanced);
     progress.begin("graph", None);
-    let solved = stopwatch.time("graph", || solve_graph(&record, &mut ego, &mut vehicles, &loops, settings));
+    let solved =
+        stopwatch.time("graph", || solve_graph(&record, &mut ego, &mut vehicles, &loops, settings, &stop));
     let mut warnings: Vec<String> = unit.iter().map(Unit::to_string).collect();
     warnings.extend(by_sensor(fit.as_ref(), settings).or(by_vehicles).or_else(|| doubt(&vehicles, settings)));
     warnings.extend(loops.describe());
+    if matches!(solved, Err(GraphError::Stopped)) {
+        record.interrupted = true;
+        record.planned_frames.get_or_insert(record.frames.len());
+        warnings.push(if vehicles_are_whole {
+            "stopped while the graph was solved".to_owned()
+        } else {
+            "stopped while vehicles were estimated: some are not there".to_owned()
+        });
+    }
     let graph = solved.unwrap_or_else(|error| {
         warnings.push(format!("the multi-object graph was not solved ({error}); front-end estimates stand"));
         None
@@ -83,12 +100,16 @@ fn met_again(
 }
 
 /// Settings with the height by vehicles where it is unknown or to be combined with the stated one, and what there is to say of it.
-fn known_height(record: &FrontEndRecord, settings: &Settings) -> (Settings, Option<String>) {
+fn known_height(
+    record: &FrontEndRecord,
+    settings: &Settings,
+    stop: &dyn Fn() -> bool,
+) -> (Settings, Option<String>) {
     let options = &settings.config.scale.height;
     if !settings.height_unknown && (!options.combined || settings.metric()) {
         return (settings.clone(), None);
     }
-    let (mut known, found) = height_by_vehicles(record, settings);
+    let (mut known, found) = height_by_vehicles(record, settings, stop);
     let bias_sigma = settings.config.scale.advanced.metric.bias_sigma;
     if !settings.height_unknown {
         let Some(found) = found else { return (settings.clone(), None) };
@@ -126,12 +147,16 @@ fn plural(cars: usize) -> String {
 }
 
 /// Settings with the height by vehicles, from the given one on, and the estimate of the last round; `None` where there are none.
-fn height_by_vehicles(record: &FrontEndRecord, settings: &Settings) -> (Settings, Option<HeightByVehicles>) {
+fn height_by_vehicles(
+    record: &FrontEndRecord,
+    settings: &Settings,
+    stop: &dyn Fn() -> bool,
+) -> (Settings, Option<HeightByVehicles>) {
     let mut known = settings.clone();
     let mut found = None;
     for _ in 0..settings.config.scale.height.advanced.rounds {
         let ego = by_road(record, &known);
-        let vehicles = vehicles_of_drive(record, &ego, &known);
+        let vehicles = vehicles_of_drive(record, &ego, &known, stop);
         let height = HeightByVehicles::new(&vehicles, known.height_m, &settings.config.scale.height);
         let Some(mut height) = height else { break };
         if settings.height_unknown {
@@ -181,6 +206,7 @@ fn vehicles_of_drive(
     record: &FrontEndRecord,
     ego: &EgoTrajectory,
     settings: &Settings,
+    stop: &dyn Fn() -> bool,
 ) -> Vec<VehicleTrajectory> {
     let FrontEndRecord { frames, detections, keypoints, .. } = record;
     let grounds = ground_frames(ego, frames, frames.first().map_or(0, |f| f.timestamp_ns));
@@ -194,9 +220,9 @@ fn vehicles_of_drive(
     };
     let track = || {
         let (tracker, vehicles) = (&settings.config.tracker, &settings.config.vehicles);
-        track_vehicles(&settings.camera, &grounds, detections.kept(), tracker, vehicles)
+        track_vehicles(&settings.camera, &grounds, detections.kept(), tracker, vehicles, stop)
     };
-    estimate_vehicles(&input, settings, None, track)
+    estimate_vehicles(&input, settings, None, stop, track)
 }
 
 /// The unit of an external trajectory of unknown scale, where no road was seen; camera and vehicles then follow it.
@@ -205,6 +231,7 @@ fn estimate_unit(
     settings: &Settings,
     ego: &mut EgoTrajectory,
     vehicles: &mut Vec<VehicleTrajectory>,
+    stop: &dyn Fn() -> bool,
 ) -> Option<Unit> {
     let trajectory = settings.external.trajectory.as_ref();
     let trajectory = trajectory.filter(|t| !t.metric && record.road_measurements.is_empty())?;
@@ -228,7 +255,7 @@ fn estimate_unit(
             unit.sigma,
             &settings.config.scale.advanced.metric,
         );
-        *vehicles = vehicles_of_drive(record, ego, settings);
+        *vehicles = vehicles_of_drive(record, ego, settings, stop);
         found = Some(unit);
     }
     found
@@ -242,14 +269,19 @@ fn solve_graph(
     vehicles: &mut [VehicleTrajectory],
     loops: &Loops,
     settings: &Settings,
+    stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Solved, GraphError> {
     let options = &settings.config.graph;
+    if stop() {
+        return Err(GraphError::Stopped);
+    }
     if !options.enabled || ego.frames.is_empty() {
         return Ok(None);
     }
     let mut graph = MultibodyGraph::drive(options, settings.threads)?;
     graph = graph.with_places(loops.edges(), &settings.config.loops);
     let times_s = times_s(&record.frames);
-    let report = graph.update(&WindowFrames { first: 0, times_s: &times_s }, ego, vehicles)?;
+    let frames = WindowFrames { first: 0, times_s: &times_s };
+    let report = graph.update_unless(&frames, ego, vehicles, Stop::new(stop))?;
     Ok(Some((graph, report)))
 }

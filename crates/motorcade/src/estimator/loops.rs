@@ -51,6 +51,12 @@ pub(super) fn close(record: &mut FrontEndRecord, ego: &mut EgoTrajectory, settin
     loops
 }
 
+/// A drive whose places were not looked for.
+pub(super) fn none(record: &mut FrontEndRecord) -> Loops {
+    let keyframes = std::mem::take(&mut record.places).len();
+    Loops { keyframes, ..Loops::default() }
+}
+
 /// Looks for the keyframes of a drive among earlier ones of it and those of the kept map, which come first in the answer.
 fn search(taken: Vec<PlaceKeyframe>, ego: &EgoTrajectory, settings: &Settings) -> FoundPlaces {
     let options = &settings.config.places;

@@ -356,7 +356,7 @@ impl SlidingEstimator {
             VehicleInput { frames: infos, detections: &detections, keypoints: &keypoints, grounds, fitters };
         // Identities of a window are those of the tracker.
         let known = KnownKeypoints { rows, tracks: &mut self.keypoints };
-        estimate_vehicles(&input, settings, Some(known), track)
+        estimate_vehicles(&input, settings, Some(known), &|| false, track)
     }
 
     /// The unit of an external trajectory of unknown scale, where no road was seen; from the next frame on.

@@ -37,11 +37,13 @@ pub(crate) fn keypoint_fitters(settings: &Settings) -> KeypointFitters {
 
 /// Estimates the vehicles of a window; `track` links boxes to tracks, frames counted from the first of the window. External
 /// poses bring their own identities. Without `known`, in the window of a whole drive, boxes that a track's vehicle does not explain may
-/// become vehicles of their own.
+/// become vehicles of their own. When asked to stop it returns the vehicles
+/// estimated so far, as their tracks alone have them.
 pub(crate) fn estimate_vehicles(
     input: &VehicleInput<'_>,
     settings: &Settings,
     known: Option<KnownKeypoints<'_>>,
+    stop: &dyn Fn() -> bool,
     track: impl FnOnce() -> Vec<Track>,
 ) -> Vec<VehicleTrajectory> {
     let VehicleInput { frames, detections, grounds, .. } = *input;
@@ -78,13 +80,14 @@ pub(crate) fn estimate_vehicles(
     };
     let mut next_id = tracks.iter().map(|t| t.id + 1).max().unwrap_or(0);
     let mut vehicles = Vec::with_capacity(tracks.len());
-    for track in &tracks {
+    for track in tracks.iter().take_while(|_| !stop()) {
         let next_id = part.then_some(&mut next_id);
         vehicles.extend(estimate_consistently(camera, grounds, track, &views, options, next_id));
     }
-    if part {
-        let estimate =
+    if part && !stop() {
+        let again =
             |track: &Track| estimate_consistently(camera, grounds, track, &views, options, None).pop();
+        let estimate = |track: &Track| if stop() { None } else { again(track) };
         vehicles = with_hiding_checked(vehicles, &tracks, camera, grounds, options, estimate);
         let options = (options, &config.tracker);
         vehicles = without_clutter(vehicles, &tracks, camera, grounds, options, estimate);
@@ -92,7 +95,7 @@ pub(crate) fn estimate_vehicles(
     vehicles.sort_by_key(|v| v.id);
     let vehicles = without_doubles(vehicles, &options.advanced.hypothesis);
     // Online a vehicle keeps the identity of its track while the window moves on.
-    if !part {
+    if !part || stop() {
         return vehicles;
     }
     let gap_s = config.tracker.longest_gap_s;

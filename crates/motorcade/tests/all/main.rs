@@ -8,5 +8,6 @@ mod hour;
 mod long_drives;
 mod online;
 mod resumed_state;
+mod stopped;
 mod turned;
 mod unknown_unit;
