@@ -37,8 +37,7 @@ pub(crate) fn keypoint_fitters(settings: &Settings) -> KeypointFitters {
 
 /// Estimates the vehicles of a window; `track` links boxes to tracks, frames counted from the first of the window. External
 /// poses bring their own identities. Without `known`, in the window of a whole drive, boxes that a track's vehicle does not explain may
-/// become vehicles of their own. When asked to stop it returns the vehicles
-/// estimated so far, as their tracks alone have them.
+/// become vehicles of their own. When asked to stop it returns the vehicles estimated so far, as their tracks alone have them.
 pub(crate) fn estimate_vehicles(
     input: &VehicleInput<'_>,
     settings: &Settings,
