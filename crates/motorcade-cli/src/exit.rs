@@ -53,7 +53,19 @@ fn message(error: &anyhow::Error) -> String {
             text = format!("{text}: {cause}");
         }
     }
-    text
+    readable(&text)
+}
+
+/// Most characters of a line of an error: a parser repeats the line of the file that it stopped at, whatever its length.
+const LONGEST_LINE: usize = 500;
+
+/// A message whose long lines are cut.
+fn readable(text: &str) -> String {
+    let cut = |line: &str| match line.char_indices().nth(LONGEST_LINE) {
+        Some((end, _)) => format!("{}…", &line[..end]),
+        None => line.to_owned(),
+    };
+    text.lines().map(cut).collect::<Vec<_>>().join("\n")
 }
 
 /// One line on stderr; a stderr that is closed or full ends nothing.
@@ -140,5 +152,17 @@ fn code_of_graph(error: &motorcade_graph::GraphError) -> u8 {
         E::Parse { .. } | E::Io { .. } | E::Information(_) | E::NotFinite | E::Singular => 3,
         // A graph that was read is consistent in itself: anything else is ours.
         _ => 2,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_lines_of_a_message_are_cut() {
+        let cut = readable(&format!("x.toml: not a table\n{}\nexpected `]`", "ü".repeat(200_000)));
+        assert!(cut.starts_with("x.toml: not a table\nüü") && cut.ends_with("ü…\nexpected `]`"));
+        assert_eq!(cut.chars().count(), 20 + LONGEST_LINE + 1 + 13);
     }
 }

@@ -65,6 +65,7 @@ fn rotation(s: &Summary) -> String {
     match s.rotation_deg {
         None => "none".to_owned(),
         Some(turn) => {
+            let turn = turn.rem_euclid(360);
             format!("{turn} degrees to the left by the container, applied: calibrate the turned frames")
         }
     }

@@ -43,14 +43,15 @@ fn a_slow_solve_names_the_chordal_start() {
     assert!(chordal.final_cost < 0.5 * file.final_cost && chordal.iterations < 10);
 }
 
-/// With time for the choice of a start the chordal one is taken here; without, no other than the file's is even tried.
+/// With time for the choice of a start the chordal one is taken here; without, no other than the file's is even tried. A long first factorisation is given
+/// up then.
 #[test]
 fn time_limit_is_for_the_choice_of_a_start_too() {
     let Some(input) = shared("posegraphs/sphere_bignoise_vertex3.g2o") else { return };
     let options = Options { time_limit_s: Some(0.0), ..Options::default() };
     let (report, _) = optimise(&OptimiseRequest { input, options, ..Default::default() }).unwrap();
-    assert_eq!((report.init, report.termination, report.rows.len()), (Start::File, Termination::Time, 1));
-    assert!(report.final_cost < report.file_cost, "{} {}", report.final_cost, report.file_cost);
+    assert_eq!((report.init, report.termination), (Start::File, Termination::Time));
+    assert!(report.rows.len() <= 1 && report.final_cost <= report.file_cost, "{:?}", report.rows);
 }
 
 /// The flow of `graph optimise`: every file is solved from a chordal start, in both residuals; what is written costs,
