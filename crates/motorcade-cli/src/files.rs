@@ -10,7 +10,7 @@ use serde::Serializer;
 
 use crate::interruption;
 
-/// What a file holds. An earlier file of the same kind is replaced; one that holds something else is somebody's, an input for instance.
+/// Kind of content of an output file. An earlier file of the same kind is replaced; one of another kind is the user's, an input for instance.
 #[derive(Clone, Copy, Debug)]
 pub enum Content {
     Json,
@@ -21,7 +21,7 @@ pub enum Content {
 }
 
 impl Content {
-    /// What it is called, and how it begins after white space.
+    /// Name of the kind, and the beginnings of its files after white space.
     fn signs(self) -> (&'static str, &'static [&'static str]) {
         match self {
             Self::Json => ("JSON", &["{", "["]),

@@ -89,24 +89,10 @@ fn pixels_that_are_not_square_are_refused() {
 fn pictures_that_change_their_size_are_not_stretched() {
     let folder = tempfile::tempdir().unwrap();
     let of = |size: &str| {
-        let source = format!("testsrc=size={size}:rate=10:duration=1");
-        let made = Command::new("ffmpeg")
-            .args([
-                "-v",
-                "error",
-                "-nostdin",
-                "-f",
-                "lavfi",
-                "-i",
-                &source,
-                "-c:v",
-                "mpeg2video",
-                "-f",
-                "mpegts",
-                "-",
-            ])
-            .stdin(Stdio::null())
-            .output();
+        let arguments = format!(
+            "-v error -nostdin -f lavfi -i testsrc=size={size}:rate=10:duration=1 -c:v mpeg2video -f mpegts -"
+        );
+        let made = Command::new("ffmpeg").args(arguments.split(' ')).stdin(Stdio::null()).output();
         made.ok().filter(|made| made.status.success()).map(|made| made.stdout)
     };
     for (other, frames) in [("64x48", 20), ("32x48", 10), ("96x80", 10)] {

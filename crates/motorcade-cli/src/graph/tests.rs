@@ -51,7 +51,11 @@ fn time_limit_is_for_the_choice_of_a_start_too() {
     let options = Options { time_limit_s: Some(0.0), ..Options::default() };
     let (report, _) = optimise(&OptimiseRequest { input, options, ..Default::default() }).unwrap();
     assert_eq!((report.init, report.termination), (Start::File, Termination::Time));
-    assert!(report.rows.len() <= 1 && report.final_cost <= report.file_cost, "{:?}", report.rows);
+    assert!(
+        report.rows.len() <= 1 && report.final_cost <= (1.0 + 1e-9) * report.file_cost,
+        "{:?}",
+        report.rows
+    );
 }
 
 /// The flow of `graph optimise`: every file is solved from a chordal start, in both residuals; what is written costs,

@@ -59,7 +59,7 @@ fn files_are_written_through_links_and_into_streams() {
     no_leftovers(folder.path());
 }
 
-/// What would replace a calibration, labels or a picture is told at once; an earlier result of the same kind is replaced.
+/// An output that would replace a calibration, labels or a picture is refused at once; an earlier result of the same kind is replaced.
 #[test]
 fn outputs_replace_no_inputs_and_not_each_other() {
     let folder = drive(12);
