@@ -55,10 +55,11 @@ def odometry_root():
     return root
 
 
-def camera_file():
-    path = out / "odometry.toml"
+def camera_file(too_long=1.0):
+    path = out / f"odometry-{too_long}.toml"
     out.mkdir(parents=True, exist_ok=True)
-    path.write_text("fx = 718.856\nfy = 718.856\ncx = 607.1928\ncy = 185.2157\n")
+    focal = 718.856 * too_long
+    path.write_text(f"fx = {focal}\nfy = {focal}\ncx = 607.1928\ncy = 185.2157\n")
     return path
 
 
@@ -131,6 +132,11 @@ for stride in (2, 3):
     way_m = json.loads((folder / "run.json").read_text())["length_m"]
     check(name, "way driven [m]", way_m, least=363 * 0.97)
     check(name, "way driven [m]", way_m, most=363 * 1.03)
+# A focal length 5 % too long is said where a drive turns, and the right one is not doubted.
+wrong = run("o00-wrong-focal", odometry, "--calibration", camera_file(1.05), "--models", "none")
+for name, folder, doubts in (("5 % too long", wrong, 1), ("right", out / "o00", 0)):
+    told = sum("disagrees with the drive" in w for w in json.loads((folder / "run.json").read_text())["warnings"])
+    check(f"odometry 00, focal {name}", "warnings that it disagrees", abs(told - doubts), most=0)
 # Networks of a folder, which take most of a run's time: a few frames.
 borrowed = run("0003-models", tracking, "--sequence", "0003", "--frames", "16..36", "--models", models)
 check("0003, networks of a folder", "vehicles", json.loads((borrowed / "run.json").read_text())["counters"]["vehicles"], least=2)
