@@ -33,9 +33,7 @@ pub fn estimate_drive(mut record: FrontEndRecord, settings: &Settings, progress:
     known.height_m = ego.height_m;
     // From here on motion is in metres.
     record.motion = OdometryTrajectory::default();
-    let mut loops = stopwatch.time("loops", || {
-        if stop() { loops::none(&mut record) } else { loops::close(&mut record, &mut ego, &known) }
-    });
+    let mut loops = stopwatch.time("loops", || loops::close(&mut record, &mut ego, &known, &stop));
     let settings = &known;
     progress.begin("vehicles", None);
     let mut vehicles = stopwatch.time("vehicles", || vehicles_of_drive(&record, &ego, settings, &stop));

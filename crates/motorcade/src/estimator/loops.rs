@@ -18,7 +18,12 @@ const SEGMENTS_OF_MAP: usize = usize::MAX / 2;
 
 /// Finds the places of a drive that were seen before and corrects the trajectory by them. A drive without any stays as it is, to the last
 /// bit.
-pub(super) fn close(record: &mut FrontEndRecord, ego: &mut EgoTrajectory, settings: &Settings) -> Loops {
+pub(super) fn close(
+    record: &mut FrontEndRecord,
+    ego: &mut EgoTrajectory,
+    settings: &Settings,
+    stop: &dyn Fn() -> bool,
+) -> Loops {
     let config = &settings.config;
     let mut loops = Loops { keyframes: record.places.len(), ..Loops::default() };
     let kept = settings.external.map.as_ref();
@@ -27,7 +32,7 @@ pub(super) fn close(record: &mut FrontEndRecord, ego: &mut EgoTrajectory, settin
         return loops;
     }
     // The features are not held twice.
-    let found = search(std::mem::take(&mut record.places), ego, settings);
+    let Some(found) = search(std::mem::take(&mut record.places), ego, settings, stop) else { return loops };
     (loops.candidates, loops.verified) = (found.report.candidates, found.report.verified);
     let of_map = kept.map_or(0, |kept| kept.map.keyframes.len());
     let matched = Matched { keyframes: &found.keyframes, of_map, matches: &found.matches };
@@ -51,14 +56,14 @@ pub(super) fn close(record: &mut FrontEndRecord, ego: &mut EgoTrajectory, settin
     loops
 }
 
-/// A drive whose places were not looked for.
-pub(super) fn none(record: &mut FrontEndRecord) -> Loops {
-    let keyframes = std::mem::take(&mut record.places).len();
-    Loops { keyframes, ..Loops::default() }
-}
-
 /// Looks for the keyframes of a drive among earlier ones of it and those of the kept map, which come first in the answer.
-fn search(taken: Vec<PlaceKeyframe>, ego: &EgoTrajectory, settings: &Settings) -> FoundPlaces {
+/// `None` when it is asked to stop.
+fn search(
+    taken: Vec<PlaceKeyframe>,
+    ego: &EgoTrajectory,
+    settings: &Settings,
+    stop: &dyn Fn() -> bool,
+) -> Option<FoundPlaces> {
     let options = &settings.config.places;
     let way_m = ways_m(ego);
     let placement = |frame: usize| FramePlacement {
@@ -69,9 +74,12 @@ fn search(taken: Vec<PlaceKeyframe>, ego: &EgoTrajectory, settings: &Settings) -
     let placed = place_keyframes(&settings.camera, taken, placement, options);
     let mut search = search_with_map(settings);
     for keyframe in placed {
+        if stop() {
+            return None;
+        }
         search.take(keyframe, |later, earlier, found| within_drift(found, (later, earlier), settings));
     }
-    search.finish()
+    Some(search.finish())
 }
 
 /// A search that holds the keyframes of the kept map, where there is one.
