@@ -166,7 +166,7 @@ FAULTS = [
     ("10 px lower for 1 s", pictures_fault([(k, lambda p: shifted(p, 10)) for k in second]), 2.0, "shifted as a whole"),
     ("exposure halves and doubles", pictures_fault([(k, lambda p, k=k: (p * (0.5 if k % 4 < 2 else 1.0))) for k in range(MIDDLE, len(pictures))]), 0.6, "exposure jumps"),
     ("smear for 10 s", pictures_fault([(k, smeared) for k in range(10, min(110, len(pictures)))]), 1.0, "blurs in frame"),
-    # Where nothing is said of it the scale is wrong by those 5 % and no more.
+    # Where the turns do not tell it, the record says so, and the scale is wrong by those 5 % and no more.
     ("focal length 5 % too long", calibration_fault(1.05), 2.0, "disagrees with the drive" if options.turns else None),
     ("no boxes for 5 s", boxes_fault(lambda row: [] if int(row[0]) in {NUMBERS[k] for k in five} else [row]), 0.3, "no box was found"),
     ("every box twice", boxes_fault(doubled), 0.3, "lie on another box"),
@@ -225,6 +225,12 @@ for number, (name, prepare, most, words) in enumerate(FAULTS):
     told = {other for *_, other in FAULTS if other and any(other in line for line in said)}
     if number == 0 and told:
         failures.append(f"{name}: said of a drive without a fault: {', '.join(sorted(told))}")
+    if name.startswith("focal length") and words is None:
+        turns = record["focal_length_by_turns"]
+        sigma = turns and turns["sigma_px"] / turns["stated_px"]
+        print(f"  (the turns determine the focal length within {f'{100 * sigma:.1f} %' if turns else 'nothing: too few'})")
+        if turns and 3 * sigma < 0.04 and not any("disagrees with the drive" in line for line in said):
+            failures.append(f"{name}: the turns say {turns['px']:.0f} ± {turns['sigma_px']:.0f} px, and nothing is said of it")
     if words and not any(words in line for line in said):
         failures.append(f"{name}: nothing said of it ({words})")
     shutil.rmtree(folder)

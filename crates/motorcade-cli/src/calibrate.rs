@@ -9,7 +9,7 @@ use motorcade_perception::{ModelOptions, Perception, PerceptionOptions};
 
 use crate::arguments::CalibrateArguments;
 use crate::exit::{self, Stopped};
-use crate::files::OutFile;
+use crate::files::{OutFile, all_different};
 use crate::models;
 use crate::progress::Reporter;
 
@@ -20,8 +20,11 @@ pub fn calibrate(arguments: &CalibrateArguments) -> anyhow::Result<u8> {
         anyhow::bail!(motorcade::Error::Config(problem.into()));
     }
     let config = arguments.set.iter().try_fold(Config::default(), |config, one| config.set(one))?;
-    let (out, mask) = (place(&arguments.out, arguments.force)?, mask_beside(&arguments.out));
-    let mask_file = place(&mask, arguments.force)?;
+    let mask = mask_beside(&arguments.out);
+    let named =
+        [("the input", &arguments.input.input), ("--out", &arguments.out), ("the mask beside --out", &mask)];
+    all_different(named.map(|(option, path)| (option, path.as_path())))?;
+    let (out, mask_file) = (place(&arguments.out, arguments.force)?, place(&mask, arguments.force)?);
     let options = SequenceOptions { uncalibrated: true, ..arguments.input.options() };
     let sequence = Sequence::open(&arguments.input.input, &options)?;
     let stated = arguments

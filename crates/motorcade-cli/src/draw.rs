@@ -26,14 +26,14 @@ use crate::threads::threads;
 /// Draws a run.
 pub fn draw(arguments: &DrawArguments) -> anyhow::Result<u8> {
     let record = RunRecord::read(&arguments.run)?;
+    let (input, out) = (frames::place(&record, arguments), arguments.out.as_path());
+    all_different(input.iter().map(|input| ("the input", input.as_path())).chain([("--out", out)]))?;
     let run = RecordedRun::read(&arguments.run)?;
     let sequence = frames::open(&record, &run, arguments)?;
     let Some(height_m) = record.camera_height_m else {
         let problem = "its run.json states no height of the camera";
         return Err(motorcade::Error::Input(format!("{}: {problem}", arguments.run.display())).into());
     };
-    let input = arguments.input.as_deref().map(|input| ("the input", input));
-    all_different(input.into_iter().chain([("--out", arguments.out.as_path())]))?;
     let target = Target::open(&arguments.out, arguments.force)?;
     let reporter = Reporter::new(arguments.progress);
     let (threads, schemas) = (threads(arguments.threads), arguments.mcap_schemas.into());

@@ -28,7 +28,7 @@ pub fn evaluate(arguments: &EvaluateArguments) -> anyhow::Result<u8> {
     let camera = arguments.camera.or(input.camera).unwrap_or(2);
     let recorded = input.numbers.map(|(first, _)| first);
     let first = arguments.first.or_else(|| first_in_table(run)).or(recorded);
-    let json = OutFile::create_optional(arguments.json.as_deref(), Content::Json)?;
+    let json = OutFile::create_optional(arguments.json.as_deref(), Content::Evaluation)?;
     let report = evaluate_run(run, &arguments.kitti, &sequence, camera, first.unwrap_or(0))?;
     if let Some(file) = json {
         file.write(&(serde_json::to_string_pretty(&report)? + "\n"))?;

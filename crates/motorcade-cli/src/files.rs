@@ -1,19 +1,22 @@
 //! Single files a command writes.
 
 use std::fs::File;
-use std::io::Read;
+use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use motorcade::output::io_error;
 use motorcade_dataset::atomic_file::PendingFile;
 use serde::Serializer;
+use serde_json::{Map, Value};
 
 use crate::interruption;
 
 /// Kind of content of an output file. An earlier file of the same kind is replaced; one of another kind is the user's, an input for instance.
 #[derive(Clone, Copy, Debug)]
 pub enum Content {
-    Json,
+    Evaluation,
+    GraphReport,
+    ShapePrior,
     Graph,
     Map,
     Landmarks,
@@ -21,31 +24,63 @@ pub enum Content {
 }
 
 impl Content {
-    /// Name of the kind, and the beginnings of its files after white space.
-    fn signs(self) -> (&'static str, &'static [&'static str]) {
-        match self {
-            Self::Json => ("JSON", &["{", "["]),
-            Self::Graph => ("a g2o graph", &["VERTEX", "EDGE", "FIX", "PARAMS", "#"]),
-            Self::Map => ("a map", &["MCDRMAP\n"]),
-            Self::Landmarks => ("a PLY or GeoJSON file", &["ply", "{"]),
-            Self::Table => ("a table of an ablation", &["| variant", "| sources", "variant,", "sources,"]),
-        }
+    /// Name of the kind, and what its files are known by.
+    fn signs(self) -> (&'static str, Signs) {
+        let (name, beginnings, fields): (_, &[&str], &[&str]) = match self {
+            Self::Evaluation => ("an evaluation", &[], &["sequence", "camera", "first", "ego", "vehicles"]),
+            Self::GraphReport => {
+                ("a report of an optimisation", &[], &["file_cost", "final_cost", "termination"])
+            }
+            Self::ShapePrior => ("a shape prior", &[], &["format", "keypoints", "basis"]),
+            Self::Graph => ("a g2o graph", &["VERTEX", "EDGE", "FIX", "PARAMS", "#"], &[]),
+            Self::Map => ("a map", &["MCDRMAP\n"], &[]),
+            Self::Landmarks => ("a PLY or GeoJSON file", &["ply\n"], &["type", "features"]),
+            Self::Table => {
+                ("a table of an ablation", &["| variant", "| sources", "variant,", "sources,"], &[])
+            }
+        };
+        (name, Signs { beginnings, fields })
     }
 
     /// The objection to replacing a file.
     fn objection(self, path: &Path) -> Option<String> {
-        let is_file = std::fs::metadata(path).is_ok_and(|found| found.is_file());
+        let is_file = std::fs::metadata(path).is_ok_and(|found| found.is_file() && found.len() > 0);
         if !is_file {
             return None;
         }
-        let mut start = Vec::new();
-        File::open(path).ok()?.take(256).read_to_end(&mut start).ok()?;
         let (name, signs) = self.signs();
-        let start = start.trim_ascii_start();
-        let known = start.is_empty() || signs.iter().any(|sign| start.starts_with(sign.as_bytes()));
-        (!known).then(|| {
+        (!signs.are_in(path)).then(|| {
             let path = path.display();
             format!("{path} is already there and is not {name}, which would replace it; choose another place, or delete it")
+        })
+    }
+}
+
+/// What files of a kind are known by.
+struct Signs {
+    /// Beginnings after white space, one of them.
+    beginnings: &'static [&'static str],
+    /// Fields of a JSON object, all of them.
+    fields: &'static [&'static str],
+}
+
+impl Signs {
+    /// False too for a file that cannot be read.
+    fn are_in(&self, path: &Path) -> bool {
+        self.begin(path).unwrap_or(false) || (!self.fields.is_empty() && self.are_fields(path))
+    }
+
+    fn begin(&self, path: &Path) -> std::io::Result<bool> {
+        let mut start = Vec::new();
+        File::open(path)?.take(256).read_to_end(&mut start)?;
+        let start = start.trim_ascii_start();
+        Ok(self.beginnings.iter().any(|sign| start.starts_with(sign.as_bytes())))
+    }
+
+    fn are_fields(&self, path: &Path) -> bool {
+        let Ok(file) = File::open(path) else { return false };
+        serde_json::from_reader(BufReader::new(file)).is_ok_and(|object: Map<String, Value>| {
+            self.fields.iter().all(|field| object.contains_key(*field))
         })
     }
 }

@@ -30,7 +30,7 @@ fn optimised(arguments: &OptimiseArguments) -> anyhow::Result<u8> {
     let cancel = Some(interruption::listen());
     let outputs = [("--out", arguments.out.as_path())].into_iter();
     all_different(outputs.chain(arguments.json.as_deref().map(|json| ("--json", json))))?;
-    let json = OutFile::create_optional(arguments.json.as_deref(), Content::Json)?;
+    let json = OutFile::create_optional(arguments.json.as_deref(), Content::GraphReport)?;
     let out = OutFile::create(&arguments.out, Content::Graph)?;
     let (report, text) = optimise(&OptimiseRequest {
         input: arguments.input.clone(),

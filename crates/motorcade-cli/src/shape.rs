@@ -11,14 +11,14 @@ use crate::files::{Content, OutFile};
 pub fn shape(command: &ShapeCommand) -> anyhow::Result<u8> {
     let report = match command {
         ShapeCommand::Export { layout, out } => {
-            let file = OutFile::create(out, Content::Json)?;
+            let file = OutFile::create(out, Content::ShapePrior)?;
             let (report, text) = export(*layout, out);
             file.write(&text)?;
             report
         }
         ShapeCommand::Info { prior } => info(prior)?,
         ShapeCommand::Convert(arguments) => {
-            let file = OutFile::create(&arguments.out, Content::Json)?;
+            let file = OutFile::create(&arguments.out, Content::ShapePrior)?;
             let (report, text) = convert(&ConvertRequest {
                 mean: arguments.mean.clone(),
                 basis: arguments.basis.clone(),

@@ -48,10 +48,10 @@ impl Marginals {
     /// are kept.
     ///
     /// # Errors
-    /// As [`new`](Self::new).
-    pub fn each(graph: &Graph) -> Result<Vec<(VariableId, DMatrix<f64>)>, GraphError> {
-        let (problem, factor) = factorised(graph, Stop::NEVER)?;
-        let blocks = SelectedInverse::diagonal(&problem.matrix, &factor, Stop::NEVER);
+    /// As [`new_unless`](Self::new_unless).
+    pub fn each(graph: &Graph, stop: Stop<'_>) -> Result<Vec<(VariableId, DMatrix<f64>)>, GraphError> {
+        let (problem, factor) = factorised(graph, stop)?;
+        let blocks = SelectedInverse::diagonal(&problem.matrix, &factor, stop);
         let blocks = blocks.ok_or(GraphError::Stopped)?;
         Ok(problem.variables.into_iter().zip(blocks).collect())
     }
@@ -60,9 +60,9 @@ impl Marginals {
     /// with their covariances, whatever the variables.
     ///
     /// # Errors
-    /// As [`new`](Self::new).
-    pub fn log_determinant(graph: &Graph) -> Result<f64, GraphError> {
-        let (problem, factor) = factorised(graph, Stop::NEVER)?;
+    /// As [`new_unless`](Self::new_unless).
+    pub fn log_determinant(graph: &Graph, stop: Stop<'_>) -> Result<f64, GraphError> {
+        let (problem, factor) = factorised(graph, stop)?;
         Ok(factor.log_determinant(&problem.matrix))
     }
 

@@ -62,7 +62,9 @@ pub use advanced::AdvancedGraphOptions;
 pub use classes::EdgeClass;
 pub use graph::{MultibodyGraph, MultibodyGraphState, WindowFrames};
 pub use kernel::GraphKernel;
-pub use loops::{AdvancedLoopOptions, LoopEdge, LoopOptions, LoopReport, MapEdge, PlaceEdges, close_loops};
+pub use loops::{
+    AdvancedLoopOptions, LoopEdge, LoopOptions, LoopReport, LoopSolve, MapEdge, PlaceEdges, close_loops,
+};
 pub use motion_factors::{NoSideSlip, SteadyMotion};
 pub use nodes::Node;
 pub use options::{CameraCoupling, GraphOptions};

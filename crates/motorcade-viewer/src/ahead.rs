@@ -95,6 +95,7 @@ pub(crate) fn quoted(result: &RunResult, speeds: &[FrameSpeeds]) -> String {
             rows.push((name, value, format!("vehicle {id}, {}", at(time))));
         }
     }
+    rows.push(focal_length(result));
     let row = |(name, value, note): &(&str, String, String)| {
         format!(
             "<tr><th>{}</th><td class=\"estimate\">{}</td><td>{}</td></tr>",
@@ -105,6 +106,21 @@ pub(crate) fn quoted(result: &RunResult, speeds: &[FrameSpeeds]) -> String {
     };
     let body: String = rows.iter().map(row).collect();
     format!("<section><h2>In short</h2><table>{body}</table></section>\n")
+}
+
+/// The focal length that the turns of the drive say, beside the stated one.
+fn focal_length(result: &RunResult) -> (&'static str, String, String) {
+    match &result.focal_by_turns {
+        Some(found) => {
+            let stated = format!("{} stated", quantity(found.stated_px, 0, "px"));
+            ("focal length by the turns", estimate(found.px, found.sigma_px, 0, "px"), stated)
+        }
+        None => (
+            "focal length by the turns",
+            "not determined".to_owned(),
+            "it turns too little, or was calibrated by the drive".to_owned(),
+        ),
+    }
 }
 
 fn at(time_s: f64) -> String {

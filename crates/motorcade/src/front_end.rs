@@ -18,6 +18,7 @@ pub(crate) use state::FrontEndState;
 
 use crate::archive::{Archive, Stored, not_read_back};
 use crate::config::VehicleMask;
+use crate::focal_by_turns::FocalByTurns;
 use crate::frame_list::FrameList;
 use crate::motion_source::MotionSource;
 use crate::place_recorder::{Candidate, PlaceRecorder};
@@ -280,12 +281,15 @@ impl FrontEnd {
         self.focal = None;
     }
 
-    /// A warning of a focal length that the turns of the drive contradict, for the results.
+    /// Records the focal length that the turns of the drive say, and warns where they contradict the stated one, for the results.
     pub(crate) fn check_focal_length(&mut self, options: &FocalCheckOptions) -> Option<String> {
         let (check, odometry) = (self.focal.take()?, self.motion.odometry()?);
         let stated_px = check.stated_px();
         let found = self.record.stopwatch.time("focal length", || check.finish(odometry))?;
-        plausibility::of_focal_length(stated_px, &found, options)
+        let px = found.lens.focal_px;
+        let found = FocalByTurns { stated_px, px, sigma_px: found.focal_sigma() * px };
+        self.record.focal_by_turns = Some(found);
+        plausibility::of_focal_length(&found, options)
     }
 
     /// Drops the features of the first `count` keyframes of places, which nobody asks for again.

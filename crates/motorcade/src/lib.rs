@@ -43,6 +43,7 @@ mod external;
 mod external_files;
 mod finite;
 mod fixed_parts;
+mod focal_by_turns;
 mod frame_list;
 mod front_end;
 mod kept_map;
@@ -90,6 +91,7 @@ pub use estimator_options::{
 };
 pub use external::External;
 pub use external_files::ExternalFiles;
+pub use focal_by_turns::FocalByTurns;
 pub use kept_map::{KeptMap, MapMatch, MapUse};
 pub use map_merge::{MergedMap, merge_maps};
 pub use motion_source::ExternalTrajectory;

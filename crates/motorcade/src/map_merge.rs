@@ -2,7 +2,8 @@
 
 use motorcade_dataset::HEIGHT_RANGE_M;
 use motorcade_geometry::{Camera, Pose, World};
-use motorcade_multibody::{MapEdge, PlaceEdges, close_loops};
+use motorcade_graph::Stop;
+use motorcade_multibody::{LoopSolve, MapEdge, PlaceEdges, close_loops};
 use motorcade_odometry::{EgoTrajectory, OdometryTrajectory};
 use motorcade_places::{FoundPlaces, PlaceMap, PlaceSearch, PlacedKeyframe};
 use nalgebra::Matrix6;
@@ -44,9 +45,10 @@ pub fn merge_maps(first: &PlaceMap, second: &PlaceMap, config: &Config) -> Resul
     }
     let mut ego = way(&keyframes[own..], second.height_m, config);
     let before: Vec<Pose<World, Camera>> = ego.frames.iter().map(|f| f.world_from_camera).collect();
-    let report =
-        close_loops(&mut ego, &edges, &config.loops, &config.graph, config.loops.advanced.map_step_s, 1)
-            .map_err(|e| apart(&format!("their graph was not solved ({e})")))?;
+    let interval_s = config.loops.advanced.map_step_s;
+    let solve = LoopSolve { graph: &config.graph, interval_s, threads: 1, stop: Stop::NEVER };
+    let report = close_loops(&mut ego, &edges, &config.loops, &solve)
+        .map_err(|e| apart(&format!("their graph was not solved ({e})")))?;
     let held: Vec<_> =
         matches.iter().zip(&report.map).filter(|(_, (_, holds))| *holds).map(|(m, _)| m).collect();
     if held.is_empty() {

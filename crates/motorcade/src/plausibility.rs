@@ -1,9 +1,10 @@
 //! Settings and results that are possible but rarely meant.
 
-use motorcade_calibrate::{FocalCheckOptions, LensEstimate};
+use motorcade_calibrate::FocalCheckOptions;
 use motorcade_geometry::PinholeCamera;
 
 use crate::check_options::PlausibilityOptions;
+use crate::focal_by_turns::FocalByTurns;
 use crate::result::RunResult;
 
 /// Warnings about a camera and its height, each naming its field.
@@ -41,18 +42,13 @@ pub(crate) fn of_camera(camera: &PinholeCamera, height_m: f64, options: &Plausib
 }
 
 /// A warning about a focal length \[px\] that the turns of the drive contradict.
-pub(crate) fn of_focal_length(
-    stated_px: f64,
-    found: &LensEstimate,
-    options: &FocalCheckOptions,
-) -> Option<String> {
-    let (focal_px, sigma) = (found.lens.focal_px, found.focal_sigma());
-    let difference = (focal_px / stated_px).ln().abs();
-    (difference > options.disagreement && difference > options.disagreement_sigmas * sigma).then(|| {
+pub(crate) fn of_focal_length(found: &FocalByTurns, options: &FocalCheckOptions) -> Option<String> {
+    let FocalByTurns { stated_px, px, sigma_px } = *found;
+    let difference = (px / stated_px).ln().abs();
+    (difference > options.disagreement && difference > options.disagreement_sigmas * sigma_px / px).then(|| {
         format!(
-            "the focal length of {stated_px:.0} px disagrees with the drive, whose turns say {focal_px:.0} ± {:.0} px: all distances may be wrong by as much; \
-             check the calibration (fx, fy), or estimate it: motorcade calibrate",
-            sigma * focal_px
+            "the focal length of {stated_px:.0} px disagrees with the drive, whose turns say {px:.0} ± {sigma_px:.0} px: all distances may be wrong by as much; \
+             check the calibration (fx, fy), or estimate it: motorcade calibrate"
         )
     })
 }

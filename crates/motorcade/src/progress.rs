@@ -14,6 +14,16 @@ pub trait Progress: Sync {
     }
 }
 
+/// A request to stop that comes after the last frame. A drive that was stopped `among` its frames is estimated from those before; one that is
+/// stopped later has what is estimated by then.
+pub(crate) fn stopped_after_frames<'a>(
+    among: bool,
+    progress: &'a dyn Progress,
+) -> impl Fn() -> bool + Sync + 'a {
+    let before = among && progress.cancelled();
+    move || !before && progress.cancelled()
+}
+
 /// Progress sink that does nothing.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoProgress;

@@ -5,6 +5,7 @@ use motorcade_odometry::{OdometryTrajectory, RoadMeasurement, Rows};
 use motorcade_perception::{Detection, Observations, VehicleKeypoints};
 use motorcade_places::PlaceKeyframe;
 
+use crate::focal_by_turns::FocalByTurns;
 use crate::repeated_frames::Repetition;
 use crate::settings::Settings;
 use crate::timing::Stopwatch;
@@ -69,6 +70,8 @@ pub struct FrontEndRecord {
     pub places: Vec<PlaceKeyframe>,
     /// Times.
     pub stopwatch: Stopwatch,
+    /// Focal length that the turns say; `None` where the camera turned too little, or was calibrated from the drive.
+    pub focal_by_turns: Option<FocalByTurns>,
     /// Messages for the user.
     pub warnings: Vec<String>,
     /// True when it was stopped before the last frame.
@@ -92,11 +95,18 @@ impl FrontEndRecord {
             forgotten: false,
             places: Vec::new(),
             stopwatch: Stopwatch::default(),
+            focal_by_turns: None,
             warnings: Vec::new(),
             interrupted: false,
             failed: false,
             planned_frames: None,
         }
+    }
+
+    /// Marks a drive whose estimate was stopped after the last frame.
+    pub(crate) fn end_early(&mut self) {
+        self.interrupted = true;
+        self.planned_frames.get_or_insert(self.frames.len());
     }
 
     /// Makes room for so many frames, as far as there is memory: a list that grows by doubling leaves holes of its size.

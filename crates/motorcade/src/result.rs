@@ -7,6 +7,7 @@ use motorcade_perception::Detection;
 use motorcade_vehicles::VehicleTrajectory;
 
 use crate::closed_loop::Loops;
+use crate::focal_by_turns::FocalByTurns;
 use crate::record::FrameInfo;
 use crate::timing::Stopwatch;
 
@@ -39,6 +40,8 @@ pub struct RunResult {
     pub detects_vehicles: bool,
     /// Times.
     pub stopwatch: Stopwatch,
+    /// Focal length that the turns of the drive say; `None` where the camera turned too little, or was calibrated from the drive.
+    pub focal_by_turns: Option<FocalByTurns>,
     /// Messages for the user.
     pub warnings: Vec<String>,
     /// True when it was stopped before the last frame.

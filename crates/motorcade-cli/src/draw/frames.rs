@@ -10,14 +10,19 @@ use crate::arguments::{Cli, Command, DrawArguments};
 use crate::drive::CAMERA_FILE;
 use crate::files::demo_drive;
 
+/// Place of the frames of a run: the input that is asked for, or that of the run's command.
+pub fn place(record: &RunRecord, arguments: &DrawArguments) -> Option<PathBuf> {
+    arguments.input.clone().or_else(|| recorded(record)?.0)
+}
+
 /// Opens the frames of a run: those of its own selection that lie in the range asked for.
 ///
 /// # Errors
 /// An input that is not there or not named, and frames of another camera than the run's.
 pub fn open(record: &RunRecord, run: &RecordedRun, arguments: &DrawArguments) -> anyhow::Result<Sequence> {
     let directory = arguments.run.display();
-    let (recorded, mut options) = recorded(record).unwrap_or_default();
-    let Some(path) = arguments.input.clone().or(recorded) else {
+    let mut options = recorded(record).map(|(_, options)| options).unwrap_or_default();
+    let Some(path) = place(record, arguments) else {
         let problem = "its run.json does not name the input; give it after the run's directory";
         return Err(motorcade::Error::Config(format!("{directory}: {problem}")).into());
     };

@@ -51,6 +51,9 @@ fn a_straight_drive_determines_no_focal_length() {
     assert!(!folder.path().join("found.toml").exists());
     answer(folder.path(), &format!("{calibrate} --calibration camera.toml")).expect(1, &["--view-deg"]);
     answer(folder.path(), &format!("{calibrate} --view-deg 5")).expect(1, &["[10, 150] degrees"]);
+    let onto_input = "calibrate found-ignore.png --out found.toml --force --models none";
+    std::fs::copy(folder.path().join("frames/000000.png"), folder.path().join("found-ignore.png")).unwrap();
+    answer(folder.path(), onto_input).expect(1, &["the input and the mask beside --out"]);
 }
 
 /// The frames of a folder as JPEG files whose EXIF states a focal length in 35 mm equivalents.

@@ -141,6 +141,16 @@ fn a_video_has_the_frames_and_the_rate_of_the_drive() {
     let again = answer(folder.path(), usual);
     assert!(again.expect(0, &[]).stdout.contains("already holds this run"), "{}", again.stdout);
     assert!(folder.path().join("o.mp4").is_file());
+
+    // A run of the video knows its input: nothing is drawn over it.
+    let number = |name: &str| summary[name].as_f64().unwrap();
+    let middle = [number("width") / 2.0, number("height") / 2.0];
+    let camera = format!("fx = 300\nfy = 300\ncx = {}\ncy = {}\n", middle[0], middle[1]);
+    fs::write(folder.path().join("camera.toml"), camera).unwrap();
+    let run = "run o.mp4 --calibration camera.toml --height 1.5 --models none --out of-video --progress none";
+    answer(folder.path(), run).expect(0, &[]);
+    answer(folder.path(), "draw of-video --out o.mp4 --force").expect(1, &["the input and --out", "o.mp4"]);
+    assert!(fs::read(folder.path().join("o.mp4")).unwrap() == first);
     no_leftovers(folder.path());
 }
 

@@ -106,6 +106,9 @@ fn what_does_not_fit_is_refused() {
     let run = "run training --sequence 0007 --height 1.5 --out out --progress none";
     answer(folder.path(), run).expect(0, &[]);
     let evaluate = |more: &str| answer(folder.path(), &format!("evaluate {more}"));
+    for _ in 0..2 {
+        evaluate("out --kitti training --json errors.json").expect(0, &[]);
+    }
     evaluate("out --kitti training --first 9").expect(1, &["23 poses"]);
     evaluate("out --kitti training --sequence 0009").expect(3, &["0009"]);
     evaluate("out --kitti nowhere").expect(3, &["nowhere"]);

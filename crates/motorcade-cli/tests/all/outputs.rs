@@ -78,12 +78,24 @@ fn outputs_replace_no_inputs_and_not_each_other() {
 
     fs::write(at("truth.txt"), "0 0 Car 0 0 0 1 1 2 2 1.5 1.6 4 0 1.5 20 0\n").unwrap();
     let labels = "evaluate out --kitti . --sequence 0000 --json truth.txt";
-    answer(folder.path(), labels).expect(1, &["truth.txt", "is already there", "JSON"]);
+    answer(folder.path(), labels).expect(1, &["truth.txt", "is already there", "an evaluation"]);
+    // JSON too, but of another kind.
+    let record = fs::read(at("out/run.json")).unwrap();
+    let onto_record = "evaluate out --kitti . --sequence 0000 --json out/run.json";
+    answer(folder.path(), onto_record).expect(1, &["run.json is already there", "an evaluation"]);
+    answer(folder.path(), "shape export --out out/run.json").expect(1, &["run.json", "a shape prior"]);
     let graph = "VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\nEDGE_SE2 0 1 2 0 0 1 0 0 1 0 1\n";
     fs::write(at("in.g2o"), graph).unwrap();
     answer(folder.path(), "graph optimise in.g2o --out new --json ./new").expect(1, &["--out and --json"]);
     answer(folder.path(), "graph optimise in.g2o --out camera.toml").expect(1, &["camera.toml", "g2o"]);
     answer(folder.path(), "graph optimise in.g2o --out in.g2o").expect(0, &[]);
+    let onto_record = "graph optimise in.g2o --out in.g2o --json out/run.json";
+    answer(folder.path(), onto_record).expect(1, &["run.json", "a report of an optimisation"]);
+    assert_eq!(fs::read(at("out/run.json")).unwrap(), record);
+    for again in ["graph optimise in.g2o --out in.g2o --json solved.json", "shape export --out prior.json"] {
+        answer(folder.path(), again).expect(0, &[]);
+        answer(folder.path(), again).expect(0, &[]);
+    }
     no_leftovers(folder.path());
 }
 

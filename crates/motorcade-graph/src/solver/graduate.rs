@@ -2,6 +2,8 @@
 
 use std::time::Instant;
 
+use motorcade_sparse::Stop;
+
 use super::driver::Solver;
 use super::options::{Control, Options};
 use super::report::Report;
@@ -43,6 +45,18 @@ pub fn graduate(
     schedule: &GraduateOptions,
     control: &Control,
 ) -> Result<Report, GraphError> {
+    graduate_unless(graph, group, options, schedule, control, Stop::NEVER)
+}
+
+/// As [`graduate`], also ended when `stop` says so: what is left is then not even one iteration.
+pub fn graduate_unless(
+    graph: &mut Graph,
+    group: GroupId,
+    options: &Options,
+    schedule: &GraduateOptions,
+    control: &Control,
+    stop: Stop<'_>,
+) -> Result<Report, GraphError> {
     if schedule.factor.is_nan() || schedule.factor <= 1.0 {
         let reason = format!("{} must be above 1", schedule.factor);
         return Err(GraphError::Option { name: "factor", reason });
@@ -51,7 +65,7 @@ pub fn graduate(
     let start = Instant::now();
     let quiet = Control { progress: None, ..control.clone() };
     let mut solver = Solver::new(options.clone())?.with_control(quiet);
-    solver.optimise(graph)?;
+    solver.optimise_unless(graph, stop)?;
     let mut worst = 0.0_f64;
     for (_, factor) in graph.factors() {
         worst = worst.max(factor.squared_norm(graph.values())?);
@@ -62,12 +76,12 @@ pub fn graduate(
     // One solver: a second one would hold matrix and factor of the same pattern again.
     solver.set_max_iterations(short.max_iterations);
     for _ in 0..schedule.max_rounds {
-        if control.cancelled() || options.out_of_time(start) {
+        if control.cancelled() || stop.asked() || options.out_of_time(start) {
             break;
         }
         graph.set_scale(group, LossScale::convexity(mu))?;
         solver.set_time_limit_s(options.remaining(start).time_limit_s);
-        solver.optimise(graph)?;
+        solver.optimise_unless(graph, stop)?;
         if mu <= 1.0 {
             break;
         }
@@ -76,5 +90,5 @@ pub fn graduate(
     graph.set_scale(group, LossScale::convexity(1.0))?;
     solver.set_max_iterations(options.max_iterations);
     solver.set_time_limit_s(options.remaining(start).time_limit_s);
-    solver.with_control(control.clone()).optimise(graph)
+    solver.with_control(control.clone()).optimise_unless(graph, stop)
 }

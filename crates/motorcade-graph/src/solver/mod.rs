@@ -13,7 +13,7 @@ mod run;
 mod step;
 
 pub use driver::{Solver, optimise};
-pub use graduate::{GraduateOptions, graduate};
+pub use graduate::{GraduateOptions, graduate, graduate_unless};
 pub(crate) use limits::Limits;
 pub use options::{Control, Method, Options, Progress};
 pub(crate) use problem::Problem;

@@ -1,31 +1,27 @@
 //! Correction of a trajectory by its loops.
 
 use motorcade_graph::factors::Between;
-use motorcade_graph::solver::{Control, GraduateOptions, graduate};
-use motorcade_graph::{
-    FactorId, Graph, GraphError, LossScale, Marginals, Options, Robust, RobustKernel, VariableId,
-};
+use motorcade_graph::solver::GraduateOptions;
+use motorcade_graph::{FactorId, Graph, GraphError, LossScale, Marginals, Robust, RobustKernel, VariableId};
 use motorcade_odometry::EgoTrajectory;
 
 use super::edge::{MapEdge, PlaceEdges};
 use super::options::LoopOptions;
 use super::report::LoopReport;
+use super::solve::LoopSolve;
 use super::{loosen, segments, steps, write};
-use crate::options::GraphOptions;
 
 /// Corrects a trajectory by edges between visits of the same places. Edges are switched off by graduated non-convexity where the others
 /// and the odometry contradict them (Yang et al., RA-L 2020), after the odometry's covariance was enlarged as far as that makes steps and edges more probable. Poses and covariances are written back; the road, which is known relative to
-/// the camera, moves with it. `interval_s` is the mean interval of the trajectory's frames. Without edges nothing changes. Where no edge to a map holds, the world stays that of the drive.
+/// the camera, moves with it. Without edges nothing changes. Where no edge to a map holds, the world stays that of the drive.
 ///
 /// # Errors
-/// A graph that cannot be solved, edges to frames that there are not. The trajectory then stays as it was.
+/// A graph that cannot be solved, edges to frames that there are not, a request to stop. The trajectory then stays as it was.
 pub fn close_loops(
     ego: &mut EgoTrajectory,
     edges: &PlaceEdges,
     options: &LoopOptions,
-    graph_options: &GraphOptions,
-    interval_s: f64,
-    threads: usize,
+    solve: &LoopSolve<'_>,
 ) -> Result<LoopReport, GraphError> {
     if edges.is_empty() {
         return Ok(LoopReport::default());
@@ -40,7 +36,7 @@ pub fn close_loops(
     let (odometry, mut steps) = (graph.add_group(), 0);
     for (nodes, frames) in cameras.windows(2).zip(ego.frames.windows(2)) {
         let step = frames[0].world_from_camera.inverse() * frames[1].world_from_camera;
-        let information = steps::information(&frames[1], &step, options, graph_options, interval_s);
+        let information = steps::information(&frames[1], &step, options, solve.graph, solve.interval_s);
         let id = graph.add_factor(Between::new(nodes[0], nodes[1], *step.isometry(), information)?)?;
         if frames[1].step_measured {
             graph.assign(id, odometry)?;
@@ -66,14 +62,12 @@ pub fn close_loops(
         graph.assign(id, group)?;
         ids.push(id);
     }
-    let solver =
-        Options { max_iterations: graph_options.advanced.max_iterations, threads, ..Options::default() };
     graph.set_scale(group, LossScale::convexity(f64::INFINITY))?;
-    let most_agree = loosen::until_most_agree(&mut graph, odometry, &ids, &options.advanced, &solver)?;
+    let most_agree = loosen::until_most_agree(&mut graph, odometry, &ids, &options.advanced, solve)?;
     let schedule = GraduateOptions { c: options.advanced.kernel_scale, ..GraduateOptions::default() };
-    graduate(&mut graph, group, &solver, &schedule, &Control::default())?;
+    solve.graduate(&mut graph, group, &schedule)?;
     let odometry_factor =
-        loosen::to_most_probable(&mut graph, (odometry, steps), most_agree, &options.advanced, &solver)?;
+        loosen::to_most_probable(&mut graph, (odometry, steps), most_agree, &options.advanced, solve)?;
     let mut weights: Vec<f64> =
         ids.iter().map(|id| graph.loss(*id).map(|l| l.weight)).collect::<Result<_, _>>()?;
     let holds = |weight: &f64| *weight >= options.advanced.least_weight;
@@ -84,11 +78,11 @@ pub fn close_loops(
     if !edges.map.is_empty() && met.is_empty() {
         // The map was the only anchor of that graph.
         let own = PlaceEdges { loops: edges.loops.clone(), map: Vec::new() };
-        let report = close_loops(ego, &own, options, graph_options, interval_s, threads)?;
+        let report = close_loops(ego, &own, options, solve)?;
         return Ok(LoopReport { map, ..report });
     }
     let closed = weights.iter().map(holds).collect();
-    let covariances = Marginals::each(&graph)?;
+    let covariances = Marginals::each(&graph, solve.stop)?;
     let most_moved_m = write::back(&graph, &covariances, (&cameras, &met), ego)?;
     Ok(LoopReport { weights, closed, map, odometry_factor, most_moved_m })
 }

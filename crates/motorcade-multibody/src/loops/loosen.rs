@@ -4,9 +4,10 @@
 //! each other would all be taken for outliers of it.
 
 use motorcade_geometry::robust::quantile;
-use motorcade_graph::{FactorId, Graph, GraphError, GroupId, LossScale, Marginals, Options, optimise};
+use motorcade_graph::{FactorId, Graph, GraphError, GroupId, LossScale, Marginals};
 
 use super::options::AdvancedLoopOptions;
+use super::solve::LoopSolve;
 
 /// Degrees of freedom of a step.
 const DOF: f64 = 6.0;
@@ -18,11 +19,11 @@ pub(super) fn until_most_agree(
     odometry: GroupId,
     loops: &[FactorId],
     options: &AdvancedLoopOptions,
-    solver: &Options,
+    solve: &LoopSolve<'_>,
 ) -> Result<f64, GraphError> {
     let mut factor = 1.0;
     loop {
-        optimise(graph, solver)?;
+        solve.optimise(graph)?;
         let square = |id: &FactorId| {
             let found = graph.factor(*id).ok_or(GraphError::UnknownFactor(*id))?;
             found.squared_norm(graph.values())
@@ -47,14 +48,15 @@ pub(super) fn to_most_probable(
     (odometry, steps): (GroupId, usize),
     first: f64,
     options: &AdvancedLoopOptions,
-    solver: &Options,
+    solve: &LoopSolve<'_>,
 ) -> Result<f64, GraphError> {
     let (mut best, mut least, mut factor) = (first, f64::INFINITY, first);
     while factor <= options.most_odometry_factor && factor <= best * options.beyond_best {
         graph.set_scale(odometry, LossScale::variance(factor))?;
-        optimise(graph, solver)?;
+        solve.optimise(graph)?;
         // −2 ln of the probability of all measurements, whatever the poses, but for a constant (Laplace).
-        let of_covariances = DOF * steps as f64 * f64::ln(factor) + Marginals::log_determinant(graph)?;
+        let of_covariances =
+            DOF * steps as f64 * f64::ln(factor) + Marginals::log_determinant(graph, solve.stop)?;
         let improbable = graph.cost()? + of_covariances;
         if improbable < least {
             (best, least) = (factor, improbable);
@@ -62,6 +64,6 @@ pub(super) fn to_most_probable(
         factor *= options.least_growth;
     }
     graph.set_scale(odometry, LossScale::variance(best))?;
-    optimise(graph, solver)?;
+    solve.optimise(graph)?;
     Ok(best)
 }

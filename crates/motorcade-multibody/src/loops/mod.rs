@@ -6,6 +6,7 @@ mod loosen;
 mod options;
 mod report;
 mod segments;
+mod solve;
 mod steps;
 #[cfg(test)]
 mod tests;
@@ -15,3 +16,4 @@ pub use close::close_loops;
 pub use edge::{LoopEdge, MapEdge, PlaceEdges};
 pub use options::{AdvancedLoopOptions, LoopOptions};
 pub use report::LoopReport;
+pub use solve::LoopSolve;

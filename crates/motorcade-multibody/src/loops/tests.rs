@@ -1,13 +1,17 @@
 //! Loops of a square driven twice.
 
+use std::sync::atomic::AtomicUsize;
+use std::sync::atomic::Ordering::Relaxed;
+
 use motorcade_geometry::lie::se3::adjoint;
 use motorcade_geometry::{Camera, Pose, World};
+use motorcade_graph::{GraphError, Stop};
 use motorcade_odometry::{EgoTrajectory, ExternalTrajectoryOptions, MetricOptions, OdometryTrajectory};
 use nalgebra::{Matrix6, Vector6};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::{LoopEdge, LoopOptions, LoopReport, MapEdge, PlaceEdges, close_loops};
+use super::{LoopEdge, LoopOptions, LoopReport, LoopSolve, MapEdge, PlaceEdges, close_loops};
 use crate::edges::inverse;
 use crate::options::GraphOptions;
 
@@ -56,9 +60,13 @@ fn edge(truth: &[Pose<World, Camera>], earlier: usize, later: usize, rng: &mut C
     LoopEdge { earlier, later, later_from_earlier, covariance }
 }
 
+fn solve(graph: &GraphOptions, threads: usize) -> LoopSolve<'_> {
+    LoopSolve { graph, interval_s: 0.1, threads, stop: Stop::NEVER }
+}
+
 fn close(ego: &mut EgoTrajectory, loops: &[LoopEdge], threads: usize) -> LoopReport {
     let edges = PlaceEdges { loops: loops.to_vec(), map: Vec::new() };
-    close_loops(ego, &edges, &LoopOptions::default(), &GraphOptions::default(), 0.1, threads).unwrap()
+    close_loops(ego, &edges, &LoopOptions::default(), &solve(&GraphOptions::default(), threads)).unwrap()
 }
 
 fn ate_m(ego: &EgoTrajectory, truth: &[Pose<World, Camera>]) -> f64 {
@@ -196,7 +204,7 @@ fn a_map_moves_the_drive_into_its_world_and_takes_the_drift() {
     let (map_from_drive, map) = map_edges(&truth, (0..2 * ROUND).step_by(5), &mut rng);
     let edges = PlaceEdges { loops: Vec::new(), map };
     let report =
-        close_loops(&mut ego, &edges, &LoopOptions::default(), &GraphOptions::default(), 0.1, 1).unwrap();
+        close_loops(&mut ego, &edges, &LoopOptions::default(), &solve(&GraphOptions::default(), 1)).unwrap();
     assert!(report.map.iter().all(|(_, holds)| *holds), "{report:?}");
     let there: Vec<Pose<World, Camera>> = truth.iter().map(|pose| map_from_drive * *pose).collect();
     let error = ate_m(&ego, &there);
@@ -215,9 +223,33 @@ fn a_false_edge_to_a_map_is_switched_off_and_false_ones_alone_change_nothing() {
     let mut ego = drifted(&truth);
     let edges = PlaceEdges { loops: Vec::new(), map };
     let report =
-        close_loops(&mut ego, &edges, &LoopOptions::default(), &GraphOptions::default(), 0.1, 1).unwrap();
+        close_loops(&mut ego, &edges, &LoopOptions::default(), &solve(&GraphOptions::default(), 1)).unwrap();
     let off: Vec<usize> = (0..edges.map.len()).filter(|k| !report.map[*k].1).collect();
     assert_eq!(off, [4], "{report:?}");
+}
+
+#[test]
+fn a_request_to_stop_leaves_the_trajectory_as_it_was() {
+    let truth = truth();
+    let mut rng = ChaCha8Rng::seed_from_u64(4);
+    let edges = PlaceEdges { loops: vec![edge(&truth, 10, ROUND + 10, &mut rng)], map: Vec::new() };
+    let graph = GraphOptions::default();
+    let before = drifted(&truth);
+    // Asked at every moment of the work: the last of them are at its end.
+    for looks in 0.. {
+        let left = AtomicUsize::new(looks);
+        let asked = || left.fetch_update(Relaxed, Relaxed, |left| left.checked_sub(1)).is_err();
+        let mut ego = before.clone();
+        let solve = LoopSolve { stop: Stop::new(&asked), ..solve(&graph, 1) };
+        match close_loops(&mut ego, &edges, &LoopOptions::default(), &solve) {
+            Err(GraphError::Stopped) => assert_eq!(ego.frames, before.frames, "after {looks} looks"),
+            Err(error) => panic!("{error}"),
+            Ok(_) => {
+                assert!(looks > 5, "only {looks} looks");
+                break;
+            }
+        }
+    }
 }
 
 /// NEES of the frames of a drive by a map whose keyframes err together, by a draw from their covariance.
@@ -242,18 +274,18 @@ fn poses_by_a_map_hold_the_covariance_of_the_map() {
             edge.world_from_keyframe = moved * edge.world_from_keyframe;
         }
         let options = (LoopOptions::default(), GraphOptions::default());
-        let solve = |known: bool| {
+        let nees = |known: bool| {
             let mut ego = drifted(&truth);
             let none = |e: &MapEdge| MapEdge { keyframe_covariance: Matrix6::zeros(), ..e.clone() };
             let map = map.iter().map(|e| if known { e.clone() } else { none(e) }).collect();
             let edges = PlaceEdges { loops: Vec::new(), map };
-            close_loops(&mut ego, &edges, &options.0, &options.1, 0.1, 1).unwrap();
+            close_loops(&mut ego, &edges, &options.0, &solve(&options.1, 1)).unwrap();
             let off = ego.frames[40].world_from_camera.inverse() * (map_from_drive * truth[40]);
             let off = motorcade_geometry::lie::se3::log(off.isometry());
             (off.transpose() * inverse(&ego.frames[40].covariance) * off)[(0, 0)]
         };
-        with.push(solve(true));
-        without.push(solve(false));
+        with.push(nees(true));
+        without.push(nees(false));
     }
     let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
     // 6 degrees of freedom; the edges' own covariances are rather too wide.

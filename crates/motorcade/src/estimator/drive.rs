@@ -12,7 +12,7 @@ use super::unit::{self, Unit};
 use super::vehicles::{VehicleInput, estimate_vehicles, ground_frames, keypoint_fitters, times_s};
 use crate::assembly::Estimated;
 use crate::closed_loop::Loops;
-use crate::progress::Progress;
+use crate::progress::{Progress, stopped_after_frames};
 use crate::record::{FrameInfo, FrontEndRecord, mean_interval_s};
 use crate::relative::add_camera;
 use crate::result::RunResult;
@@ -25,9 +25,7 @@ use crate::settings::Settings;
 /// Never: numerical failures leave the estimates of the stage before and are reported as warnings.
 pub fn estimate_drive(mut record: FrontEndRecord, settings: &Settings, progress: &dyn Progress) -> RunResult {
     let mut stopwatch = std::mem::take(&mut record.stopwatch);
-    // A drive that was stopped among its frames is estimated from those before. Stopped later, it has what is estimated by then.
-    let before = record.interrupted && progress.cancelled();
-    let stop = || !before && progress.cancelled();
+    let stop = stopped_after_frames(record.interrupted, progress);
     let (mut known, by_vehicles) = stopwatch.time("vehicles", || known_height(&record, settings, &stop));
     let (mut ego, fit) = stopwatch.time("scale", || metric_trajectory(&record, &known));
     known.height_m = ego.height_m;
@@ -49,8 +47,7 @@ pub fn estimate_drive(mut record: FrontEndRecord, settings: &Settings, progress:
     warnings.extend(by_sensor(fit.as_ref(), settings).or(by_vehicles).or_else(|| doubt(&vehicles, settings)));
     warnings.extend(loops.describe());
     if matches!(solved, Err(GraphError::Stopped)) {
-        record.interrupted = true;
-        record.planned_frames.get_or_insert(record.frames.len());
+        record.end_early();
         warnings.push(if vehicles_are_whole {
             "stopped while the graph was solved".to_owned()
         } else {

@@ -1,6 +1,7 @@
 //! Places seen again in a drive, those of a kept map too, and the trajectory corrected by them.
 
-use motorcade_multibody::close_loops;
+use motorcade_graph::Stop;
+use motorcade_multibody::{LoopSolve, close_loops};
 use motorcade_odometry::{EgoFrame, EgoTrajectory};
 use motorcade_places::{
     FoundPlaces, FramePlacement, PlaceKeyframe, PlaceMap, PlaceMatch, PlaceSearch, PlacedKeyframe,
@@ -22,7 +23,7 @@ pub(super) fn close(
     record: &mut FrontEndRecord,
     ego: &mut EgoTrajectory,
     settings: &Settings,
-    stop: &dyn Fn() -> bool,
+    stop: &(dyn Fn() -> bool + Sync),
 ) -> Loops {
     let config = &settings.config;
     let mut loops = Loops { keyframes: record.places.len(), ..Loops::default() };
@@ -40,8 +41,13 @@ pub(super) fn close(
     let known =
         |keyframe: usize| (found.keyframes[keyframe].world_from_camera, found.keyframes[keyframe].covariance);
     let edges = matched.edges(camera, known);
-    let interval_s = mean_interval_s(&record.frames);
-    match close_loops(ego, &edges, &config.loops, &config.graph, interval_s, settings.threads) {
+    let solve = LoopSolve {
+        graph: &config.graph,
+        interval_s: mean_interval_s(&record.frames),
+        threads: settings.threads,
+        stop: Stop::new(stop),
+    };
+    match close_loops(ego, &edges, &config.loops, &solve) {
         Ok(report) => {
             (loops.most_moved_m, loops.odometry_factor) = (report.most_moved_m, report.odometry_factor);
             matched.put_down(&mut loops, &matched.verdicts(camera, &report));

@@ -11,7 +11,8 @@ mod settled;
 mod state;
 
 use motorcade_geometry::{Camera, Pose, World};
-use motorcade_multibody::{LoopReport, MapEdge, PlaceEdges, close_loops};
+use motorcade_graph::Stop;
+use motorcade_multibody::{LoopReport, LoopSolve, MapEdge, PlaceEdges, close_loops};
 use motorcade_odometry::{EgoFrame, EgoTrajectory, Rows, Uncertainty};
 use motorcade_places::{FramePlacement, PlaceMap, PlaceMatch, PlaceSearch, place_keyframe};
 use nalgebra::Matrix6;
@@ -30,10 +31,11 @@ use crate::settings::Settings;
 
 pub(super) use state::OnlineLoopsState;
 
-/// Mean interval of keyframes \[s\].
-fn interval_s(times_ns: &[i64]) -> f64 {
+/// The solve of keyframes taken at these times.
+fn solve<'a>(settings: &'a Settings, times_ns: &[i64], stop: Stop<'a>) -> LoopSolve<'a> {
     let ends = times_ns.first().zip(times_ns.last());
-    mean_interval_between(ends.map(|(first, last)| [*first, *last]), times_ns.len())
+    let interval_s = mean_interval_between(ends.map(|(first, last)| [*first, *last]), times_ns.len());
+    LoopSolve { graph: &settings.config.graph, interval_s, threads: settings.threads, stop }
 }
 
 /// Places seen again while the camera drives.
@@ -225,8 +227,12 @@ impl OnlineLoops {
         if first > 0 {
             self.hold_first(first, &mut moved, &mut edges);
         }
-        let (options, interval_s) = ((&config.loops, &config.graph), interval_s(&self.times_ns[first..]));
-        let solved = close_loops(&mut moved, &edges, options.0, options.1, interval_s, settings.threads);
+        let solved = close_loops(
+            &mut moved,
+            &edges,
+            &config.loops,
+            &solve(settings, &self.times_ns[first..], Stop::NEVER),
+        );
         let report = match solved {
             Ok(report) => report,
             Err(error) => {
@@ -298,9 +304,9 @@ impl OnlineLoops {
         );
     }
 
-    /// Ends the drive: the loops of the last correction, and the places of the drive as all matches correct them. A warning where temporary files
+    /// Ends the drive: the loops of the last correction, and the places of the drive as all matches correct them, unless asked to stop. A warning where temporary files
     /// did not read back: only the newest loops are listed then, and no places are kept.
-    pub(super) fn finish(self, settings: &Settings) -> (Loops, Option<String>) {
+    pub(super) fn finish(self, settings: &Settings, stop: Stop<'_>) -> (Loops, Option<String>) {
         let Self { mut loops, of_map, mut search, mut trajectory, .. } = self;
         if let Err(error) = self.settled.give_back(&mut search, &mut trajectory, &mut loops) {
             return (loops, Some(not_read_back("places of the drive", &error)));
@@ -311,10 +317,12 @@ impl OnlineLoops {
         let edges = matched.edges(|keyframe| keyframe.checked_sub(of_map), known);
         let frames = trajectory.into_kept();
         let mut ego = EgoTrajectory { frames, height_m: settings.height_m, noise: Vec::new() };
-        // On failure the poses of before stand.
-        let interval_s = interval_s(&self.times_ns);
-        let _report =
-            close_loops(&mut ego, &edges, &config.loops, &config.graph, interval_s, settings.threads);
+        if let Err(error) =
+            close_loops(&mut ego, &edges, &config.loops, &solve(settings, &self.times_ns, stop))
+        {
+            // The poses of before stand.
+            loops.problem = Some(error.to_string());
+        }
         let mut keyframes = found.keyframes;
         let mut own = keyframes.split_off(of_map);
         for (keyframe, frame) in own.iter_mut().zip(&ego.frames) {

@@ -177,6 +177,7 @@ impl RecordState {
             forgotten_measurements,
             forgotten,
             places: _,
+            focal_by_turns: _,
             stopwatch,
             warnings,
             interrupted: _,

@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use motorcade_geometry::{Pose, World};
+use motorcade_graph::Stop;
 use motorcade_odometry::{EgoFrame, EgoTrajectory, Rows};
 use motorcade_places::PlaceMap;
 use nalgebra::Vector6;
@@ -182,7 +183,7 @@ fn a_drive_is_in_the_world_of_a_kept_map_once_it_is_met() {
         assert!(off < 0.4, "row {row}: {off} m");
     }
     // Its own places are kept in that world too.
-    let kept = loops.finish(&settings).0;
+    let kept = loops.finish(&settings, Stop::NEVER).0;
     assert!(kept.in_world_of_map());
     let worst = kept.map.unwrap().keyframes.iter().fold(0.0_f64, |worst, k| {
         let right = there * scene.truth[k.frame];
@@ -201,7 +202,7 @@ fn a_kept_map_of_other_streets_is_not_met() {
     let (loops, revisions) = drive(&scene(ROUND + 20, true), &settings);
     // The drive closes loops of its own.
     assert!(revisions.iter().all(|r| r.by_map == Some(0) && r.closed > 0), "{revisions:?}");
-    assert!(!loops.finish(&settings).0.in_world_of_map());
+    assert!(!loops.finish(&settings, Stop::NEVER).0.in_world_of_map());
 }
 
 #[test]
@@ -230,7 +231,7 @@ fn round_after_round_memory_holds_the_first_visits_alone() {
     };
     let worst_m = (2 * ROUND..rounds * ROUND).map(off_m).fold(0.0, f64::max);
     assert!(worst_m < 1.0, "{worst_m} m");
-    let (found, lost) = loops.finish(&settings);
+    let (found, lost) = loops.finish(&settings, Stop::NEVER);
     assert_eq!(lost, None);
     // All loops and places are there at the end, in their order.
     assert_eq!(found.closed().count(), newest.closed);
@@ -251,7 +252,7 @@ fn matches_with_a_kept_map_come_back_at_the_end() {
     let (loops, revisions) = drive(&scene, &settings);
     let (settled, by_map) = (loops.settled.first, revisions.last().unwrap().by_map.unwrap());
     assert!(settled > 0 && by_map > settled / 2, "{by_map} by the map, {settled} settled");
-    let (found, lost) = loops.finish(&settings);
+    let (found, lost) = loops.finish(&settings, Stop::NEVER);
     let matches = found.kept.unwrap().matches;
     assert_eq!((lost, matches.iter().filter(|m| m.holds).count()), (None, by_map));
     assert!(matches.windows(2).all(|m| m[0].edge.frame < m[1].edge.frame));
@@ -265,7 +266,7 @@ fn places_that_do_not_read_back_are_a_warning() {
     let (mut loops, _) = drive(&scene, &settings);
     assert!(loops.settled.first > 0);
     loops.settled.break_file();
-    let (found, lost) = loops.finish(&settings);
+    let (found, lost) = loops.finish(&settings, Stop::NEVER);
     assert!(lost.unwrap().contains("did not read back") && found.map.is_none());
 }
 

@@ -1,5 +1,6 @@
 //! Results of the estimator over the last seconds.
 
+use motorcade_graph::Stop;
 use motorcade_odometry::EgoTrajectory;
 use motorcade_vehicles::VehicleTrajectory;
 
@@ -7,7 +8,7 @@ use super::SlidingEstimator;
 use crate::assembly::Estimated;
 use crate::estimate::{Estimate, VehicleEstimate};
 use crate::estimator::unit::Unit;
-use crate::progress::Progress;
+use crate::progress::{Progress, stopped_after_frames};
 use crate::record::{FrontEndRecord, FrontEndView};
 use crate::result::RunResult;
 use crate::settings::Settings;
@@ -42,6 +43,7 @@ impl SlidingEstimator {
         settings: &Settings,
         progress: &dyn Progress,
     ) -> RunResult {
+        let stop = stopped_after_frames(record.interrupted, progress);
         record.stopwatch.join(&self.stopwatch);
         let unknown = settings.height_unknown.then(|| {
             format!(
@@ -55,8 +57,11 @@ impl SlidingEstimator {
         let (loops, places_lost) = self.loops.take().map_or_else(Default::default, |loops| {
             let states = self.vehicles.values_mut().flat_map(|v| &mut v.states);
             loops.offsets.all(&mut frames, states);
-            loops.finish(settings)
+            loops.finish(settings, Stop::new(&stop))
         });
+        if stop() {
+            record.end_early();
+        }
         let by_loops = loops.describe();
         let warnings = self.warnings.into_iter().chain(unit).chain(unknown).chain(by_loops);
         let warnings = lost.into_iter().chain(states_lost).chain(places_lost).chain(warnings).collect();

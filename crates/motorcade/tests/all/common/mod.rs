@@ -88,5 +88,6 @@ pub fn drive(frames: usize) -> FrontEndRecord {
         interrupted: false,
         failed: false,
         planned_frames: None,
+        focal_by_turns: None,
     }
 }
