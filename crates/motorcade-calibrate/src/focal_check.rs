@@ -98,7 +98,7 @@ impl FocalCheck {
         }
     }
 
-    /// Ends a stretch: it is kept if the camera turns more in it than in one of those kept.
+    /// Ends a stretch: it is kept if the camera turns clearly more in it than in one of those kept.
     fn close(&mut self, odometry: &Odometry) {
         let tracks = std::mem::take(&mut self.tracks);
         let Some((segment, newest)) = self.last else { return };
@@ -110,7 +110,8 @@ impl FocalCheck {
         let turn_rad: f64 =
             poses.windows(2).map(|p| (p[1].rotation() * p[0].rotation().inverse()).angle()).sum();
         let full = self.windows.len() == self.options.most_windows;
-        let better = !full || self.windows.last().is_some_and(|w| turn_rad > w.turn_rad());
+        let better =
+            !full || self.windows.last().is_some_and(|w| turn_rad > self.options.more_turn * w.turn_rad());
         if turn_rad < self.options.least_turn_rad || !better {
             return;
         }

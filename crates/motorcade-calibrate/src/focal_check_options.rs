@@ -10,6 +10,9 @@ pub struct FocalCheckOptions {
     pub most_windows: usize,
     /// Least turn of a window \[rad\]: focal length and depth are one in a straight drive. Less takes windows that determine nothing.
     pub least_turn_rad: f64,
+    /// How many times as much as in the window it replaces the camera has to turn in a new one. Of many equal turns the largest are those whose rotation
+    /// errs most: less chooses them, and a long drive doubts a true focal length.
+    pub more_turn: f64,
     /// Corners of a window, those that are followed longest.
     pub most_corners: usize,
     /// Iterations of each of the two adjustments at most.
@@ -31,6 +34,7 @@ impl Default for FocalCheckOptions {
             window_keyframes: 24,
             most_windows: 4,
             least_turn_rad: 0.15,
+            more_turn: 1.25,
             most_corners: 160,
             max_iterations: 12,
             square: 0.01,
@@ -59,6 +63,7 @@ impl FocalCheckOptions {
         }
         for (name, value) in [
             ("least_turn_rad", self.least_turn_rad),
+            ("more_turn", self.more_turn),
             ("log_focal_sigma", self.log_focal_sigma),
             ("disagreement_sigmas", self.disagreement_sigmas),
             ("disagreement", self.disagreement),

@@ -106,12 +106,15 @@ impl SavedState {
         self.written = Instant::now();
     }
 
-    fn try_write(&self, slam: &Motorcade, pictures: &Pictures) -> anyhow::Result<usize> {
+    fn try_write(&self, slam: &Motorcade, pictures: &Pictures) -> anyhow::Result<u64> {
         // The lines of the frames before the state are on the disk before it is.
         self.perception.sync()?;
-        let parts = vec![slam.state()?, postcard::to_stdvec(pictures)?];
-        let bytes = parts.iter().map(Vec::len).sum();
-        self.folder.write(parts)?;
-        Ok(bytes)
+        self.folder.write(|to| {
+            slam.write_state(to)?;
+            to.end_part();
+            postcard::to_io(pictures, &mut *to)?;
+            to.end_part();
+            Ok(())
+        })
     }
 }

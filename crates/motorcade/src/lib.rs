@@ -119,7 +119,7 @@ pub use revision::{RevisedKeyframe, Revision};
 pub use run::{FrameCallback, push_sequence, survey_sequence};
 pub use settings::Settings;
 pub use speeds::{Estimated, FrameSpeeds, VehicleAhead, speeds};
-pub use state::StateFolder;
+pub use state::{StateFolder, StateWriter};
 pub use timing::{StageTime, Stopwatch};
 
 // The crates whose types stand in this one's interface.

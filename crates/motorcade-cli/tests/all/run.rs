@@ -3,7 +3,10 @@
 #![allow(clippy::panic, reason = "a test")]
 
 use std::fs;
+use std::path::Path;
 use std::process::Command;
+
+use nalgebra::Vector3;
 
 use crate::common::{
     Answer, CAMERA, STEP_M, answer, drive, frame_file, json, no_leftovers, program, rows, run, street,
@@ -256,6 +259,13 @@ fn progress_can_be_read_by_programs() {
     assert!(lines.iter().any(|l| l["warning"].is_string()));
 }
 
+/// Positions of a camera out of a KITTI pose file \[m\].
+fn positions_m(path: &Path) -> Vec<Vector3<f64>> {
+    let text = fs::read_to_string(path).unwrap();
+    let row = |line: &str| -> Vec<f64> { line.split_whitespace().map(|n| n.parse().unwrap()).collect() };
+    text.lines().map(row).map(|p| Vector3::new(p[3], p[7], p[11])).collect()
+}
+
 /// Ten pictures a second in a video of thirty, and shown for 0.1 to 0.3 s each: the speed is that of the pictures, from the first frame on.
 #[test]
 fn pictures_that_repeat_or_last_longer_leave_speeds_and_length_as_they_are() {
@@ -269,10 +279,14 @@ fn pictures_that_repeat_or_last_longer_leave_speeds_and_length_as_they_are() {
     let camera = format!("fx = {}\nfy = {}\ncx = {}\ncy = {}\n", p[0], p[5], p[2], p[6]);
     fs::write(folder.join("camera.toml"), camera).unwrap();
     let mut drives = Vec::new();
+    let positions = positions_m(&folder.join("drive/training/gt_poses/0000.txt"));
     let some = r",select='not(eq(mod(n\,7)\,2)+eq(mod(n\,7)\,4)+eq(mod(n\,7)\,5))'";
-    for (name, rate, said) in
-        [("ten", "", ""), ("thirty", ",fps=30", "frames repeat the frame before"), ("uneven", some, "")]
-    {
+    // The uneven one ends a picture earlier.
+    for (name, rate, said, last) in [
+        ("ten", "", "", 39),
+        ("thirty", ",fps=30", "frames repeat the frame before", 39),
+        ("uneven", some, "", 38),
+    ] {
         let encoded = Command::new("ffmpeg")
             .args(["-v", "error", "-framerate", "10", "-i", "drive/training/image_02/0000/%06d.png"])
             .args(["-vf", &format!("crop=trunc(iw/2)*2:trunc(ih/2)*2{rate}"), "-crf", "23"])
@@ -288,13 +302,14 @@ fn pictures_that_repeat_or_last_longer_leave_speeds_and_length_as_they_are() {
         let speeds: Vec<f64> = frames.iter().map(|row| row[4].parse().unwrap()).collect();
         let length_m = json(&folder.join(format!("{name}/run.json")))["length_m"].as_f64().unwrap();
         let slowest = speeds[1..].iter().copied().fold(f64::INFINITY, f64::min);
-        drives.push((slowest, speeds.into_iter().fold(0.0, f64::max), length_m, frames.len()));
+        let way_m: f64 = positions[..=last].windows(2).map(|p| (p[1] - p[0]).norm()).sum();
+        drives.push((slowest, speeds.into_iter().fold(0.0, f64::max), length_m / way_m, frames.len()));
     }
-    let [(slowest, largest, length_m, 40), (_, _, _, 118..), (_, _, _, 23)] = drives[..] else {
+    let [(slowest, largest, scale, 40), (_, _, _, 118..), (_, _, _, 23)] = drives[..] else {
         panic!("{drives:?}")
     };
-    assert!(length_m > 20.0 && slowest > 6.0, "{drives:?}");
-    assert!(drives.iter().all(|d| d.1 < 1.3 * largest && (d.2 / length_m - 1.0).abs() < 0.06), "{drives:?}");
+    assert!((scale - 1.0).abs() < 0.06 && slowest > 6.0, "{drives:?}");
+    assert!(drives.iter().all(|d| d.1 < 1.3 * largest && (d.2 / scale - 1.0).abs() < 0.06), "{drives:?}");
     // In a video of thirty most frames have no step of their own.
     assert!(drives[2].0 > 0.75 * slowest, "{drives:?}");
 }

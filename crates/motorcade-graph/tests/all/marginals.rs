@@ -6,7 +6,7 @@ use motorcade_geometry::robust::median;
 use motorcade_graph::generate::{DriveOptions, drive};
 use motorcade_graph::solver::Method;
 use motorcade_graph::{
-    Factor, FixedLag, Graph, Manifold, Marginals, Options, VariableId, marginalise, optimise,
+    Factor, FixedLag, Graph, Manifold, Marginals, Options, Stop, VariableId, marginalise, optimise,
 };
 use nalgebra::{DMatrix, DMatrixViewMut, DVectorViewMut, Isometry3};
 
@@ -44,7 +44,7 @@ fn the_logarithm_of_the_determinant_is_that_of_dense_algebra() {
     let (_, h) = dense(&graph);
     let expected: f64 =
         2.0 * h.cholesky().unwrap().l().diagonal().iter().map(|pivot| pivot.ln()).sum::<f64>();
-    let found = Marginals::log_determinant(&graph).unwrap();
+    let found = Marginals::log_determinant(&graph, Stop::NEVER).unwrap();
     assert!((found / expected - 1.0).abs() < 1e-12, "{found}, {expected}");
 }
 

@@ -242,7 +242,12 @@ fn a_request_to_stop_leaves_the_trajectory_as_it_was() {
         let mut ego = before.clone();
         let solve = LoopSolve { stop: Stop::new(&asked), ..solve(&graph, 1) };
         match close_loops(&mut ego, &edges, &LoopOptions::default(), &solve) {
-            Err(GraphError::Stopped) => assert_eq!(ego.frames, before.frames, "after {looks} looks"),
+            Err(GraphError::Stopped) => {
+                let same = ego.frames.iter().zip(&before.frames).all(|(now, before)| {
+                    now.world_from_camera == before.world_from_camera && now.covariance == before.covariance
+                });
+                assert!(same, "after {looks} looks");
+            }
             Err(error) => panic!("{error}"),
             Ok(_) => {
                 assert!(looks > 5, "only {looks} looks");

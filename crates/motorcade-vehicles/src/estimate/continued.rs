@@ -11,7 +11,7 @@ use crate::external::ExternalTrack;
 use crate::ground::GroundFrame;
 use crate::met_again::join;
 use crate::observed_box::overlap;
-use crate::options::VehicleOptions;
+use crate::options::{HypothesisOptions, MetAgainOptions, VehicleOptions};
 use crate::track::{Track, boxes_of};
 use crate::trajectory::{VehicleState, VehicleTrajectory};
 
@@ -66,11 +66,8 @@ fn leads_to<V: Fn(&Track) -> ExternalTrack>(
     }
     let advanced = &drive.options.advanced;
     let gates = &advanced.met_again;
-    let sizes = [first.size.length_m / second.size.length_m, first.size.height_m / second.size.height_m];
-    let share = gates.least_size_share;
-    let alike = sizes.iter().all(|ratio| (share..=1.0 / share).contains(ratio));
     let forward = |s: &VehicleState| s.world_from_vehicle.transform_vector(&Vector3::x());
-    if !alike || forward(from).dot(&forward(to)) < gates.least_cosine {
+    if !alike((first, from), (second, to), gates) {
         return None;
     }
     let position = |s: &VehicleState| s.world_from_vehicle.translation();
@@ -95,6 +92,19 @@ fn leads_to<V: Fn(&Track) -> ExternalTrack>(
     (chi2 <= gates.gate_chi2).then_some(chi2)
 }
 
+/// True when two vehicles have one size, and in these states one heading.
+pub(super) fn alike(
+    (first, from): (&VehicleTrajectory, &VehicleState),
+    (second, to): (&VehicleTrajectory, &VehicleState),
+    gates: &MetAgainOptions,
+) -> bool {
+    let sizes = [first.size.length_m / second.size.length_m, first.size.height_m / second.size.height_m];
+    let share = gates.least_size_share;
+    let forward = |s: &VehicleState| s.world_from_vehicle.transform_vector(&Vector3::x());
+    sizes.iter().all(|ratio| (share..=1.0 / share).contains(ratio))
+        && forward(from).dot(&forward(to)) >= gates.least_cosine
+}
+
 /// Covariance of a state's position in the world.
 fn in_world(state: &VehicleState) -> Matrix3<f64> {
     let rotation = state.world_from_vehicle.rotation_matrix();
@@ -115,11 +125,13 @@ fn is_one<V: Fn(&Track) -> ExternalTrack>(
     let hypothesis = drive.hypothesis();
     let own = drive.explained(overlap, &both, &one, hypothesis.least_box_iou);
     let (of_first, of_second) = own.split_at(earlier.boxes.len());
-    let explains = |own: &[bool]| {
-        let foreign = own.iter().filter(|own| !**own).count();
-        foreign as f64 <= hypothesis.most_foreign_share * own.len() as f64
-    };
-    explains(of_first) && explains(of_second)
+    most_own(of_first, hypothesis) && most_own(of_second, hypothesis)
+}
+
+/// True when no more boxes are foreign to a vehicle than may be by chance.
+pub(super) fn most_own(own: &[bool], hypothesis: &HypothesisOptions) -> bool {
+    let foreign = own.iter().filter(|own| !**own).count();
+    foreign as f64 <= hypothesis.most_foreign_share * own.len() as f64
 }
 
 #[cfg(test)]

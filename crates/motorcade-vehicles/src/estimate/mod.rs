@@ -8,6 +8,7 @@ mod drive;
 mod headings;
 mod hypothesis;
 mod input;
+mod interleaved;
 mod measurements;
 mod nearest;
 mod off_road;
@@ -31,6 +32,7 @@ use input::TrackInput;
 use states::assemble;
 
 pub use continued::join_continued;
+pub use interleaved::join_interleaved;
 pub use parts::estimate_consistently;
 
 /// Estimates a track from its boxes and its external views (either may be empty). `None` when none of them can be placed on the

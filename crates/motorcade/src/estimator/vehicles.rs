@@ -8,7 +8,7 @@ use motorcade_perception::{Detection, VehicleKeypoints};
 use motorcade_vehicles::{
     ExternalTrack, GroundFrame, KeypointFitters, KeypointTrack, KeypointViews, Track, VehicleTrajectory,
     estimate_consistently, estimate_track, external_tracks, join_continued, join_in_one_place,
-    with_hiding_checked, without_clutter, without_doubles,
+    join_interleaved, with_hiding_checked, without_clutter, without_doubles,
 };
 
 use crate::record::FrameInfo;
@@ -98,6 +98,7 @@ pub(crate) fn estimate_vehicles(
         return vehicles;
     }
     let gap_s = config.tracker.longest_gap_s;
+    let vehicles = join_interleaved((camera, grounds), vehicles, &tracks, &views, options);
     let vehicles = join_continued((camera, grounds), vehicles, &tracks, &views, options, gap_s);
     join_in_one_place(vehicles, grounds, &options.advanced)
 }

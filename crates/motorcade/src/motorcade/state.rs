@@ -1,5 +1,6 @@
 //! All that is known of a drive between two frames, to go on with in another process.
 
+use std::io::Write;
 use std::path::Path;
 
 use motorcade_dataset::{Fnv, Frame, Pixels};
@@ -72,6 +73,16 @@ impl Motorcade {
     /// # Errors
     /// Rows that could not be put away in a file with a name.
     pub fn state(&self) -> Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        self.write_state(&mut bytes)?;
+        Ok(bytes)
+    }
+
+    /// Writes the [`state`](Self::state), without holding its bytes.
+    ///
+    /// # Errors
+    /// Those of [`state`](Self::state), and of the writer, whose reason is not told.
+    pub fn write_state(&self, to: &mut dyn Write) -> Result<()> {
         // A field that is new does not compile here until it is kept or known to be no state.
         let Self {
             settings: _,
@@ -92,7 +103,8 @@ impl Motorcade {
             pictures: pictures.clone(),
             last_picture: last_picture.clone(),
         };
-        postcard::to_stdvec(&state).map_err(|e| unusable(&e.to_string()))
+        postcard::to_io(&state, to).map_err(|e| unusable(&e.to_string()))?;
+        Ok(())
     }
 
     /// Goes on after the last frame of a [`state`](Self::state), before any frame was taken. Detectors pass over the frames before

@@ -1,17 +1,13 @@
 //! The folder that holds the state of a run: a file that is replaced as a whole, and the rows that were put away.
 
 use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use motorcade_dataset::regular_file;
-use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
-/// First bytes of the file.
-const MAGIC: &[u8; 16] = b"motorcade state\n";
-/// Version of the format; to be raised whenever a field of any state changes.
-const VERSION: u32 = 3;
+use super::file::{self, StateWriter};
+
 const STATE: &str = "state";
 const NEW: &str = "state.new";
 /// All names in the folder.
@@ -31,16 +27,6 @@ const NAMES: [&str; 14] = [
     "settled_loops",
     "settled_by_map",
 ];
-/// Length of what stands before the content: magic, version, SHA-256 of the content.
-const HEADER: usize = MAGIC.len() + 4 + 32;
-
-/// Content of the file.
-#[derive(Serialize, Deserialize)]
-struct Content {
-    /// The run that it belongs to.
-    run: String,
-    parts: Vec<Vec<u8>>,
-}
 
 /// The folder of the state of one run.
 #[derive(Clone, Debug)]
@@ -74,30 +60,33 @@ impl StateFolder {
         }
     }
 
-    /// Replaces the state. The earlier one stays valid until the new one is on the disk.
+    /// Replaces the state by what `fill` writes, part by part. The earlier one stays valid until the new one is on the disk. Returns the length of the file
+    /// in bytes.
     ///
     /// # Errors
-    /// Those of the file system.
-    pub fn write(&self, parts: Vec<Vec<u8>>) -> io::Result<()> {
-        let content = Content { run: self.run.clone(), parts };
-        let content = postcard::to_stdvec(&content).map_err(io::Error::other)?;
+    /// Those of the file system and of `fill`.
+    pub fn write<E: From<io::Error>>(
+        &self,
+        fill: impl FnOnce(&mut StateWriter) -> Result<(), E>,
+    ) -> Result<u64, E> {
         fs::create_dir_all(&self.path)?;
         let (new, state) = (self.path.join(NEW), self.path.join(STATE));
         let write = || {
             // A link there is removed, not followed.
             let _ = fs::remove_file(&new);
-            let mut file = fs::OpenOptions::new().write(true).create_new(true).open(&new)?;
-            file.write_all(MAGIC)?;
-            file.write_all(&VERSION.to_le_bytes())?;
-            file.write_all(&Sha256::digest(&content))?;
-            file.write_all(&content)?;
-            file.sync_all()?;
-            fs::rename(&new, &state)
+            let file = fs::OpenOptions::new().write(true).create_new(true).open(&new)?;
+            let mut writer = StateWriter::new(file, &self.run)?;
+            let filled = fill(&mut writer);
+            // That of the file system says more than that of who wrote to it.
+            let length = writer.finish()?;
+            filled?;
+            fs::rename(&new, &state)?;
+            Ok(length)
         };
-        write().inspect_err(|_| drop(fs::remove_file(&new)))?;
+        let written = write().inspect_err(|_: &E| drop(fs::remove_file(&new)))?;
         // The new name too; not every file system does that for a folder.
         let _ = File::open(&self.path).and_then(|folder| folder.sync_all());
-        Ok(())
+        Ok(written)
     }
 
     /// The parts of the state that was written last; `None` where there is none.
@@ -109,28 +98,15 @@ impl StateFolder {
             Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
             read => read?,
         };
-        let refused = |why: &str| io::Error::new(io::ErrorKind::InvalidData, why.to_owned());
-        let Some((header, content)) = bytes.split_at_checked(HEADER).filter(|(h, _)| h.starts_with(MAGIC))
-        else {
-            return Err(refused("it is none"));
-        };
-        let (version, digest) = header[MAGIC.len()..].split_at(4);
-        if version != VERSION.to_le_bytes() {
-            return Err(refused("it is of another version of the program"));
-        }
-        if digest != Sha256::digest(content).as_slice() {
-            return Err(refused("it is damaged"));
-        }
-        let Content { run, parts } = postcard::from_bytes(content).map_err(io::Error::other)?;
-        if run != self.run {
-            return Err(refused("it is one of another run or of another build of the program"));
-        }
-        Ok(Some(parts))
+        file::parts(&bytes, &self.run).map(Some)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::io::Write;
+
+    use super::super::file::HEADER;
     use super::*;
 
     #[test]
@@ -139,8 +115,18 @@ mod tests {
         let state = |run: &str| StateFolder::new(folder.path().join("s"), run.to_owned());
         assert!(state("a").read().unwrap().is_none() && !state("a").path().exists());
         let parts = |n: u8| vec![vec![n; 300], Vec::new(), vec![7]];
-        state("a").write(parts(1)).unwrap();
-        state("a").write(parts(2)).unwrap();
+        let write = |n: u8| {
+            let fill = |to: &mut StateWriter| {
+                for part in parts(n) {
+                    to.write_all(&part[..part.len() / 2])?;
+                    to.write_all(&part[part.len() / 2..])?;
+                    to.end_part();
+                }
+                Ok::<(), io::Error>(())
+            };
+            state("a").write(fill).unwrap()
+        };
+        assert_eq!(write(1), write(2));
         assert_eq!(state("a").read().unwrap(), Some(parts(2)));
         let refused = |words: &str| {
             let error = state("a").read().unwrap_err().to_string();
@@ -160,13 +146,17 @@ mod tests {
             refused("damaged");
         }
         let mut other = whole.clone();
-        other[MAGIC.len()] += 1;
+        other[16] += 1;
         fs::write(&path, &other).unwrap();
         refused("another version");
         // What the file system left half written is not looked at, and what is not its own stays.
         fs::write(&path, &whole).unwrap();
         fs::write(folder.path().join("s/state.new"), "half").unwrap();
         fs::write(folder.path().join("s/mine"), "mine").unwrap();
+        assert_eq!(state("a").read().unwrap(), Some(parts(2)));
+        // One that could not be filled leaves the one before.
+        let fails = |_: &mut StateWriter| Err(io::Error::other("no more"));
+        assert_eq!(state("a").write(fails).unwrap_err().to_string(), "no more");
         assert_eq!(state("a").read().unwrap(), Some(parts(2)));
         state("a").clear();
         let left: Vec<_> =

@@ -11,6 +11,7 @@ mod runs;
 mod samples;
 
 use std::cell::RefCell;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use motorcade::dataset::Frame;
@@ -22,7 +23,7 @@ use motorcade::geometry::{Camera, PinholeCamera, World};
 use motorcade::perception::{
     Checkpoint, DetectionTable, KeypointTable, Manifest, ModelOptions, ModelSet, Perception, Recording,
 };
-use motorcade::{Config, Motorcade, RunRecord, StateFolder};
+use motorcade::{Config, Motorcade, RunRecord, StateFolder, StateWriter};
 use motorcade_graph::g2o;
 use motorcade_shape::ShapePrior;
 use motorcade_testing::fuzz::{folder, texts};
@@ -156,7 +157,12 @@ fn states() {
     fuzz("states of estimates", &[("state", estimated.as_slice())], resume);
     let folder = folder();
     let of = |path: &Path| StateFolder::new(path.to_path_buf(), "run".to_owned());
-    of(&folder.path().join("s")).write(vec![state]).unwrap();
+    let fill = |to: &mut StateWriter| {
+        to.write_all(&state)?;
+        to.end_part();
+        Ok::<(), std::io::Error>(())
+    };
+    of(&folder.path().join("s")).write(fill).unwrap();
     let file = std::fs::read(folder.path().join("s/state")).unwrap();
     fuzz("state files", &[("s/state", file.as_slice())], |path| {
         of(path.parent().unwrap()).read().is_ok_and(|parts| parts.is_some())

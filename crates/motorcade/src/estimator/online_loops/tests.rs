@@ -155,7 +155,7 @@ fn threads_change_no_byte_of_a_correction() {
 /// The places of a scene in a world moved by `there`, exact.
 fn kept_map(scene: &Scene, there: &Pose<World, World>) -> KeptMap {
     let settings = settings(1);
-    let mut map = drive(scene, &settings).0.finish(&settings).0.map.unwrap();
+    let mut map = drive(scene, &settings).0.finish(&settings, Stop::NEVER).0.map.unwrap();
     for keyframe in &mut map.keyframes {
         keyframe.world_from_camera = *there * scene.truth[keyframe.frame];
     }
@@ -305,7 +305,7 @@ fn loops_go_on_from_a_state_with_the_same_bits() {
         assert!(!found.is_empty() && lines(&found, stop) == lines(&revisions, stop), "after {stop} rows");
         if stop == stops[1] {
             assert!(postcard::to_stdvec(&again.state().unwrap()).unwrap() == states[2]);
-            assert_eq!(again.finish(&settings).1, None);
+            assert_eq!(again.finish(&settings, Stop::NEVER).1, None);
         }
     }
 }
