@@ -1,6 +1,6 @@
 //! `motorcade run` and `motorcade inspect` on a street made on the spot.
 
-#![allow(clippy::panic, reason = "a test")]
+#![allow(clippy::panic, clippy::unwrap_used, reason = "a test and its helpers")]
 
 use std::fs;
 use std::path::Path;
