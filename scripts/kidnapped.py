@@ -5,7 +5,7 @@ the map is taken.
     scripts/kidnapped.py MOTORCADE MAP TRAINING GT_FIRST_VISIT_POSES MAP_GT_POSES --out FOLDER [--starts 40] [--frames 80]
 
 A piece is found where its first match is at most a second after its first frame and its pose is right by 1 m and 3 degrees. A match
-counts only with the agreement of others along 40 m of way, so that a piece must be that long: relocalised means told at the end of it.
+counts only with the agreement of others along the way, so that a piece must hold some keyframes: relocalised means told at the end of it.
 """
 import argparse
 import csv

@@ -155,6 +155,10 @@ pub struct SequenceOptions {
     /// Way over which matches between two maps must agree, one after another \[m\]: odometry does not connect the maps. 28 m of houses that
     /// stand twice on both sides look the same in five of eight keyframes. Larger joins fewer maps.
     pub least_join_m: f64,
+    /// Share of the landmarks in view from which on a match counts as sure. Larger joins maps later.
+    pub sure_share: f64,
+    /// Sure matches that agree, one after another, and join two maps over a shorter way. Fewer join maps on the word of a house that stands twice.
+    pub sure_matches: usize,
     /// Disagreement of positions that is none \[m\].
     pub most_shift_m: f64,
     /// More of it for each metre driven between the two matches on both visits.
@@ -169,6 +173,8 @@ impl Default for SequenceOptions {
             least_support: 2,
             reach_m: 25.0,
             least_join_m: 40.0,
+            sure_share: 0.5,
+            sure_matches: 3,
             most_shift_m: 0.5,
             most_shift_share: 0.03,
             most_turn_rad: 0.03,
@@ -234,6 +240,7 @@ impl PlaceOptions {
         within("advanced.search.tables × advanced.search.key_bits", search.tables * search.key_bits, 8, 256)?;
         within("advanced.search.candidates", search.candidates, 1, 50)?;
         within("advanced.verification.least_inliers", verification.least_inliers, 6, 10_000)?;
+        within("advanced.sequence.sure_matches", sequence.sure_matches, 1, 10_000)?;
         for (name, value) in [
             ("advanced.landmarks.most_error_px", landmarks.most_error_px),
             ("advanced.landmarks.sigma_px", landmarks.sigma_px),
@@ -255,6 +262,7 @@ impl PlaceOptions {
             ("advanced.verification.ratio", verification.ratio),
             ("advanced.verification.least_share", verification.least_share),
             ("advanced.verification.least_spread", verification.least_spread),
+            ("advanced.sequence.sure_share", sequence.sure_share),
             ("advanced.search.least_score", search.least_score),
         ] {
             if !(0.0..=1.0).contains(&value) {

@@ -26,7 +26,8 @@ pub(crate) fn supported<K: Index<usize, Output = PlacedKeyframe>>(
     kept.into_iter().zip(long).filter(|(_, long)| *long).map(|(m, _)| m).collect()
 }
 
-/// False for matches between two maps that agree over a short way only: no odometry connects the maps, and some houses stand twice.
+/// False for matches between two maps that agree over a short way only, unless several are sure: no odometry connects the maps, and some houses stand
+/// twice, but seldom all that is in view.
 fn long_enough<K: Index<usize, Output = PlacedKeyframe>>(
     keyframes: &K,
     matches: &[PlaceMatch],
@@ -41,7 +42,8 @@ fn long_enough<K: Index<usize, Output = PlacedKeyframe>>(
     };
     for run in over.chunk_by(goes_on) {
         let [first, last] = [run.first(), run.last()].map(|k| k.map_or(0.0, |k| way_m(*k)));
-        if last - first < options.least_join_m {
+        let sure = run.iter().filter(|k| matches[**k].share >= options.sure_share).count();
+        if last - first < options.least_join_m && sure < options.sure_matches {
             run.iter().for_each(|k| out[*k] = false);
         }
     }
@@ -120,13 +122,19 @@ mod tests {
     }
 
     #[test]
-    fn maps_are_joined_over_a_long_way_only() {
+    fn maps_are_joined_over_a_long_way_or_by_sure_matches() {
         let mut frames = keyframes();
         frames[20..].iter_mut().for_each(|k| k.segment = 1);
-        let some = |count: usize| (22..22 + count).map(|q| found(q, q - 20, 0.0)).collect::<Vec<_>>();
         let options = SequenceOptions { least_join_m: 20.0, ..SequenceOptions::default() };
-        assert!(supported(&frames, some(10), &options).is_empty());
-        assert_eq!(supported(&frames, some(12), &options).len(), 12);
+        let some = |count: usize, share: f64| {
+            let all = (22..22 + count).map(|q| PlaceMatch { share, ..found(q, q - 20, 0.0) });
+            supported(&frames, all.collect(), &options).len()
+        };
+        assert_eq!([some(10, 0.4), some(12, 0.4), some(3, 0.6)], [0, 12, 3]);
+        // Two sure ones, and another one that agrees.
+        let mut three: Vec<PlaceMatch> = (22..25).map(|q| found(q, q - 20, 0.0)).collect();
+        three[1].share = 0.4;
+        assert!(supported(&frames, three, &options).is_empty());
     }
 
     #[test]
