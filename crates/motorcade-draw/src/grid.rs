@@ -42,7 +42,11 @@ pub(crate) fn draw(
         let Some(line) = view.segment(&at(z, -half_m), &at(z, half_m)) else { continue };
         if k.is_multiple_of(2) {
             clearer.push(line);
-            number(canvas, view, layout, &at(z, half_m), z, vehicles);
+            // At the left end where the right one is hidden or outside.
+            let right_end = number(canvas, view, layout, (&at(z, half_m), z), vehicles, Side::Right);
+            if !right_end {
+                number(canvas, view, layout, (&at(z, -half_m), z), vehicles, Side::Left);
+            }
         } else {
             faint.push(line);
         }
@@ -54,23 +58,32 @@ pub(crate) fn draw(
     }
 }
 
-/// The distance at the right end of a line, where it is in the image and no vehicle is there.
+/// End of a line across.
+#[derive(Clone, Copy, PartialEq)]
+enum Side {
+    Left,
+    Right,
+}
+
+/// The distance beside an end of a line, where it is in the image and no vehicle is there; true where it is written.
 fn number(
     canvas: &mut Canvas,
     view: &View,
     layout: &Layout,
-    end: &Point3<f64>,
-    z: f64,
+    (end, z): (&Point3<f64>, f64),
     vehicles: &[Rectangle],
-) {
-    let Some([x, y]) = view.point(end) else { return };
+    side: Side,
+) -> bool {
+    let Some([x, y]) = view.point(end) else { return false };
     let size = 0.8 * layout.capital_px;
     let text = format!("{z:.0} m");
-    let start = [x + size, y + 0.5 * size];
-    let place =
-        Rectangle::new(start[0], start[1] - size, start[0] + crate::text::width_px(&text, size), start[1]);
+    let width = crate::text::width_px(&text, size);
+    let start = [if side == Side::Right { x + size } else { x - size - width }, y + 0.5 * size];
+    let place = Rectangle::new(start[0], start[1] - size, start[0] + width, start[1]);
     let free = vehicles.iter().all(|v| v.common(&place).is_none());
-    if free && view.image().common(&place).is_some_and(|inside| inside == place) {
+    let fits = free && view.image().common(&place).is_some_and(|inside| inside == place);
+    if fits {
         canvas.text(&text, start, size, WHITE.faded(0.7));
     }
+    fits
 }

@@ -29,7 +29,9 @@ fn lines(vehicle: &SceneVehicle, road: &RoadPlane, small: bool) -> Vec<String> {
     let distance = format!("{distance_m:.1} ±{sigma_m:.1} m");
     match (small, vehicle.faint) {
         (_, true) => vec![format!("{} {distance}", vehicle.id)],
-        (true, false) => vec![format!("{} {} {speed} {distance_m:.0} m", vehicle.id, vehicle.class)],
+        (true, false) => {
+            vec![format!("{} {} {speed} {distance_m:.0} ±{sigma_m:.1} m", vehicle.id, vehicle.class)]
+        }
         (false, false) => vec![format!("{} {} {speed}", vehicle.id, vehicle.class), distance],
     }
 }
@@ -72,8 +74,19 @@ impl<'a> Label<'a> {
     pub(crate) fn draw_leader(&self, canvas: &mut Canvas, layout: &Layout) {
         let (place, bounds) = (&self.place, &self.placed.bounds);
         let middle = |r: &Rectangle| 0.5 * (r.x1 + r.x2);
-        if bounds.y1 - place.y2 > self.capital {
-            let line = [[middle(place), place.y2], [middle(bounds), bounds.y1]];
+        let [above, below, left, right] =
+            [bounds.y1 - place.y2, place.y1 - bounds.y2, bounds.x1 - place.x2, place.x1 - bounds.x2];
+        let line = if above > self.capital {
+            Some([[middle(place), place.y2], [middle(bounds), bounds.y1]])
+        } else if below > 0.0 {
+            Some([[middle(place), place.y1], [middle(bounds), bounds.y2]])
+        } else if left.max(right) > self.capital {
+            let (from, to) = if left > right { (place.x2, bounds.x1) } else { (place.x1, bounds.x2) };
+            Some([[from, 0.5 * (place.y1 + place.y2)], [to, 0.5 * (bounds.y1 + bounds.y2)]])
+        } else {
+            None
+        };
+        if let Some(line) = line {
             let pen = Pen::new(colour(self.placed.vehicle).faded(0.8), layout.line_px).seamed(0.4);
             canvas.lines([line.as_slice()], &pen);
         }
@@ -104,7 +117,7 @@ mod tests {
         assert_eq!(lines(&car(0.0, 23.44), &road, false), ["3 Car 36 km/h", "23.4 ±0.4 m"]);
         let parked = SceneVehicle { moving: false, ..car(0.0, 23.44) };
         assert_eq!(lines(&parked, &road, false)[0], "3 Car parked");
-        assert_eq!(lines(&parked, &road, true), ["3 Car parked 23 m"]);
+        assert_eq!(lines(&parked, &road, true), ["3 Car parked 23 ±0.4 m"]);
         let faint = SceneVehicle { faint: true, ..car(0.0, 23.44) };
         assert_eq!(lines(&faint, &road, true), ["3 23.4 ±0.4 m"]);
         let unsure = SceneVehicle { unsure: true, ..car(0.0, 23.44) };

@@ -15,11 +15,11 @@ const HIDDEN: f64 = 0.35;
 const FAINT: f64 = 0.5;
 
 /// Width of a vehicle's outline \[px\] by the standard deviation of its position on the road \[m\]: `line_px` where that is 0, `line_px`
-/// more for every metre of it, at most four times `line_px`, and at most a twelfth of the vehicle's height in the image but never
-/// less than `line_px`.
+/// more for every metre of it, at most four times `line_px`, and at most a twelfth of the vehicle's height in the image but as much as
+/// twice `line_px`: those far away are known least.
 pub fn outline_width_px(sigma_m: f64, line_px: f64, height_px: f64) -> f64 {
     let wide = line_px * (1.0 + sigma_m.clamp(0.0, 3.0));
-    wide.min((height_px / 12.0).max(line_px))
+    wide.min((height_px / 12.0).max(2.0 * line_px))
 }
 
 /// Colour of a vehicle: strong where it moves.
@@ -118,7 +118,7 @@ mod tests {
         assert_eq!(outline_width_px(0.0, 1.5, 100.0), 1.5);
         assert_eq!(outline_width_px(1.0, 1.5, 100.0), 3.0);
         assert_eq!(outline_width_px(50.0, 1.5, 100.0), 6.0);
-        assert_eq!(outline_width_px(50.0, 1.5, 24.0), 2.0, "thin on a small vehicle");
-        assert_eq!(outline_width_px(50.0, 1.5, 2.0), 1.5);
+        assert_eq!(outline_width_px(50.0, 1.5, 48.0), 4.0, "thinner on a small vehicle");
+        assert_eq!(outline_width_px(50.0, 1.5, 2.0), 3.0);
     }
 }

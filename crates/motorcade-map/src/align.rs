@@ -69,6 +69,9 @@ struct LevelTrajectory {
     at: Vec<Vector3<f64>>,
 }
 
+/// Mean of ln(1 + r² / k²) for a fix that errs as it says in both coordinates, at a kernel of k = 2 standard deviations.
+const COST_OF_A_FIX: f64 = 0.36;
+
 /// Heading, shift and cost at one clock offset.
 struct Fit {
     offset_s: f64,
@@ -78,6 +81,8 @@ struct Fit {
     cost: f64,
     weights: Vec<f64>,
     used: Vec<usize>,
+    /// Standard deviation of the offset by the costs of all that were tried \[s\].
+    offset_sigma_s: f64,
 }
 
 /// Aligns a run with a track. Clock offsets are looked for wherever at least half of the run lies within the track, or around
@@ -147,18 +152,22 @@ fn search(
 ) -> Option<Fit> {
     let (low, high) = offsets(trajectory, fixes, known)?;
     let mut best: Option<Fit> = None;
+    let mut tried: Vec<(f64, f64)> = Vec::new();
     let steps = ((high - low) / options.coarse_s).ceil().max(1.0) as usize;
     let consider = |offset: f64, best: &mut Option<Fit>| {
-        let Some(mut fit) = fit(trajectory, fixes, offset, options) else { return };
+        let mut fit = fit(trajectory, fixes, offset, options)?;
         if let Some(clock) = known {
             fit.cost += 0.5 * ((offset - clock.offset_s) / clock.sigma_s).powi(2);
         }
-        if best.as_ref().is_none_or(|b| fit.cost < b.cost) {
+        let cost = fit.cost;
+        if best.as_ref().is_none_or(|b| cost < b.cost) {
             *best = Some(fit);
         }
+        Some(cost)
     };
     for k in 0..=steps {
-        consider(low + k as f64 * options.coarse_s, &mut best);
+        let offset = low + k as f64 * options.coarse_s;
+        tried.extend(consider(offset, &mut best).map(|cost| (offset, cost)));
     }
     let mut step = options.coarse_s;
     while step > 1e-3 {
@@ -167,7 +176,17 @@ fn search(
         consider(middle - step, &mut best);
         consider(middle + step, &mut best);
     }
-    best
+    let mut best = best?;
+    best.offset_sigma_s = spread_s(&best, &tried);
+    Some(best)
+}
+
+/// Standard deviation of the offset about the best one, each that was tried weighing as probable as it is: there may be several that fit.
+fn spread_s(best: &Fit, tried: &[(f64, f64)]) -> f64 {
+    let weighed = tried.iter().map(|(offset_s, cost)| ((best.cost - cost).exp(), offset_s - best.offset_s));
+    let (sum, squares) =
+        weighed.fold((0.0, 0.0), |(sum, squares), (w, off)| (sum + w, squares + w * off * off));
+    if sum > 0.0 { (squares / sum).sqrt() } else { 0.0 }
 }
 
 /// Clock offsets that are possible.
@@ -221,9 +240,19 @@ fn fit(trajectory: &LevelTrajectory, fixes: &[Fix], offset_s: f64, options: &Ali
     }
     let costs = pairs.iter().map(|(k, p)| (residual(heading, &shift, *k, p).powi(2) / kernel).ln_1p());
     let used: Vec<usize> = pairs.iter().map(|(k, _)| *k).collect();
-    // Cauchy's kernel as a negative logarithm of a likelihood; that of the whole run, so that fewer fixes are no gain.
-    let cost = 2.0 * costs.sum::<f64>() / pairs.len() as f64 * (whole / options.correlated_s + 1.0);
-    Some(Fit { offset_s, heading, shift, cost, weights, used })
+    // What lies outside the run costs as much as fixes that fit: fewer of them are neither a gain nor a loss.
+    let interval_s = covered / (pairs.len() - 1) as f64;
+    let expected = (whole / interval_s + 1.0).max(pairs.len() as f64);
+    let fitting = (expected - pairs.len() as f64) * COST_OF_A_FIX;
+    let independent = (whole / options.correlated_s + 1.0).min(expected);
+    // A receiver mostly runs for as long as the camera: one run in ten has no fixes for a correlation time.
+    let (started, ended) = (trajectory.times_s.first()? + offset_s, trajectory.times_s.last()? + offset_s);
+    let missing_s = |without_s: f64| (without_s - interval_s).max(0.0);
+    let without_s = missing_s(fixes[first].time_s - started) + missing_s(ended - fixes[last].time_s);
+    let without = without_s / options.correlated_s * std::f64::consts::LN_10;
+    // Cauchy's kernel as a negative logarithm of a likelihood, of so many fixes as are independent.
+    let cost = 2.0 * ((costs.sum::<f64>() + fitting) * independent / expected + without);
+    Some(Fit { offset_s, heading, shift, cost, weights, used, offset_sigma_s: 0.0 })
 }
 
 /// Standard deviation of a clock that could have any possible offset \[s\].

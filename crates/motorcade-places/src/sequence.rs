@@ -130,10 +130,11 @@ mod tests {
             let all = (22..22 + count).map(|q| PlaceMatch { share, ..found(q, q - 20, 0.0) });
             supported(&frames, all.collect(), &options).len()
         };
-        assert_eq!([some(10, 0.4), some(12, 0.4), some(3, 0.6)], [0, 12, 3]);
+        assert_eq!([some(10, 0.5), some(12, 0.5), some(3, 0.7)], [0, 12, 3]);
         // Two sure ones, and another one that agrees.
-        let mut three: Vec<PlaceMatch> = (22..25).map(|q| found(q, q - 20, 0.0)).collect();
-        three[1].share = 0.4;
+        let mut three: Vec<PlaceMatch> =
+            (22..25).map(|q| PlaceMatch { share: 0.7, ..found(q, q - 20, 0.0) }).collect();
+        three[1].share = 0.5;
         assert!(supported(&frames, three, &options).is_empty());
     }
 

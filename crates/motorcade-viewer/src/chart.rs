@@ -1,7 +1,7 @@
 //! Charts of values over time or distance.
 
 use crate::axis::{Axis, range};
-use crate::text::{escape, number, points, px};
+use crate::text::{escape, points, px, tick};
 
 const WIDTH_PX: f64 = 1100.0;
 const HEIGHT_PX: f64 = 240.0;
@@ -78,7 +78,7 @@ impl Chart<'_> {
             format!("{} {} {} {}", axis.values[0], axis.values[1], axis.pixels[0], axis.pixels[1])
         };
         let mut out = format!(
-            "<figure><h3>{}</h3><svg class=\"chart\" viewBox=\"0 0 {WIDTH_PX} {HEIGHT_PX}\" role=\"img\" aria-label=\"{}\" \
+            "<figure><h3>{}</h3><div class=\"sideways\"><svg class=\"chart\" viewBox=\"0 0 {WIDTH_PX} {HEIGHT_PX}\" role=\"img\" aria-label=\"{}\" \
              data-x=\"{}\" data-y=\"{}\" data-unit=\"{}\" data-across=\"{}\" data-across-unit=\"{}\">\n",
             escape(self.title),
             escape(self.title),
@@ -97,7 +97,7 @@ impl Chart<'_> {
             out += &series.line(&across, &up);
         }
         out += "<line class=\"now\" y1=\"10\" y2=\"200\" x1=\"-9\" x2=\"-9\"/>\
-                <line class=\"cross\" y1=\"10\" y2=\"200\" x1=\"-9\" x2=\"-9\"/></svg>\n<p class=\"legend\">";
+                <line class=\"cross\" y1=\"10\" y2=\"200\" x1=\"-9\" x2=\"-9\"/></svg></div>\n<p class=\"legend\">";
         for series in self.series.iter().take(MOST_KEYS) {
             out += &series.key();
         }
@@ -112,7 +112,7 @@ impl Chart<'_> {
         let mut out = String::new();
         let (marks, digits) = up.marks(5.0);
         for value in marks {
-            let (y, label) = (px(up.at(value)), number(value, digits));
+            let (y, label) = (px(up.at(value)), tick(value, digits));
             out += &format!("<line class=\"grid\" x1=\"{x1}\" y1=\"{y}\" x2=\"{x2}\" y2=\"{y}\"/>");
             out += &format!(
                 "<text class=\"tick\" x=\"{}\" y=\"{y}\" dy=\"4\" text-anchor=\"end\">{label}</text>\n",
@@ -121,7 +121,7 @@ impl Chart<'_> {
         }
         let (marks, digits) = across.marks(12.0);
         for value in marks {
-            let (x, label) = (px(across.at(value)), number(value, digits));
+            let (x, label) = (px(across.at(value)), tick(value, digits));
             out += &format!("<line class=\"grid\" x1=\"{x}\" y1=\"{y1}\" x2=\"{x}\" y2=\"{y2}\"/>");
             out += &format!(
                 "<text class=\"tick\" x=\"{x}\" y=\"{}\" text-anchor=\"middle\">{label}</text>\n",
@@ -198,7 +198,7 @@ impl Series {
     fn key(&self) -> String {
         let line = "<line class=\"path\" x1=\"2\" y1=\"7\" x2=\"24\" y2=\"7\"/>";
         format!(
-            "<span class=\"key\"><svg viewBox=\"0 0 26 14\" width=\"26\" height=\"14\"><g {}>{line}</g></svg>{}</span>",
+            "<span class=\"key\"><svg aria-hidden=\"true\" viewBox=\"0 0 26 14\" width=\"26\" height=\"14\"><g {}>{line}</g></svg>{}</span>",
             self.style(),
             escape(&self.name)
         )

@@ -35,7 +35,7 @@ pub(crate) fn strip(result: &RunResult) -> String {
     }
     let (left, width) = (56.0, 1034.0);
     let mut out = format!(
-        "<figure><h3>Frames</h3><svg class=\"strip\" viewBox=\"0 0 1100 44\" data-rows=\"{left} {width} {n}\" role=\"img\" \
+        "<figure><h3>Frames</h3><div class=\"sideways\"><svg class=\"strip\" viewBox=\"0 0 1100 44\" data-rows=\"{left} {width} {n}\" role=\"img\" \
          aria-label=\"Status of every frame\">\n"
     );
     let mut counts = [0; KINDS.len()];
@@ -65,10 +65,10 @@ pub(crate) fn strip(result: &RunResult) -> String {
         out +=
             &format!("<text class=\"tick\" x=\"{x}\" y=\"38\" text-anchor=\"{anchor}\">frame {frame}</text>");
     }
-    out += "</svg>\n<p class=\"legend\">";
+    out += "</svg></div>\n<p class=\"legend\">";
     for ((class, meaning), count) in KINDS.iter().zip(counts).filter(|(_, count)| *count > 0) {
         out += &format!(
-            "<span class=\"key\"><svg viewBox=\"0 0 14 14\" width=\"14\" height=\"14\"><rect class=\"{class}\" width=\"14\" \
+            "<span class=\"key\"><svg aria-hidden=\"true\" viewBox=\"0 0 14 14\" width=\"14\" height=\"14\"><rect class=\"{class}\" width=\"14\" \
              height=\"14\"/></svg>{meaning} ({count})</span>"
         );
     }

@@ -30,6 +30,11 @@ pub(crate) fn number(value: f64, digits: usize) -> String {
     }
 }
 
+/// A number at an axis, with a minus and no hyphen.
+pub(crate) fn tick(value: f64, digits: usize) -> String {
+    number(value, digits).replace('-', "\u{2212}")
+}
+
 /// A number and its unit.
 pub(crate) fn quantity(value: f64, digits: usize, unit: &str) -> String {
     format!("{} {unit}", number(value, digits))

@@ -6,6 +6,7 @@ use motorcade_vehicles::{Source, VehicleTrajectory};
 
 use crate::hue::hue;
 use crate::outline::{position, sigma_m};
+use crate::speed::KMH;
 use crate::text::{escape, maybe, number};
 
 /// One row per vehicle.
@@ -18,7 +19,7 @@ pub(crate) fn table(result: &RunResult) -> String {
         return "<p>No vehicles were found.</p>\n".to_owned();
     }
     let mut out = "<div class=\"wide\"><table><thead><tr><th>id</th><th>class</th><th>frames</th><th>observed in</th>\
-                   <th>P(moving)</th><th>length × width × height [m]</th><th>mean speed [m/s]</th><th>max speed [m/s]</th>\
+                   <th>P(moving)</th><th>length × width × height [m]</th><th>mean speed [km/h]</th><th>max speed [km/h]</th>\
                    <th>nearest [m]</th><th>position σ [m]</th></tr></thead><tbody>\n"
         .to_owned();
     for (k, vehicle) in result.vehicles.iter().enumerate() {
@@ -34,7 +35,7 @@ fn row(result: &RunResult, vehicle: &VehicleTrajectory, index: usize) -> String 
     let ends = states.first().zip(states.last());
     let frames = ends.map_or_else(String::new, |(a, b)| format!("{}–{}", frame(a.frame), frame(b.frame)));
     let observed = states.iter().filter(|s| s.source != Source::Predicted).count();
-    let speeds = states.iter().map(|s| s.speed_mps.abs());
+    let speeds = states.iter().map(|s| KMH * s.speed_mps.abs());
     let mean = (!states.is_empty()).then(|| speeds.clone().sum::<f64>() / states.len() as f64);
     let distance = |s: &motorcade_vehicles::VehicleState| {
         let ego = result.ego.frames.get(s.frame)?;

@@ -56,7 +56,9 @@ fn an_online_run_is_in_the_world_of_the_map_from_the_frame_it_is_met() {
     let lines: Vec<serde_json::Value> =
         output.stdout.lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
     let revision = lines.iter().find(|line| line.get("revision").is_some()).unwrap();
-    assert!(revision["map"]["matches"].as_u64().unwrap() >= 5, "{revision}");
+    // Three sure ones in a row.
+    assert!(revision["map"]["matches"].as_u64().unwrap() >= 3, "{revision}");
+    assert!(revision["frame"].as_u64().unwrap() < 30, "{revision}");
     let again = record(&at.join("again"));
     assert!(again["map"]["matches"].as_u64().unwrap() >= 5, "{}", again["map"]);
     assert_eq!(again["map"]["first_estimated_frame"], revision["frame"]);

@@ -31,7 +31,7 @@ pub(super) fn with_deviations(
     }
     information *= independent(fixes, &fit.used, options) / (one * one);
     information[(3, 3)] += 1.0 / (prior_s * prior_s).max(1e-9);
-    let covariance = information.try_inverse().unwrap_or_else(|| Matrix4::identity() * f64::INFINITY);
+    let covariance = covariance(&information, fit.offset_sigma_s);
     let sigma = |k: usize| covariance[(k, k)].max(0.0).sqrt();
     let outliers = fit.used.iter().filter(|k| apart(**k) > 3.0 * fixes[**k].sigma.max(one)).count();
     let up = mean(&|k| fixes[k].up - at(k).z);
@@ -46,6 +46,20 @@ pub(super) fn with_deviations(
         rms_m,
         fixes: (fit.used.len(), outliers),
     }
+}
+
+/// Covariance of heading, start and clock, whose standard deviation is `least_s` at least: where several offsets fit, each is more certain than all
+/// are. Heading and start follow the clock as the fixes have them at each offset.
+fn covariance(information: &Matrix4<f64>, least_s: f64) -> Matrix4<f64> {
+    let unknown = || Matrix4::identity() * f64::INFINITY;
+    let Some(local) = information.try_inverse() else { return unknown() };
+    let clock = local[(3, 3)];
+    if !(clock > 0.0 && least_s * least_s > clock) {
+        return local;
+    }
+    // Regression of all on the clock.
+    let by_clock = local.column(3) / clock;
+    local + by_clock * by_clock.transpose() * (least_s * least_s - clock)
 }
 
 /// Derivative of the place of the camera at the time of a fix by heading \[rad\], start \[m\] and clock offset \[s\].

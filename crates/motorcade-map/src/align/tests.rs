@@ -123,3 +123,36 @@ fn what_the_fixes_cannot_tell_apart_is_wide() {
     assert!((0.2..0.4).contains(&found.clock_sigma_s), "{}", found.clock_sigma_s);
     assert!(position_sigma > 2.5 && heading_sigma > 2.5, "{position_sigma} {heading_sigma}");
 }
+
+/// A short drive that hardly bends: several clock offsets fit, and fewer fixes fit better than all.
+#[test]
+fn what_several_offsets_explain_is_wide_or_refused() {
+    let mut short = run();
+    short.frames.truncate(120);
+    let mut answers = 0;
+    for seed in 0..12 {
+        let noisy = |longer: bool| {
+            let mut track = track(&short, 0.0);
+            if longer {
+                let whole = self::track(&run(), 0.0);
+                track.points = whole.points.into_iter().take(30).collect();
+            }
+            for (k, point) in track.points.iter_mut().enumerate() {
+                let error = Vector3::new(noise(k + 31 * seed), noise(k + 31 * seed + 700), 0.0);
+                point.at = point.at.moved(&(1.5 * error));
+            }
+            track
+        };
+        for longer in [false, true] {
+            let Ok(found) = align(&short, &noisy(longer), None, &AlignOptions::default()) else { continue };
+            answers += usize::from(!longer);
+            let late = (found.anchor.clock_offset_s.unwrap() - OFFSET_S).abs();
+            assert!(late < 2.5 * found.clock_sigma_s, "{seed} {longer}: {late} of {}", found.clock_sigma_s);
+            let (_, heading_sigma) = found.anchor.sigma.unwrap();
+            let turned = (found.anchor.heading_deg - 315.0).abs();
+            assert!(turned < 2.5 * heading_sigma, "{seed} {longer}: {turned} of {heading_sigma}");
+        }
+    }
+    // A track of the drive alone is placed.
+    assert!(answers > 6, "{answers}");
+}

@@ -111,27 +111,27 @@ fn moving(vehicles: &[VehicleTrajectory], least: usize) -> f64 {
 
 /// A case at the rate of the bounds, as a whole.
 pub fn run(case: &Case) -> Outcome {
-    run_at(case, RenderOptions::default().fps, false)
+    run_at(case, RenderOptions::default().fps, false, asked("SEED", SEED))
 }
 
 /// A case seen by a rolling shutter whose rows take `readout_s`, for which the pipeline takes `assumed_s`.
 pub fn run_rolling(case: &Case, [readout_s, assumed_s]: [f64; 2]) -> Outcome {
-    run_with(case, RenderOptions::default().fps, false, [readout_s, assumed_s])
+    run_with(case, RenderOptions::default().fps, false, [readout_s, assumed_s], asked("SEED", SEED))
 }
 
 /// A case with as many frames as its motion has at this rate, as a whole or online.
-pub fn run_at(case: &Case, fps: f64, online: bool) -> Outcome {
-    run_with(case, fps, online, [0.0; 2])
+pub fn run_at(case: &Case, fps: f64, online: bool, seed: u64) -> Outcome {
+    run_with(case, fps, online, [0.0; 2], seed)
 }
 
-fn run_with(case: &Case, fps: f64, online: bool, [readout_s, assumed_s]: [f64; 2]) -> Outcome {
+fn run_with(case: &Case, fps: f64, online: bool, [readout_s, assumed_s]: [f64; 2], seed: u64) -> Outcome {
     let scenario = Scenario::by_name(case.name).unwrap();
     let usual = RenderOptions::default();
     let sensor = SensorOptions { readout_s, ..usual.sensor };
     let frames = (case.frames as f64 * fps / usual.fps).round() as usize;
     let render = RenderOptions { weather: case.weather, fps, sensor, ..usual }
         .with_width(asked("WIDTH", case.width_px));
-    let drive = simulate(&scenario, frames, asked("SEED", SEED), &render).unwrap();
+    let drive = simulate(&scenario, frames, seed, &render).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let written = drive.write_kitti(folder.path(), &WriteOptions::default(), &|_| {}).unwrap();
 

@@ -2,7 +2,7 @@
 
 use super::view::View;
 use crate::axis::{Axis, round_step};
-use crate::text::{number, px};
+use crate::text::{px, tick};
 
 /// Grid lines with their labels.
 pub(super) fn grid(view: &View) -> String {
@@ -11,9 +11,9 @@ pub(super) fn grid(view: &View) -> String {
     let span = view.across.values[1] - view.across.values[0];
     let step = round_step(span / 14.0);
     let count = |axis: &Axis| (axis.values[1] - axis.values[0]) / step;
-    let mut out = String::new();
+    let mut out = "<g id=\"ticks\">".to_owned();
     for value in view.across.marks(count(&view.across)).0 {
-        let (x, label) = (px(view.across.at(value)), number(value, 0));
+        let (x, label) = (px(view.across.at(value)), tick(value, 0));
         out += &format!("<line class=\"grid\" x1=\"{x}\" y1=\"{y1}\" x2=\"{x}\" y2=\"{}\"/>", px(y2));
         out += &format!(
             "<text class=\"tick\" x=\"{x}\" y=\"{}\" text-anchor=\"middle\">{label}</text>\n",
@@ -21,13 +21,14 @@ pub(super) fn grid(view: &View) -> String {
         );
     }
     for value in view.down.marks(count(&view.down)).0 {
-        let (y, label) = (px(view.down.at(value)), number(value, 0));
+        let (y, label) = (px(view.down.at(value)), tick(value, 0));
         out += &format!("<line class=\"grid\" x1=\"{x1}\" y1=\"{y}\" x2=\"{}\" y2=\"{y}\"/>", px(x2));
         out += &format!(
             "<text class=\"tick\" x=\"{}\" y=\"{y}\" dy=\"4\" text-anchor=\"end\">{label}</text>\n",
             px(x1 - 6.0)
         );
     }
+    out += "</g>";
     let (wide, high) =
         if view.turned { ("z, forward [m]", "x, right [m]") } else { ("x, right [m]", "z, forward [m]") };
     let (x, y) = (px(0.5 * (x1 + x2)), px(0.5 * (y1 + y2)));
@@ -49,7 +50,7 @@ pub(super) fn grid(view: &View) -> String {
 pub(super) fn legend(truth: bool) -> String {
     let item = |drawing: &str, text: &str| {
         format!(
-            "<span class=\"key\"><svg viewBox=\"0 0 34 14\" width=\"34\" height=\"14\">{drawing}</svg>{text}</span>"
+            "<span class=\"key\"><svg aria-hidden=\"true\" viewBox=\"0 0 34 14\" width=\"34\" height=\"14\">{drawing}</svg>{text}</span>"
         )
     };
     let line = |class: &str| {

@@ -31,11 +31,15 @@ pub(super) fn labels(view: &View, vehicles: &[VehicleTrajectory]) -> String {
             continue;
         };
         let kind = kind(vehicle);
+        // Beside the middle, by as much on the screen at every zoom.
+        let middle = (0.5 * (outline[0] + outline[2]), 0.5 * (outline[1] + outline[3]));
         out += &format!(
-            "<g class=\"vehicle {kind}\" data-vehicle=\"{label}\" style=\"--h:{}\"><text class=\"label\" x=\"{}\" y=\"{}\">{label}</text></g>\n",
+            "<g class=\"vehicle {kind}\" data-vehicle=\"{label}\" style=\"--h:{}\"><text class=\"label\" x=\"{}\" y=\"{}\" style=\"--dx:{};--dy:{}\">{label}</text></g>\n",
             hue(k),
-            px(x),
-            px(y)
+            px(middle.0),
+            px(middle.1),
+            px(x - middle.0),
+            px(y - middle.1)
         );
     }
     out

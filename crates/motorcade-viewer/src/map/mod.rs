@@ -30,15 +30,16 @@ pub(crate) fn map(result: &RunResult, truth: &[[f64; 3]]) -> String {
     );
     out += &grid(&view);
     out += "<g clip-path=\"url(#map-clip)\">\n";
+    for (k, trajectory) in result.vehicles.iter().enumerate() {
+        out += &vehicle(&view, trajectory, k);
+    }
+    out += &camera(&view, result);
+    // Its dashes lie on the estimate, which it hardly leaves.
     if !truth.is_empty() {
         let path = view.path(truth.iter().map(|p| Vector2::new(p[0], p[2])));
         out +=
             &format!("<polyline class=\"truth\" points=\"{path}\"><title>ground truth</title></polyline>\n");
     }
-    for (k, trajectory) in result.vehicles.iter().enumerate() {
-        out += &vehicle(&view, trajectory, k);
-    }
-    out += &camera(&view, result);
     // Labels last, on top.
     out += &labels(&view, &result.vehicles);
     out += "<g id=\"marks\"></g></g></svg></div>\n";

@@ -36,7 +36,7 @@ for (const svg of document.querySelectorAll('svg.chart')) {
   const lines = [...svg.querySelectorAll('[data-name]')].map((line) => [line.dataset.name, line]);
   const cross = svg.querySelector('.cross');
   const now = svg.querySelector('.now');
-  const readout = svg.parentElement.querySelector('.readout');
+  const readout = svg.closest('figure').querySelector('.readout');
   const put = (line, x) => { line.setAttribute('x1', x); line.setAttribute('x2', x); };
   const valueAt = (x) => t0 + ((x - x0) / (x1 - x0)) * (t1 - t0);
   svg.addEventListener('mousemove', (event) => {

@@ -26,7 +26,7 @@ drive.follow = (k) => {
 };
 // Where a drawing is wider than the screen, moves it so that its x coordinate is seen.
 drive.reveal = (svg, x) => {
-  const scroller = svg.closest('figure, .sideways');
+  const scroller = svg.closest('.sideways');
   if (!scroller || scroller.scrollWidth <= scroller.clientWidth) return;
   const view = svg.viewBox.baseVal;
   const [box, outer] = [svg.getBoundingClientRect(), scroller.getBoundingClientRect()];

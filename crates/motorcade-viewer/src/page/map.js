@@ -43,6 +43,30 @@ for (const svg of document.querySelectorAll('svg.map')) {
     }
   };
 
+  // Lines of a zoomed map, with their numbers at its edges; those of the whole map stand in the page.
+  const ticks = svg.querySelector('#ticks');
+  const written = [...ticks.children];
+  const grid = (metres) => {
+    if (view.width >= whole.width) { ticks.replaceChildren(...written); return; }
+    ticks.replaceChildren();
+    const step = metres * (whole.width > 600 ? 1 : 2);
+    const px = view.width / whole.width;
+    const lines = (at, from, to, put) => {
+      const [a, b] = [at(from), at(to)].sort((p, q) => p - q);
+      for (let k = Math.ceil(a / step); k <= Math.floor(b / step); k++) put(k * step);
+    };
+    const text = (value) => String(value).replace('-', '\u2212');
+    lines((x) => (x - left) / byX, view.x, view.x + view.width, (value) => {
+      const x = left + byX * value;
+      svgElement('line', { class: 'grid', x1: x, x2: x, y1: view.y, y2: view.y + view.height }, ticks);
+      svgElement('text', { class: 'tick', x, y: view.y + view.height - 4 * px, 'text-anchor': 'middle' }, ticks).textContent = text(value);
+    });
+    lines((y) => (y - top) / byY, view.y, view.y + view.height, (value) => {
+      const y = top + byY * value;
+      svgElement('line', { class: 'grid', x1: view.x, x2: view.x + view.width, y1: y, y2: y }, ticks);
+      svgElement('text', { class: 'tick', x: view.x + 4 * px, y: y - 3 * px }, ticks).textContent = text(value);
+    });
+  };
   const bar = document.getElementById('bar');
   const apply = () => {
     svg.setAttribute('viewBox', `${view.x} ${view.y} ${view.width} ${view.height}`);
@@ -55,6 +79,7 @@ for (const svg of document.querySelectorAll('svg.map')) {
     const metres = [5, 2, 1].map((m) => m * power).find((m) => m * perMetre <= 140) || power;
     bar.style.width = metres * perMetre + 'px';
     document.getElementById('bar-length').textContent = metres + ' m';
+    grid(metres);
   };
   const zoom = (factor, x, y) => {
     const width = Math.min(whole.width, Math.max(whole.width / 400, view.width / factor));

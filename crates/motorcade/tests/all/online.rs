@@ -2,21 +2,21 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test")]
 
-use std::time::Instant;
+use cpu_time::ThreadTime;
 
 use crate::common::{HEIGHT_M, drive, gap_m, pose, settings};
 use motorcade::{Config, FrontEndRecord, NoProgress, RunResult, SlidingEstimator, estimate_drive};
 use motorcade_geometry::robust::quantile;
 use motorcade_vehicles::Source;
 
-/// Takes the frames one by one; returns the line of each, the milliseconds each took, and the result.
+/// Takes the frames one by one; returns the line of each, the milliseconds of the processor that each took, and the result.
 fn online(record: FrontEndRecord, config: &Config) -> (Vec<String>, Vec<f64>, RunResult) {
     let settings = settings(*config);
     let mut sliding = SlidingEstimator::new(&settings);
     let (mut lines, mut times_ms) = (Vec::new(), Vec::new());
     for rows in 1..=record.frames.len() {
         let view = record.view(rows);
-        let start = Instant::now();
+        let start = ThreadTime::now();
         sliding.advance(&view, &settings);
         lines.push(sliding.newest(&view).unwrap().to_json());
         times_ms.push(start.elapsed().as_secs_f64() * 1e3);

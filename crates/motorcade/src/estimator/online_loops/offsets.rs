@@ -74,10 +74,7 @@ impl Offsets {
         };
         let before = camera.clone();
         place(camera, offset, uncertainty);
-        for state in vehicles {
-            exchange_camera(state, &before, camera);
-            state.world_from_vehicle = *offset * state.world_from_vehicle;
-        }
+        vehicles.for_each(|state| carry(state, offset, (&before, camera)));
     }
 
     /// All cameras, and the states of all vehicles, as they were returned.
@@ -98,17 +95,22 @@ impl Offsets {
             place(camera, offset, &uncertainty);
         }
         for state in vehicles {
-            let Some(offset) = self.of(state.frame).map(|m| m.offset) else { continue };
-            if let (Some(old), Some(new)) = (before.get(state.frame), cameras.get(state.frame)) {
-                exchange_camera(state, old, new);
+            let known = before.get(state.frame).zip(cameras.get(state.frame));
+            if let Some((Move { offset, .. }, known)) = self.of(state.frame).zip(known) {
+                carry(state, offset, known);
             }
-            state.world_from_vehicle = offset * state.world_from_vehicle;
         }
     }
 }
 
 fn advance(uncertainty: &mut Uncertainty, before: &Pose<World, Camera>, camera: &EgoFrame) {
     uncertainty.advance(camera, &(before.inverse() * camera.world_from_camera).cast());
+}
+
+/// Moves a vehicle with its camera, as it was `before` and is now.
+fn carry(state: &mut VehicleState, offset: &Pose<World, World>, (before, now): (&EgoFrame, &EgoFrame)) {
+    exchange_camera(state, before, now);
+    state.world_from_vehicle = *offset * state.world_from_vehicle;
 }
 
 fn place(camera: &mut EgoFrame, offset: &Pose<World, World>, uncertainty: &Uncertainty) {

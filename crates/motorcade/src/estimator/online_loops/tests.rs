@@ -171,13 +171,13 @@ fn a_drive_is_in_the_world_of_a_kept_map_once_it_is_met() {
     settings.external.map = Some(map);
     let (loops, revisions) = drive(&scene, &settings);
     let first = &revisions[0];
-    assert!(first.by_map.unwrap() >= 10 && first.closed == 0, "{first:?}");
+    assert!(first.by_map.unwrap() >= 3 && first.closed == 0, "{first:?}");
     let line: serde_json::Value = serde_json::from_str(&first.to_json()).unwrap();
     assert_eq!(line["map"]["matches"].as_u64(), first.by_map.map(|n| n as u64));
     let returned = |row: usize| loops.offsets.at(row) * scene.ego[row].world_from_camera;
     let met = first.frame.number as usize;
     assert_eq!(loops.loops.kept.as_ref().unwrap().first_estimated_frame, Some(met));
-    assert!(met < 70 && returned(met - 1) == scene.ego[met - 1].world_from_camera, "{met}");
+    assert!(met < 20 && returned(met - 1) == scene.ego[met - 1].world_from_camera, "{met}");
     for row in met..scene.truth.len() {
         let off = (returned(row).translation() - (there * scene.truth[row]).translation()).norm();
         assert!(off < 0.4, "row {row}: {off} m");
