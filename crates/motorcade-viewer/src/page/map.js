@@ -39,6 +39,11 @@ for (const svg of document.querySelectorAll('svg.map')) {
       const v = drive.vehicles[k];
       const kind = v.kind + (k === drive.followed ? ' on' : '');
       const group = mark(v, s, { class: 'vehicle ' + kind, 'data-vehicle': v.id, style: '--h:' + v.hue }, v.size[0], v.size[1]);
+      if (v.kind.includes('moving') || k === drive.followed) {
+        // Its identity goes with it; that of the whole track stands at its end.
+        const [x, y] = place(v.x[s], v.z[s]);
+        svgElement('text', { class: 'label', x, y, style: '--dx:7;--dy:-7' }, group).textContent = v.id;
+      }
       group.addEventListener('click', () => drive.follow(k));
     }
   };

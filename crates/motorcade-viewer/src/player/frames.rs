@@ -44,7 +44,7 @@ pub(super) fn frames(result: &RunResult, config: &Config) -> Value {
         "xz": column(&|k| covariance(k)[(0, 1)], 3),
         "zz": column(&|k| covariance(k)[(1, 1)], 3),
         "speed": column(&|k| speed(k).map_or(f64::NAN, |s| s.value), 2),
-        "speed_sigma": column(&|k| speed(k).map_or(f64::NAN, |s| s.sigma), 2),
+        "speed_sigma": column(&|k| speed(k).map_or(f64::NAN, |s| s.sigma), 3),
         "way": way,
         "ahead": (0..ego.len()).map(|k| ahead(k).map(|(id, _)| id)).collect::<Vec<_>>(),
         "gap": column(&|k| ahead(k).map_or(f64::NAN, |(_, gap)| gap.value), 2),

@@ -34,7 +34,7 @@ pub(super) fn vehicle(result: &RunResult, vehicle: &VehicleTrajectory, index: us
         "xz": column(&|s| on_map(s)[1], 3),
         "zz": column(&|s| on_map(s)[2], 3),
         "speed": column(&|s| s.speed_mps, 2),
-        "speed_sigma": column(&|s| s.speed_sigma_mps, 2),
+        "speed_sigma": column(&|s| s.speed_sigma_mps, 3),
         "distance": column(&|s| distance(result, s).0, 2),
         "distance_sigma": column(&|s| distance(result, s).1, 2),
     })
