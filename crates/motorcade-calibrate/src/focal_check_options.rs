@@ -10,7 +10,7 @@ pub struct FocalCheckOptions {
     pub most_windows: usize,
     /// Least turn of a window \[rad\]: focal length and depth are one in a straight drive. Less takes windows that determine nothing.
     pub least_turn_rad: f64,
-    /// How many times as much as in the window it replaces the camera has to turn in a new one. Of many equal turns the largest are those whose rotation
+    /// Turn of a new window over that of the window it replaces, at least. Of many equal turns the largest are those whose rotation
     /// errs most: less chooses them, and a long drive doubts a true focal length.
     pub more_turn: f64,
     /// Corners of a window, those that are followed longest.

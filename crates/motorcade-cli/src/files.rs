@@ -56,7 +56,7 @@ impl Content {
     }
 }
 
-/// What files of a kind are known by.
+/// Marks of the files of a kind.
 struct Signs {
     /// Beginnings after white space, one of them.
     beginnings: &'static [&'static str],

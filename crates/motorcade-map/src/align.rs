@@ -240,7 +240,7 @@ fn fit(trajectory: &LevelTrajectory, fixes: &[Fix], offset_s: f64, options: &Ali
     }
     let costs = pairs.iter().map(|(k, p)| (residual(heading, &shift, *k, p).powi(2) / kernel).ln_1p());
     let used: Vec<usize> = pairs.iter().map(|(k, _)| *k).collect();
-    // What lies outside the run costs as much as fixes that fit: fewer of them are neither a gain nor a loss.
+    // Fixes outside of the run cost as much as fixes that fit: fewer of them are neither a gain nor a loss.
     let interval_s = covered / (pairs.len() - 1) as f64;
     let expected = (whole / interval_s + 1.0).max(pairs.len() as f64);
     let fitting = (expected - pairs.len() as f64) * COST_OF_A_FIX;

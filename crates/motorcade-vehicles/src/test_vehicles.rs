@@ -62,6 +62,29 @@ pub(crate) fn track_of(vehicle: &VehicleTrajectory, edges: [bool; 4]) -> Track {
     Track::new(vehicle.id, vehicle.class, vehicle.states.iter().filter_map(one).collect())
 }
 
+/// The track of a car that drives away from the camera at 8 m/s, seen in these frames, `x_m` aside; of each box the left `share`.
+pub(crate) fn seen_driving(
+    id: usize,
+    frames: impl IntoIterator<Item = usize>,
+    x_m: f64,
+    share: f64,
+) -> Track {
+    let mut car = car_ahead(id, x_m, 8.0);
+    let (model, first) = (car.states[0].clone(), car.states[0].world_from_vehicle);
+    car.states = frames.into_iter().map(|frame| VehicleState { frame, ..model.clone() }).collect();
+    for state in &mut car.states {
+        let ahead = Vector3::new(0.0, 0.0, 0.8 * state.frame as f64);
+        state.world_from_vehicle = Pose::from_parts(first.rotation(), first.translation() + ahead);
+        let from_camera = level_grounds(1)[0].world_from_camera.inverse() * state.world_from_vehicle;
+        let bbox = image_box(&CAMERA, &from_camera, car.class, BoxConvention::VisibleExtent, &car.size);
+        state.bbox = bbox.map(|mut bbox| {
+            bbox.x2 = bbox.x1 + share * bbox.width();
+            bbox
+        });
+    }
+    track_of(&car, [true; 4])
+}
+
 /// A car that stands along x, one state in each of these frames: measured with a score of 1, without a box.
 pub(crate) fn standing_car(id: usize, frames: Range<usize>, at: [f64; 2]) -> VehicleTrajectory {
     let state = |frame| VehicleState {

@@ -5,7 +5,7 @@ use motorcade_graph::{Graph, GraphError, GroupId, Options, Stop};
 
 use crate::options::GraphOptions;
 
-/// How the graph of [`close_loops`](super::close_loops) is solved.
+/// Settings of the solves of [`close_loops`](super::close_loops).
 #[derive(Clone, Copy)]
 pub struct LoopSolve<'a> {
     /// Noise of the steps, and limits of the solver.

@@ -138,28 +138,12 @@ pub(super) fn most_own(own: &[bool], hypothesis: &HypothesisOptions) -> bool {
 mod tests {
     use std::ops::Range;
 
-    use motorcade_geometry::Pose;
-    use motorcade_perception::BoxConvention;
-    use nalgebra::Vector3;
-
     use super::*;
     use crate::estimate::estimate_track;
-    use crate::outline::image_box;
-    use crate::test_vehicles::{CAMERA, car_ahead, level_grounds, track_of};
+    use crate::test_vehicles::{CAMERA, level_grounds, seen_driving};
 
-    /// A car that drives away from the camera at 8 m/s, seen in these frames, `x_m` aside.
     fn seen(id: usize, frames: Range<usize>, x_m: f64) -> Track {
-        let mut car = car_ahead(id, x_m, 8.0);
-        let (model, first) = (car.states[0].clone(), car.states[0].world_from_vehicle);
-        car.states = frames.map(|frame| VehicleState { frame, ..model.clone() }).collect();
-        for state in &mut car.states {
-            let ahead = Vector3::new(0.0, 0.0, 0.8 * state.frame as f64);
-            state.world_from_vehicle = Pose::from_parts(first.rotation(), first.translation() + ahead);
-            let from_camera = level_grounds(1)[0].world_from_camera.inverse() * state.world_from_vehicle;
-            let (class, convention) = (car.class, BoxConvention::VisibleExtent);
-            state.bbox = image_box(&CAMERA, &from_camera, class, convention, &car.size);
-        }
-        track_of(&car, [true; 4])
+        seen_driving(id, frames, x_m, 1.0)
     }
 
     /// Identities and numbers of states after the join.

@@ -102,32 +102,9 @@ fn one_of<V: Fn(&Track) -> ExternalTrack>(
 mod tests {
     use std::ops::Range;
 
-    use motorcade_geometry::Pose;
-    use motorcade_perception::BoxConvention;
-    use nalgebra::Vector3;
-
     use super::*;
     use crate::estimate::estimate_track;
-    use crate::outline::image_box;
-    use crate::test_vehicles::{CAMERA, car_ahead, level_grounds, track_of};
-
-    /// A car that drives away from the camera at 8 m/s, seen in these frames, `x_m` aside; of each box the left `share`.
-    fn seen(id: usize, frames: impl Iterator<Item = usize>, x_m: f64, share: f64) -> Track {
-        let mut car = car_ahead(id, x_m, 8.0);
-        let (model, first) = (car.states[0].clone(), car.states[0].world_from_vehicle);
-        car.states = frames.map(|frame| VehicleState { frame, ..model.clone() }).collect();
-        for state in &mut car.states {
-            let ahead = Vector3::new(0.0, 0.0, 0.8 * state.frame as f64);
-            state.world_from_vehicle = Pose::from_parts(first.rotation(), first.translation() + ahead);
-            let from_camera = level_grounds(1)[0].world_from_camera.inverse() * state.world_from_vehicle;
-            let (class, convention) = (car.class, BoxConvention::VisibleExtent);
-            state.bbox = image_box(&CAMERA, &from_camera, class, convention, &car.size).map(|mut bbox| {
-                bbox.x2 = bbox.x1 + share * bbox.width();
-                bbox
-            });
-        }
-        track_of(&car, [true; 4])
-    }
+    use crate::test_vehicles::{CAMERA, level_grounds, seen_driving as seen};
 
     /// Identities, numbers of states and of those predicted after the join.
     fn joined(tracks: &[Track]) -> Vec<(usize, usize, usize)> {
@@ -152,7 +129,7 @@ mod tests {
         assert_eq!(joined(&[second.clone(), with_gap(12..22)]), [(3, 40, 3)]);
         // Of its visible half.
         assert_eq!(joined(&[with_gap(12..22), seen(7, 13..20, 0.0, 0.7)]), [(3, 40, 3)]);
-        // Where both are seen, in the next lane, and where it is seen most of the time.
+        // Two where both are seen, in the next lane, and where it is seen most of the time.
         assert_eq!(joined(&[with_gap(12..13), second.clone()]).len(), 2);
         assert_eq!(joined(&[with_gap(12..22), seen(7, 13..20, 5.0, 1.0)]).len(), 2);
         assert_eq!(joined(&[with_gap(12..22), seen(7, 0..40, 1.0, 1.0)]).len(), 2);

@@ -65,7 +65,10 @@ pub(super) fn legend(truth: bool) -> String {
     out += &item(&line("vehicle moving unsure"), "one that may stand: P(moving) below 0.95");
     let body =
         "<g class=\"vehicle parked\"><rect class=\"body\" x=\"5\" y=\"2\" width=\"24\" height=\"10\"/></g>";
-    out += &item(body, "parked vehicle, to size; the line points forward; faint: the detector doubts it, or does not see it");
+    out += &item(
+        body,
+        "parked vehicle, to size; the line points forward; faint: the detector doubts it, or does not see it",
+    );
     out += &item("<g class=\"camera\"><circle class=\"start\" cx=\"17\" cy=\"7\" r=\"5\"/></g>", "start");
     out += &item("<g class=\"camera\"><circle class=\"end\" cx=\"17\" cy=\"7\" r=\"5\"/></g>", "end");
     out += "</p>\n<p class=\"legend toggles\">Show:";
