@@ -15,7 +15,7 @@ use crate::evaluation::evaluate_result;
 use crate::exit;
 use crate::files::demo_drive;
 use crate::progress::Reporter;
-use crate::run::code;
+use crate::run::{code, focal_length};
 use crate::simulate;
 use crate::threads::threads;
 
@@ -88,6 +88,7 @@ pub fn demo(arguments: &DemoArguments) -> anyhow::Result<u8> {
     if let Some(evaluation) = &evaluation {
         exit::say(evaluation.to_string().trim_end());
     }
+    exit::say(&focal_length(&result));
     exit::say(&format!(
         "\ndrive   {}\nreport  {}",
         drive.display(),

@@ -239,12 +239,21 @@ fn summary(result: &RunResult, arguments: &RunArguments) -> String {
         "no vehicles looked for".to_owned()
     };
     format!(
-        "{} frames, {:.1} m driven, {:.1} % tracked, {vehicles}, {spent:.1} s of computing\n{}",
+        "{} frames, {:.1} m driven, {:.1} % tracked, {vehicles}, {spent:.1} s of computing\n{}\n{}",
         result.frames.len(),
         result.ego.length_m(),
         100.0 * result.tracked_share(),
+        focal_length(result),
         arguments.out.display()
     )
+}
+
+/// What the drive says of the stated focal length, to which all distances are proportional.
+pub fn focal_length(result: &RunResult) -> String {
+    match &result.focal_by_turns {
+        Some(found) => format!("focal length: {found}"),
+        None => "focal length: not checked (too little turning, calibrated from the drive, or online): an error is not noticed".to_owned(),
+    }
 }
 
 #[cfg(test)]

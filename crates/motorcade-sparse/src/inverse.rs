@@ -26,7 +26,7 @@ struct Front {
 }
 
 impl SelectedInverse {
-    /// Of the matrix with this factor; `None` when asked to stop, which is looked at between supernodes.
+    /// Of the matrix with this factor; `None` when asked to stop, which is looked at some ten times a second.
     pub fn new(matrix: &BlockMatrix, factor: &Cholesky, stop: Stop<'_>) -> Option<Self> {
         let mut out = Self { values: vec![0.0; matrix.symbolic.factor_len] };
         sweep(&matrix.symbolic, factor, stop, |node, inverse| out.store(node, inverse))?;
@@ -80,8 +80,13 @@ impl SelectedInverse {
         left.transpose() * (self.front(symbolic, top) * right)
     }
 
-    /// One diagonal block of the inverse, original numbering: the fronts from the root down to it, no others.
-    pub fn diagonal_block(matrix: &BlockMatrix, factor: &Cholesky, i: u32) -> DMatrix<f64> {
+    /// One diagonal block of the inverse, original numbering: the fronts from the root down to it, no others. `None` when asked to stop.
+    pub fn diagonal_block(
+        matrix: &BlockMatrix,
+        factor: &Cholesky,
+        i: u32,
+        stop: Stop<'_>,
+    ) -> Option<DMatrix<f64>> {
         let symbolic = &matrix.symbolic;
         let position = symbolic.position[i as usize];
         let own = symbolic.node_of[position as usize];
@@ -91,14 +96,14 @@ impl SelectedInverse {
         {
             path.push(symbolic.nodes[s as usize].parent);
         }
-        let mut inverse = DMatrix::zeros(0, 0);
+        let (mut inverse, mut lookout) = (DMatrix::zeros(0, 0), Lookout::new(stop, 0.0));
         for &s in path.iter().rev() {
             let node = &symbolic.nodes[s as usize];
-            inverse = invert(node, factor.panel(node), &gather(symbolic, node, &inverse));
+            inverse = invert(node, factor.panel(node), &gather(symbolic, node, &inverse), &mut lookout)?;
         }
         let first = symbolic.offsets[symbolic.nodes[own as usize].first as usize];
         let (at, dim) = (symbolic.offsets[position as usize] - first, symbolic.dims[position as usize]);
-        inverse.view((at, at), (dim, dim)).into_owned()
+        Some(inverse.view((at, at), (dim, dim)).into_owned())
     }
 
     /// The inverse over one front, pivots and rows below: all of it lies on the pattern.
@@ -154,12 +159,8 @@ fn sweep(
             }
             None => DMatrix::zeros(node.shape.below, node.shape.below),
         };
-        let inverse = invert(node, factor.panel(node), &below);
+        let inverse = invert(node, factor.panel(node), &below, &mut lookout)?;
         visit(node, &inverse);
-        let (n, m) = (node.shape.pivots as f64, node.shape.below as f64);
-        if lookout.stops_after(n * (n + m) * (n + m)) {
-            return None;
-        }
         if !node.children.is_empty() {
             fronts[s] = Some(Front { inverse, waiting: node.children.len() });
         }
@@ -219,26 +220,55 @@ fn gather(symbolic: &Symbolic, node: &Node, front: &DMatrix<f64>) -> DMatrix<f64
     DMatrix::from_fn(m, m, |i, j| front[(places[i], places[j])])
 }
 
-fn invert(node: &Node, panel: &[f64], below: &DMatrix<f64>) -> DMatrix<f64> {
+/// The inverse over one front, a few columns at a time, so that nobody waits for a large one; `None` when asked to stop.
+fn invert(
+    node: &Node,
+    panel: &[f64],
+    below: &DMatrix<f64>,
+    lookout: &mut Lookout<'_>,
+) -> Option<DMatrix<f64>> {
     let (n, m, ld) = (node.shape.pivots, node.shape.below, node.shape.ld());
     let view = DMatrixView::from_slice_with_strides(panel, ld, n, 1, ld);
-    let l11 = view.rows(0, n).lower_triangle();
-    let mut w = DMatrix::identity(n, n);
-    l11.solve_lower_triangular_mut(&mut w); // L11⁻¹
-    let y = view.rows(node.shape.below_start(), m) * &w; // m×n
-    let below_pivots = -(below * &y); // m×n
-    let pivots = w.transpose() * &w - y.transpose() * &below_pivots;
+    let (l11, l21) = (view.rows(0, n).lower_triangle(), view.rows(node.shape.below_start(), m));
+    let mut w = DMatrix::identity(n, n); // L11⁻¹
+    let mut y = DMatrix::zeros(m, n);
+    let mut below_pivots = DMatrix::zeros(m, n);
+    for (first, count) in strips(n, n + m) {
+        let (done, rest) = ((first, first), (n - first, n - first));
+        l11.view(done, rest).solve_lower_triangular_mut(&mut w.view_mut(done, (n - first, count)));
+        y.columns_mut(first, count).gemm(1.0, &l21, &w.columns(first, count), 0.0);
+        below_pivots.columns_mut(first, count).gemm(-1.0, below, &y.columns(first, count), 0.0);
+        if lookout.stops_after(((n + m) * (n + m) * count) as f64) {
+            return None;
+        }
+    }
+    let (w_transposed, y_transposed) = (w.transpose(), y.transpose());
     let mut out = DMatrix::zeros(n + m, n + m);
-    out.view_mut((0, 0), (n, n)).copy_from(&pivots);
+    for (first, count) in strips(n, n + m) {
+        let pivots =
+            &w_transposed * w.columns(first, count) - &y_transposed * below_pivots.columns(first, count);
+        out.view_mut((0, first), (n, count)).copy_from(&pivots);
+        if lookout.stops_after((n * (n + m) * count) as f64) {
+            return None;
+        }
+    }
     out.view_mut((n, 0), (m, n)).copy_from(&below_pivots);
     out.view_mut((0, n), (n, m)).copy_from(&below_pivots.transpose());
     out.view_mut((n, n), (m, m)).copy_from(below);
-    out
+    Some(out)
+}
+
+/// First column and number of columns of strips of `columns`, in a front of `size` rows: each some 10⁸ multiplications, a small front one strip.
+fn strips(columns: usize, size: usize) -> impl Iterator<Item = (usize, usize)> {
+    let width = ((1 << 27) / (size * size).max(1)).max(8);
+    (0..columns).step_by(width).map(move |first| (first, width.min(columns - first)))
 }
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
     use super::*;
 
     /// Two chains with a few long ties, of blocks of mixed sizes.
@@ -288,5 +318,34 @@ mod tests {
             }
         }
         assert!(off_pattern > 1000, "{off_pattern}");
+    }
+
+    #[test]
+    fn an_inverse_is_given_up_within_a_front() {
+        // One front of 1,200 rows.
+        let pairs: Vec<(u32, u32)> = (0..200).flat_map(|i| (0..i).map(move |j| (i, j))).collect();
+        let mut matrix = BlockMatrix::new(&vec![6; 200], &pairs);
+        for k in 0..200 {
+            let slot = matrix.slot(k, k).unwrap();
+            matrix.add(slot, 4.0, DMatrix::<f64>::identity(6, 6).as_slice(), 6, (6, 6));
+        }
+        let mut factor = Cholesky::default();
+        factor.factorise(&matrix, 0.0, false, None, Stop::NEVER).unwrap();
+        let looks = AtomicUsize::new(0);
+        let inverse = |stops_at: usize| {
+            looks.store(0, Ordering::Relaxed);
+            let asked = || looks.fetch_add(1, Ordering::Relaxed) + 1 == stops_at;
+            let blocks = SelectedInverse::diagonal(&matrix, &factor, Stop::new(&asked));
+            (blocks, looks.load(Ordering::Relaxed))
+        };
+        let (blocks, all) = inverse(usize::MAX);
+        let quarter = DMatrix::identity(6, 6) / 4.0;
+        assert!(blocks.unwrap().iter().all(|block| block == &quarter));
+        assert!((6..60).contains(&all), "{all}");
+        for stops_at in [1, all / 2, all] {
+            assert_eq!(inverse(stops_at), (None, stops_at));
+        }
+        let block = |stop| SelectedInverse::diagonal_block(&matrix, &factor, 7, stop);
+        assert!(block(Stop::NEVER) == Some(quarter) && block(Stop::new(&|| true)).is_none());
     }
 }

@@ -112,7 +112,11 @@ pub(crate) fn quoted(result: &RunResult, speeds: &[FrameSpeeds]) -> String {
 fn focal_length(result: &RunResult) -> (&'static str, String, String) {
     match &result.focal_by_turns {
         Some(found) => {
-            let stated = format!("{} stated", quantity(found.stated_px, 0, "px"));
+            let stated = format!(
+                "{} stated; an error below {} is not noticed",
+                quantity(found.stated_px, 0, "px"),
+                quantity(100.0 * found.least_error_told, 0, "%")
+            );
             ("focal length by the turns", estimate(found.px, found.sigma_px, 0, "px"), stated)
         }
         None => (

@@ -287,9 +287,9 @@ impl FrontEnd {
         let stated_px = check.stated_px();
         let found = self.record.stopwatch.time("focal length", || check.finish(odometry))?;
         let px = found.lens.focal_px;
-        let found = FocalByTurns { stated_px, px, sigma_px: found.focal_sigma() * px };
+        let found = FocalByTurns::new(stated_px, px, found.focal_sigma() * px, options);
         self.record.focal_by_turns = Some(found);
-        plausibility::of_focal_length(&found, options)
+        plausibility::of_focal_length(&found)
     }
 
     /// Drops the features of the first `count` keyframes of places, which nobody asks for again.

@@ -1,6 +1,5 @@
 //! Settings and results that are possible but rarely meant.
 
-use motorcade_calibrate::FocalCheckOptions;
 use motorcade_geometry::PinholeCamera;
 
 use crate::check_options::PlausibilityOptions;
@@ -42,10 +41,9 @@ pub(crate) fn of_camera(camera: &PinholeCamera, height_m: f64, options: &Plausib
 }
 
 /// A warning about a focal length \[px\] that the turns of the drive contradict.
-pub(crate) fn of_focal_length(found: &FocalByTurns, options: &FocalCheckOptions) -> Option<String> {
-    let FocalByTurns { stated_px, px, sigma_px } = *found;
-    let difference = (px / stated_px).ln().abs();
-    (difference > options.disagreement && difference > options.disagreement_sigmas * sigma_px / px).then(|| {
+pub(crate) fn of_focal_length(found: &FocalByTurns) -> Option<String> {
+    let FocalByTurns { stated_px, px, sigma_px, .. } = *found;
+    found.contradicts().then(|| {
         format!(
             "the focal length of {stated_px:.0} px disagrees with the drive, whose turns say {px:.0} ± {sigma_px:.0} px: all distances may be wrong by as much; \
              check the calibration (fx, fy), or estimate it: motorcade calibrate"

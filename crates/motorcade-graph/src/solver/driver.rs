@@ -90,7 +90,7 @@ impl Solver {
     pub(crate) fn covariance(&self, variable: VariableId) -> Option<DMatrix<f64>> {
         let (_, problem) = self.cached.as_ref().filter(|_| self.linear.undamped)?;
         let block = problem.variables.binary_search(&variable).ok()?;
-        Some(SelectedInverse::diagonal_block(&problem.matrix, &self.linear.factor, block as u32))
+        SelectedInverse::diagonal_block(&problem.matrix, &self.linear.factor, block as u32, Stop::NEVER)
     }
 
     fn run(&mut self, graph: &mut Graph, parallel: bool, stop: Stop<'_>) -> Result<Report, GraphError> {

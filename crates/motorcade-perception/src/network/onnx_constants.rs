@@ -2,7 +2,8 @@
 //! memory, and an allocation that fails ends the process.
 //!
 //! Operations of which every input is constant are followed: the elements of each result are bounded by the shapes of the inputs and,
-//! where a number decides the size, by the number. Operations on the picture are not: their sizes are known when it comes.
+//! where a number decides the size, by the number. Of operations on the picture, whose sizes are known when it comes, those are checked that
+//! repeat it as often as a constant says.
 
 mod sizes;
 mod values;
@@ -13,6 +14,9 @@ use super::onnx_graph::{Graph, Node, Tensor, count, of_model};
 
 /// Elements of all computed constants together, at four bytes each 128 MiB.
 const MOST_ELEMENTS: u64 = 1 << 25;
+
+/// Elements of one result of an operation on the picture, at four bytes each 1 GiB.
+const MOST_REPEATED: u64 = 1 << 28;
 
 /// A value that does not depend on the picture.
 #[derive(Clone, Debug)]
@@ -88,7 +92,29 @@ fn check_graph<'a>(graph: &Graph<'a>, outer: &Constants<'a>, elements: &mut u64)
             }
         }
     }
+    graph.nodes.iter().try_for_each(|node| check_repeated(node, &known))?;
     graph.nodes.iter().flat_map(Node::graphs).try_for_each(|inner| check_graph(&inner, &known, elements))
+}
+
+/// Checks how often a constant repeats what depends on the picture: the result has as many elements at least.
+fn check_repeated(node: &Node<'_>, known: &Constants<'_>) -> Result<(), String> {
+    let Some(picture) = node.inputs.first().filter(|input| !known.contains_key(*input)) else {
+        return Ok(());
+    };
+    if picture.is_empty() || !matches!(node.operator, "Expand" | "Tile" | "Resize" | "Upsample") {
+        return Ok(());
+    }
+    let one = Constant { count: 1, dims: None, values: None };
+    let inputs: Vec<Option<&Constant>> =
+        std::iter::once(Some(&one)).chain(node.inputs[1..].iter().map(|name| known.get(name))).collect();
+    match sizes::bound(node, &inputs).filter(|size| size.count > MOST_REPEATED) {
+        Some(size) => Err(format!(
+            "{} asks for {} elements or more; at most {MOST_REPEATED} are computed",
+            described(node),
+            size.count
+        )),
+        None => Ok(()),
+    }
 }
 
 /// An operation in words.

@@ -137,3 +137,25 @@ fn networks_of_the_program_pass() {
         assert_eq!(check(bytes), Ok(()));
     }
 }
+
+#[test]
+fn a_picture_is_not_repeated_beyond_what_fits() {
+    for parts in [
+        vec![whole("s", &[1, 3, MILLION, 1000]), node("y = Expand picture s")],
+        vec![whole("s", &[1, 1, 1000, MILLION]), node("y = Tile picture s")],
+        vec![real("s", &[1.0, 1.0, 2e4, 2e4]), node("y = Resize picture - s")],
+        vec![whole("s", &[1, 3, MILLION, MILLION]), node("y = Resize picture - - s")],
+        // The picture is known to be one only by what no constant gives.
+        vec![whole("s", &[MILLION, MILLION]), node("y = Tile x s"), node("x = Relu picture")],
+    ] {
+        let problem = checked(&parts).unwrap_err();
+        assert!(problem.contains("of 'y' asks for") && problem.contains("elements or more"), "{problem}");
+    }
+    for parts in [
+        vec![real("s", &[1.0, 1.0, 2.0, 2.0]), node("y = Resize picture - s")],
+        vec![whole("s", &[1, 64, 320, 1024]), node("y = Resize picture - - s")],
+        vec![whole("s", &[1, 8400, 4]), node("y = Expand picture s")],
+    ] {
+        assert_eq!(checked(&parts), Ok(()));
+    }
+}
