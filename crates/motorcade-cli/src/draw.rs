@@ -4,6 +4,7 @@ mod beside;
 mod drawing;
 mod frames;
 mod recording;
+mod rig;
 mod scenes;
 mod target;
 mod video;
@@ -11,6 +12,7 @@ mod video;
 use motorcade::{RecordedRun, RunRecord};
 
 pub use self::beside::{DrawingTarget, Frames, Results, write};
+pub use self::rig::Rig;
 #[cfg(feature = "rerun")]
 pub use self::target::free;
 pub use self::target::{Target, is_recording};
@@ -30,14 +32,14 @@ pub fn draw(arguments: &DrawArguments) -> anyhow::Result<u8> {
     all_different(input.iter().map(|input| ("the input", input.as_path())).chain([("--out", out)]))?;
     let run = RecordedRun::read(&arguments.run)?;
     let sequence = frames::open(&record, &run, arguments)?;
-    let Some(height_m) = record.camera_height_m else {
+    let Some(rig) = Rig::recorded(&record) else {
         let problem = "its run.json states no height of the camera";
         return Err(motorcade::Error::Input(format!("{}: {problem}", arguments.run.display())).into());
     };
     let target = Target::open(&arguments.out, arguments.force)?;
     let reporter = Reporter::new(arguments.progress);
     let (threads, schemas) = (threads(arguments.threads), arguments.mcap_schemas.into());
-    let drawing = Drawing::new(&arguments.run, run, height_m, &sequence, threads, schemas)?;
+    let drawing = Drawing::new(&arguments.run, run, &rig, &sequence, threads, schemas)?;
     let drawn = drawing.write(target, &reporter)?;
     exit::say(&format!("{} frames drawn\n{}", drawn.frames, drawn.path.display()));
     Ok(exit::FINE)

@@ -11,7 +11,7 @@ use motorcade_viewer::Report;
 
 use crate::arguments::{ConfigArguments, PresetName, RunArguments};
 use crate::checkpoint::{self, Opened};
-use crate::draw::{self, DrawingTarget, Frames, Results, Target};
+use crate::draw::{self, DrawingTarget, Frames, Results, Rig, Target};
 use crate::drive::Drive;
 use crate::exit;
 use crate::files::{Content, OutFile, all_different};
@@ -145,9 +145,9 @@ fn frames<'a>(
 fn draw_finished(arguments: &RunArguments, drive: &Drive) -> anyhow::Result<u8> {
     let reporter = Reporter::new(arguments.progress);
     for path in drawings(arguments).filter(|path| !path.exists()) {
-        let height_m = RunRecord::read(&arguments.out)?.camera_height_m.or(drive.height_m);
-        if let Some((frames, height_m)) = frames(arguments, drive.sequence(), &reporter).zip(height_m) {
-            let drawn = frames.draw(&arguments.out, height_m, Target::open(path, false)?)?;
+        let rig = Rig::recorded(&RunRecord::read(&arguments.out)?);
+        if let Some((frames, rig)) = frames(arguments, drive.sequence(), &reporter).zip(rig) {
+            let drawn = frames.draw(&arguments.out, &rig, Target::open(path, false)?)?;
             exit::say(&drawn.display().to_string());
         }
     }

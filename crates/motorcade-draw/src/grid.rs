@@ -19,13 +19,13 @@ const STEP_ASIDE_M: f64 = 1.75;
 const FAINT: f64 = 0.34;
 const CLEARER: f64 = 0.55;
 
-/// Draws the grid but where vehicles are.
+/// Draws the grid but where something is in front of the road, in these rectangles.
 pub(crate) fn draw(
     canvas: &mut Canvas,
     view: &View,
     road: &RoadPlane,
     layout: &Layout,
-    vehicles: &[Rectangle],
+    hiding: &[Rectangle],
 ) {
     let (foot, ahead, right) = (Point3::from(road.foot()), road.ahead(), road.right());
     let at = |z: f64, x: f64| -> Point3<f64> { foot + z * ahead + x * right };
@@ -42,48 +42,33 @@ pub(crate) fn draw(
         let Some(line) = view.segment(&at(z, -half_m), &at(z, half_m)) else { continue };
         if k.is_multiple_of(2) {
             clearer.push(line);
+            let text = format!("{z:.0} m");
+            let size = 0.8 * layout.capital_px;
+            let gap = [size, -size - crate::text::width_px(&text, size)];
             // At the left end where the right one is hidden or outside.
-            let right_end = number(canvas, view, layout, (&at(z, half_m), z), vehicles, Side::Right);
-            if !right_end {
-                number(canvas, view, layout, (&at(z, -half_m), z), vehicles, Side::Left);
+            let places = [half_m, -half_m].into_iter().zip(gap);
+            let mut starts = places.filter_map(|(x, gap)| {
+                let [end_x, end_y] = view.point(&at(z, x))?;
+                Some([end_x + gap, end_y + 0.5 * size])
+            });
+            if let Some(start) = starts.find(|start| is_free(view, *start, (&text, size), hiding)) {
+                canvas.text(&text, start, size, WHITE.faded(0.7));
             }
         } else {
             faint.push(line);
         }
     }
     for (lines, opacity) in [(faint, FAINT), (clearer, CLEARER)] {
-        let seen: Vec<Segment> = lines.iter().flat_map(|line| outside(line, vehicles)).collect();
+        let seen: Vec<Segment> = lines.iter().flat_map(|line| outside(line, hiding)).collect();
         let pen = Pen::new(WHITE.faded(opacity), 0.8 * layout.line_px).seamed(0.4 * layout.line_px);
         canvas.lines(seen.iter().map(<[_; 2]>::as_slice), &pen);
     }
 }
 
-/// End of a line across.
-#[derive(Clone, Copy, PartialEq)]
-enum Side {
-    Left,
-    Right,
-}
-
-/// The distance beside an end of a line, where it is in the image and no vehicle is there; true where it is written.
-fn number(
-    canvas: &mut Canvas,
-    view: &View,
-    layout: &Layout,
-    (end, z): (&Point3<f64>, f64),
-    vehicles: &[Rectangle],
-    side: Side,
-) -> bool {
-    let Some([x, y]) = view.point(end) else { return false };
-    let size = 0.8 * layout.capital_px;
-    let text = format!("{z:.0} m");
-    let width = crate::text::width_px(&text, size);
-    let start = [if side == Side::Right { x + size } else { x - size - width }, y + 0.5 * size];
+/// True where a text of this size that starts at `start` is in the image and nothing hides the road there.
+fn is_free(view: &View, start: [f64; 2], (text, size): (&str, f64), hiding: &[Rectangle]) -> bool {
+    let width = crate::text::width_px(text, size);
     let place = Rectangle::new(start[0], start[1] - size, start[0] + width, start[1]);
-    let free = vehicles.iter().all(|v| v.common(&place).is_none());
-    let fits = free && view.image().common(&place).is_some_and(|inside| inside == place);
-    if fits {
-        canvas.text(&text, start, size, WHITE.faded(0.7));
-    }
-    fits
+    let free = hiding.iter().all(|other| other.common(&place).is_none());
+    free && view.image().common(&place).is_some_and(|inside| inside == place)
 }

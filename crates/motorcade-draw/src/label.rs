@@ -19,11 +19,12 @@ const MARGIN: f64 = 0.5;
 const BAR: f64 = 0.5;
 const PITCH: f64 = 1.6;
 
-/// Identity, class and speed; distance ahead along the road with its standard deviation.
+/// Identity, class and speed; distance along the road to the vehicle's centre with its standard deviation.
 fn lines(vehicle: &SceneVehicle, road: &RoadPlane, small: bool) -> Vec<String> {
-    let ahead = road.ahead();
-    let [distance_m, _] = ahead_and_right(road, &vehicle.position());
-    let sigma_m = vehicle.sigma_along_m(&ahead);
+    let [ahead_m, right_m] = ahead_and_right(road, &vehicle.position());
+    let distance_m = ahead_m.hypot(right_m);
+    let towards = (ahead_m * road.ahead() + right_m * road.right()) / distance_m.max(1e-9);
+    let sigma_m = vehicle.sigma_along_m(&towards);
     let doubt = if vehicle.unsure { "?" } else { "" };
     let speed = if vehicle.moving { kmh(vehicle.speed_mps) } else { "parked".to_owned() } + doubt;
     let distance = format!("{distance_m:.1} ±{sigma_m:.1} m");
@@ -124,6 +125,8 @@ mod tests {
         assert_eq!(lines(&unsure, &road, false)[0], "3 Car 36 km/h?");
         let may_move = SceneVehicle { unsure: true, ..parked };
         assert_eq!(lines(&may_move, &road, false)[0], "3 Car parked?");
+        // Beside the view: 3 m aside and 4 m ahead are 5 m.
+        assert_eq!(lines(&car(3.0, 4.0), &road, false)[1], "5.0 ±0.3 m");
         assert_eq!(kmh(-0.01), "0 km/h");
         assert_eq!(kmh(-3.0), "-11 km/h");
     }

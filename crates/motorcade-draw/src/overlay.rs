@@ -1,7 +1,7 @@
 //! Frames of one camera with their estimates drawn in.
 
 use image::RgbImage;
-use motorcade_geometry::PinholeCamera;
+use motorcade_geometry::{BoundingBox, PinholeCamera};
 
 use crate::canvas::Canvas;
 use crate::label::Label;
@@ -14,16 +14,25 @@ use crate::view::View;
 use crate::{grid, panel, trail};
 
 /// Draws estimates into the frames of one camera.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Overlay {
     view: View,
     layout: Layout,
+    /// Parts of the image in front of the road and the scene.
+    fixed: Vec<Rectangle>,
 }
 
 impl Overlay {
     /// For the (undistorted) frames of a camera.
     pub fn new(camera: PinholeCamera) -> Self {
-        Self { view: View::new(camera), layout: Layout::of(camera.width, camera.height) }
+        let layout = Layout::of(camera.width, camera.height);
+        Self { view: View::new(camera), layout, fixed: Vec::new() }
+    }
+
+    /// Without the grid on what is fixed to the camera: rectangles around it \[px\].
+    pub fn with_fixed_regions(self, regions: &[BoundingBox]) -> Self {
+        let fixed = regions.iter().map(|b| Rectangle::new(b.x1, b.y1, b.x2, b.y2)).collect();
+        Self { fixed, ..self }
     }
 
     /// Width and height of drawn frames \[px\]: even, and wider than the camera's by the panel.
@@ -43,7 +52,8 @@ impl Overlay {
             distance(a).total_cmp(&distance(b)).then(a.vehicle.id.cmp(&b.vehicle.id))
         });
         let bounds: Vec<Rectangle> = vehicles.iter().map(|v| v.bounds).collect();
-        grid::draw(&mut canvas, view, &scene.road, layout, &bounds);
+        let hiding: Vec<Rectangle> = self.fixed.iter().chain(&bounds).copied().collect();
+        grid::draw(&mut canvas, view, &scene.road, layout, &hiding);
         // Far ones first: near vehicles hide them.
         for placed in vehicles.iter().rev().filter(|v| v.vehicle.moving) {
             trail::draw(&mut canvas, view, placed.vehicle, colour(placed.vehicle), &scene.road, layout);

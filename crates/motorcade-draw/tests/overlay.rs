@@ -2,7 +2,7 @@
 
 use image::{Rgb, RgbImage};
 use motorcade_draw::{Overlay, Scene, SceneVehicle};
-use motorcade_geometry::{PinholeCamera, Pose, RoadPlane};
+use motorcade_geometry::{BoundingBox, PinholeCamera, Pose, RoadPlane};
 use nalgebra::{Matrix3, Point3, Vector3};
 
 const CAMERA: PinholeCamera =
@@ -81,6 +81,19 @@ fn the_front_is_marked_and_pixels_far_from_everything_stay() {
         r.abs_diff(g).max(g.abs_diff(b))
     };
     assert!(tint(&oncoming) > tint(&seen) && tint(&seen) > 0, "{} {}", tint(&oncoming), tint(&seen));
+}
+
+#[test]
+fn the_grid_is_not_on_a_bonnet() {
+    let bonnet = BoundingBox::new([0.0, 200.0, 481.0, 241.0]);
+    let frame = gray(120);
+    let below = |overlay: &Overlay| {
+        let drawn = overlay.draw(&frame, &scene(Vec::new()));
+        (0..481).filter(|x| drawn.get_pixel(*x, 220) != frame.get_pixel(*x, 220)).count()
+    };
+    let free = Overlay::new(CAMERA);
+    assert!(below(&free) > 10, "{}", below(&free));
+    assert_eq!(below(&free.with_fixed_regions(&[bonnet])), 0);
 }
 
 #[test]

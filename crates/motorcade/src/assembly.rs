@@ -55,6 +55,7 @@ impl RunResult {
             detections: record.detections.into_kept(),
             detects_vehicles: record.detects_vehicles,
             stopwatch: record.stopwatch,
+            fixed_regions: record.fixed_regions,
             focal_by_turns: record.focal_by_turns,
             warnings: record.warnings,
             interrupted: record.interrupted,

@@ -94,6 +94,11 @@ impl FixedParts {
         }
     }
 
+    /// Rectangles around what is fixed to the camera \[px\].
+    pub(crate) fn regions(&self) -> Vec<BoundingBox> {
+        self.found.iter().filter(|region| !region.is_vehicle()).map(|region| region.bbox).collect()
+    }
+
     /// The result in words; `None` where nothing was found.
     pub(crate) fn describe(&self) -> Option<String> {
         let mask = self.mask.as_ref()?;

@@ -247,7 +247,10 @@ impl Motorcade {
             .chain(self.front_end.check_focal_length(&self.settings.config.checks.advanced.focal_length))
             .collect();
         found.iter().for_each(|text| progress.warn(text));
-        self.front_end.record_mut().warnings.extend(found);
+        let fixed_regions = self.fixed.regions();
+        let record = self.front_end.record_mut();
+        record.fixed_regions = fixed_regions;
+        record.warnings.extend(found);
     }
 
     /// Warnings so far: settings that are rarely meant, frames that were skipped.

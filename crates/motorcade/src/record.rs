@@ -1,6 +1,7 @@
 //! Output of the front end over a drive; the stages after it see nothing else.
 
 use motorcade_dataset::Frame;
+use motorcade_geometry::BoundingBox;
 use motorcade_odometry::{OdometryTrajectory, RoadMeasurement, Rows};
 use motorcade_perception::{Detection, Observations, VehicleKeypoints};
 use motorcade_places::PlaceKeyframe;
@@ -70,6 +71,8 @@ pub struct FrontEndRecord {
     pub places: Vec<PlaceKeyframe>,
     /// Times.
     pub stopwatch: Stopwatch,
+    /// Rectangles around what is fixed to the camera \[px\].
+    pub fixed_regions: Vec<BoundingBox>,
     /// Focal length that the turns say; `None` where the camera turned too little, or was calibrated from the drive.
     pub focal_by_turns: Option<FocalByTurns>,
     /// Messages for the user.
@@ -95,6 +98,7 @@ impl FrontEndRecord {
             forgotten: false,
             places: Vec::new(),
             stopwatch: Stopwatch::default(),
+            fixed_regions: Vec::new(),
             focal_by_turns: None,
             warnings: Vec::new(),
             interrupted: false,

@@ -1,6 +1,6 @@
 //! The result of a drive.
 
-use motorcade_geometry::PinholeCamera;
+use motorcade_geometry::{BoundingBox, PinholeCamera};
 use motorcade_multibody::MultibodyGraph;
 use motorcade_odometry::{EgoFrame, EgoTrajectory, FrameStatus, RoadMeasurement};
 use motorcade_perception::Detection;
@@ -40,6 +40,8 @@ pub struct RunResult {
     pub detects_vehicles: bool,
     /// Times.
     pub stopwatch: Stopwatch,
+    /// Rectangles around what is fixed to the camera \[px\]: a bonnet, reflections on the windscreen.
+    pub fixed_regions: Vec<BoundingBox>,
     /// Focal length that the turns of the drive say; `None` where the camera turned too little, or was calibrated from the drive.
     pub focal_by_turns: Option<FocalByTurns>,
     /// Messages for the user.

@@ -38,6 +38,7 @@ pub(crate) fn result(frames: usize, vehicles: Vec<VehicleTrajectory>) -> RunResu
         detections: vec![Vec::new(); frames],
         detects_vehicles: true,
         stopwatch: Stopwatch::default(),
+        fixed_regions: Vec::new(),
         focal_by_turns: None,
         warnings: Vec::new(),
         interrupted: false,

@@ -8,6 +8,7 @@ use motorcade_dataset::Sequence;
 use motorcade_mcap::Schemas;
 
 use super::drawing::Drawing;
+use super::rig::Rig;
 use super::target::Target;
 use crate::progress::Reporter;
 
@@ -73,7 +74,7 @@ pub fn write(
     frames: Option<Frames<'_>>,
 ) -> motorcade::Result<anyhow::Result<Vec<PathBuf>>> {
     let Results { directory, out, result, context, extras } = results;
-    let height_m = result.ego.height_m;
+    let rig = Rig::of(result);
     let mut drawn: anyhow::Result<Vec<PathBuf>> = Ok(Vec::new());
     let (mut inside, mut elsewhere) = (Vec::new(), Vec::new());
     for place in places.into_iter().filter(|_| !result.interrupted) {
@@ -85,13 +86,13 @@ pub fn write(
     write_run_and(directory, result, context, extras, |folder| {
         for name in &inside {
             let target = Target::open(&folder.join(name), true);
-            let made = target.and_then(|target| draw(frames.as_ref(), folder, height_m, target));
+            let made = target.and_then(|target| draw(frames.as_ref(), folder, &rig, target));
             // The folder has a temporary name yet.
             add(&mut drawn, made.map(|path| path.and_then(|p| p.file_name().map(|name| out.join(name)))));
         }
     })?;
     for target in elsewhere {
-        add(&mut drawn, draw(frames.as_ref(), out, height_m, target));
+        add(&mut drawn, draw(frames.as_ref(), out, &rig, target));
     }
     Ok(drawn)
 }
@@ -99,10 +100,10 @@ pub fn write(
 fn draw(
     frames: Option<&Frames<'_>>,
     folder: &Path,
-    height_m: f64,
+    rig: &Rig,
     target: Target,
 ) -> anyhow::Result<Option<PathBuf>> {
-    frames.map(|frames| frames.draw(folder, height_m, target)).transpose()
+    frames.map(|frames| frames.draw(folder, rig, target)).transpose()
 }
 
 /// Adds a drawing to those made; the first failure stays.
@@ -116,9 +117,9 @@ fn add(drawn: &mut anyhow::Result<Vec<PathBuf>>, made: anyhow::Result<Option<Pat
 
 impl Frames<'_> {
     /// Draws the run whose tables lie in `folder`.
-    pub fn draw(&self, folder: &Path, height_m: f64, target: Target) -> anyhow::Result<PathBuf> {
+    pub fn draw(&self, folder: &Path, rig: &Rig, target: Target) -> anyhow::Result<PathBuf> {
         let run = RecordedRun::read(folder)?;
-        let drawing = Drawing::new(folder, run, height_m, self.sequence, self.threads, self.schemas)?;
+        let drawing = Drawing::new(folder, run, rig, self.sequence, self.threads, self.schemas)?;
         Ok(drawing.write(target, self.reporter)?.path)
     }
 }

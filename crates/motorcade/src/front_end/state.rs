@@ -177,6 +177,7 @@ impl RecordState {
             forgotten_measurements,
             forgotten,
             places: _,
+            fixed_regions: _,
             focal_by_turns: _,
             stopwatch,
             warnings,

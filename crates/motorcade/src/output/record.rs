@@ -34,6 +34,7 @@ pub(super) fn record(result: &RunResult, context: &RunContext, files: &[ListedFi
             "vehicles_moving": result.vehicles.iter().filter(|v| v.p_moving > 0.5).count(),
         },
         "length_m": result.ego.length_m(),
+        "fixed_regions_px": result.fixed_regions.iter().map(|b| [b.x1, b.y1, b.x2, b.y2]).collect::<Vec<_>>(),
         "focal_length_by_turns": result.focal_by_turns,
         "variance_factors": result.graph.as_ref().map(|g| g.variance_factors()),
         "vehicles_looked_for": result.detects_vehicles,

@@ -24,6 +24,8 @@ pub struct RunRecord {
     pub camera_height_m: Option<f64>,
     /// Way of the camera \[m\].
     pub length_m: Option<f64>,
+    /// Rectangles around what is fixed to the camera: left, top, right, bottom \[px\].
+    pub fixed_regions_px: Vec<[f64; 4]>,
     /// Messages for the user.
     pub warnings: Vec<String>,
     /// Numbers of what it holds.

@@ -88,6 +88,7 @@ pub fn drive(frames: usize) -> FrontEndRecord {
         interrupted: false,
         failed: false,
         planned_frames: None,
+        fixed_regions: Vec::new(),
         focal_by_turns: None,
     }
 }
