@@ -125,8 +125,11 @@ try {
   await page.click('#play');
 
   if (outline.vehicles > 0) {
-    // A vehicle of the table is followed: panel, emphasis; Escape leaves it.
-    await page.evaluate(() => document.querySelector('tr[data-vehicle]').click());
+    // A vehicle of the table is followed by the keyboard: panel, emphasis; Escape leaves it.
+    await page.focus('tr[data-vehicle] button');
+    await page.keyboard.press('Enter');
+    const pressed = await page.evaluate(() => document.querySelectorAll('button.id[aria-pressed=true]').length);
+    assert.equal(pressed, 1, 'one vehicle of the table is pressed');
     const followed = await page.evaluate(() => ({
       hidden: document.getElementById('followed').hidden,
       text: document.getElementById('followed').textContent,
@@ -259,13 +262,13 @@ try {
   if (kind === 'chrome') {
     await page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: 'dark' }]);
     assert.ok((await brightness(page)) < 0.4, 'dark is not dark');
-    // On paper (A4 less its margins): light, no controls, and every column of the tables within the page.
+    // On paper (A4 less its margins): light, no controls but identities, and every column of the tables within the page.
     assert.ok((await page.pdf()).length > 10_000, 'printing');
     await page.emulateMediaType('print');
     await page.setViewport({ width: 718, height: 1000 });
     const paper = await page.evaluate(() => ({
       wide: Math.max(0, ...[...document.querySelectorAll('table, svg, pre')].map((e) => e.getBoundingClientRect().right)),
-      controls: [...document.querySelectorAll('button, input')].filter((e) => e.offsetParent !== null).length,
+      controls: [...document.querySelectorAll('button:not(.id), input')].filter((e) => e.offsetParent !== null).length,
       background: getComputedStyle(document.body).backgroundColor,
     }));
     assert.ok(paper.wide <= 719, `on paper something reaches to ${paper.wide} px of 718`);

@@ -12,8 +12,8 @@ use crate::view::View;
 /// Farthest line ahead and distance between two \[m\].
 const FARTHEST_M: f64 = 40.0;
 const STEP_AHEAD_M: f64 = 5.0;
-/// Lines on each side and distance between two \[m\]: half a lane.
-const ASIDE: i32 = 4;
+/// Lines on each side and distance between two \[m\]: half a lane. A lane on each side of the camera: farther aside is verge on most roads.
+const ASIDE: i32 = 2;
 const STEP_ASIDE_M: f64 = 1.75;
 /// Opacity of the lines, and of every second distance, which has a number.
 const FAINT: f64 = 0.34;

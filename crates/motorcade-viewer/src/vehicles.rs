@@ -57,5 +57,9 @@ fn row(result: &RunResult, vehicle: &VehicleTrajectory, index: usize) -> String 
     let chip = format!("<span class=\"chip\" style=\"--h:{}\"></span>", hue(index));
     let id = vehicle.id;
     let cells: String = cells.iter().map(|c| format!("<td>{c}</td>")).collect();
-    format!("<tr data-vehicle=\"{id}\"><td>{chip}{id}</td>{cells}</tr>\n")
+    // A click on it is one on its row; it can be reached by the keyboard.
+    let follow = format!(
+        "<button type=\"button\" class=\"id\" aria-pressed=\"false\" aria-label=\"Follow vehicle {id}\">{id}</button>"
+    );
+    format!("<tr data-vehicle=\"{id}\"><td>{chip}{follow}</td>{cells}</tr>\n")
 }

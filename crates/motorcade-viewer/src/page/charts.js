@@ -13,13 +13,12 @@ for (const e of emphasised) {
   e.addEventListener('mouseleave', () => emphasise(followedId()));
   e.addEventListener('click', () => drive.follow(drive.indexOf.get(e.dataset.vehicle) ?? -1));
 }
-for (const row of document.querySelectorAll('tr[data-vehicle]')) {
-  row.tabIndex = 0;
-  row.addEventListener('keydown', (event) => {
-    if (event.key === 'Enter') drive.follow(drive.indexOf.get(row.dataset.vehicle) ?? -1);
-  });
-}
-document.addEventListener('follow', () => emphasise(followedId()));
+document.addEventListener('follow', () => {
+  emphasise(followedId());
+  for (const button of document.querySelectorAll('button.id')) {
+    button.setAttribute('aria-pressed', String(button.textContent === followedId()));
+  }
+});
 const nearestRow = (column, value) => {
   let [low, high] = [0, column.length - 1];
   while (low < high) {
