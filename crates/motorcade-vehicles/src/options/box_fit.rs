@@ -40,7 +40,8 @@ pub struct BoxFitOptions {
     pub cross_fall_sigma_rad: f64,
     /// Largest standard deviation of the road's height by cross-fall, kerbs and medians \[m\]: parallel roads lie higher or lower.
     pub cross_fall_most_m: f64,
-    /// Half width of the lane under the camera, whose plane is measured, and within which of the camera's path a vehicle is ahead (`speeds.csv`) \[m\].
+    /// Half width of the lane under the camera, whose plane is measured, and within which of the camera's path a vehicle is ahead (`speeds.csv`) \[m\]. Less takes
+    /// own-lane vehicles for ones aside: 1.2 finds fewer cars of rendered drives at 5, 10 and 20 frames/s; 2.7 as many, but their roads have no cross-fall.
     pub own_lane_half_width_m: f64,
     /// Scale of the Cauchy kernel on whitened edge residuals: a larger value follows boxes that jump.
     pub cauchy_scale: f64,
