@@ -4,9 +4,16 @@ use motorcade_geometry::{Pose, Vehicle, World, lie::se3::adjoint};
 use motorcade_graph::{Graph, GraphError, Marginals, VariableId};
 use motorcade_odometry::{EgoFrame, EgoTrajectory};
 use motorcade_vehicles::{VehicleState, VehicleTrajectory};
-use nalgebra::{Isometry3, Matrix6, Vector3};
+use nalgebra::{Isometry3, Matrix6, Vector3, Vector6};
 
 use crate::times::FrameTimes;
+
+/// Scales that all measurements of a vehicle share, whose priors count `weight` times: the variances that the graph finds for them are that many times
+/// too small ([`scale_weight`](crate::track_scales::scale_weight)), and so is the part of a pose's covariance that goes with them.
+pub(crate) struct SharedScales {
+    pub(crate) nodes: Vec<VariableId>,
+    pub(crate) weight: f64,
+}
 
 /// Solution of a graph.
 #[derive(Clone, Copy)]
@@ -36,6 +43,7 @@ impl Solution<'_> {
         from: usize,
         vehicle: &mut VehicleTrajectory,
         nodes: &[VariableId],
+        scales: &SharedScales,
         ego: &EgoTrajectory,
     ) -> Result<bool, GraphError> {
         let mut written = false;
@@ -43,7 +51,7 @@ impl Solution<'_> {
             let estimate: Pose<World, Vehicle> = self.pose(*id)?;
             write_pose(state, &estimate);
             let (frame, camera) = (&ego.frames[state.frame], self.cameras[state.frame]);
-            state.covariance = self.vehicle_covariance(frame, &estimate, [camera, *id])?;
+            state.covariance = self.vehicle_covariance(frame, &estimate, [camera, *id], scales)?;
             written = true;
         }
         Ok(written)
@@ -96,21 +104,46 @@ impl Solution<'_> {
         frame: &EgoFrame,
         world_from_vehicle: &Pose<World, Vehicle>,
         [camera, vehicle]: [VariableId; 2],
+        scales: &SharedScales,
     ) -> Result<Matrix6<f64>, GraphError> {
         let camera_from_vehicle =
             (frame.world_from_camera.inverse() * *world_from_vehicle).isometry().to_owned();
         let across = adjoint(&camera_from_vehicle.inverse());
         let of_camera = across * frame.covariance * across.transpose();
+        let with_scale = self.with_scales(&across, [camera, vehicle], scales)?;
         if self.graph.is_fixed(camera) {
             let dense = self.marginals.covariance(vehicle)?;
-            return Ok(of_camera + Matrix6::from_fn(|r, c| dense[(r, c)]));
+            return Ok(of_camera + Matrix6::from_fn(|r, c| dense[(r, c)]) + with_scale);
         }
         // Error of camera_from_vehicle: δ_vehicle − Ad(camera_from_vehicle⁻¹) δ_camera.
         let joint = self.marginals.joint(&[camera, vehicle])?;
         let block = |r: usize, c: usize| Matrix6::from_fn(|i, j| joint[(r + i, c + j)]);
         let cross = across * block(0, 6);
         let relative = block(6, 6) + across * block(0, 0) * across.transpose() - cross - cross.transpose();
-        Ok(of_camera + relative)
+        Ok(of_camera + relative + with_scale)
+    }
+
+    /// What is missing in the covariance of a vehicle relative to the camera: that of a scale is `weight` times too small, and an error of it moves the
+    /// vehicle by `cov(pose, scale) / var(scale)`.
+    fn with_scales(
+        &self,
+        across: &Matrix6<f64>,
+        [camera, vehicle]: [VariableId; 2],
+        scales: &SharedScales,
+    ) -> Result<Matrix6<f64>, GraphError> {
+        let mut missing = Matrix6::zeros();
+        for scale in scales.nodes.iter().filter(|_| scales.weight > 1.0) {
+            let column = |id: VariableId| -> Result<Vector6<f64>, GraphError> {
+                let cross = self.marginals.cross(id, *scale)?;
+                Ok(Vector6::from_fn(|r, _| cross[(r, 0)]))
+            };
+            let relative = column(vehicle)? - across * column(camera)?;
+            let variance = self.marginals.covariance(*scale)?[(0, 0)];
+            if variance > 0.0 {
+                missing += relative * relative.transpose() * ((scales.weight - 1.0) / variance);
+            }
+        }
+        Ok(missing)
     }
 }
 

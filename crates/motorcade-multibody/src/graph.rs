@@ -13,7 +13,7 @@ use nalgebra::Isometry3;
 
 use crate::classes::{ClassGroups, EdgeClass};
 use crate::edges::{self, EdgeContext, TrackNodes};
-use crate::estimates::Solution;
+use crate::estimates::{SharedScales, Solution};
 use crate::loops::{LoopOptions, PlaceEdges};
 use crate::nodes::{Node, PoseNodes, VehicleNodes};
 use crate::options::{CameraCoupling, GraphOptions};
@@ -354,9 +354,10 @@ impl MultibodyGraph {
         let solution = Solution { graph: self.window.graph(), marginals: &marginals, cameras };
         solution.write_cameras(from, ego)?;
         for (vehicle, nodes) in vehicles.iter_mut().zip(nodes) {
-            let written = solution.write_states(from, vehicle, nodes, ego)?;
-            solution.write_speeds(from, vehicle, nodes, times)?;
             let scales = self.vehicles.get(&vehicle.id).and_then(|v| v.scales);
+            let shared = SharedScales { nodes: scales.iter().flat_map(TrackScales::nodes).collect(), weight };
+            let written = solution.write_states(from, vehicle, nodes, &shared, ego)?;
+            solution.write_speeds(from, vehicle, nodes, times)?;
             if let Some(scales) = scales.filter(|_| written) {
                 solution.write_size(vehicle, scales.size, weight)?;
             }
