@@ -7,13 +7,7 @@ use motorcade_vehicles::{VehicleState, VehicleTrajectory};
 use nalgebra::{Isometry3, Matrix6, Vector3, Vector6};
 
 use crate::times::FrameTimes;
-
-/// Scales that all measurements of a vehicle share, whose priors count `weight` times: the variances that the graph finds for them are that many times
-/// too small ([`scale_weight`](crate::track_scales::scale_weight)), and so is the part of a pose's covariance that goes with them.
-pub(crate) struct SharedScales {
-    pub(crate) nodes: Vec<VariableId>,
-    pub(crate) weight: f64,
-}
+use crate::track_scales::WeightedNode;
 
 /// Solution of a graph.
 #[derive(Clone, Copy)]
@@ -43,7 +37,7 @@ impl Solution<'_> {
         from: usize,
         vehicle: &mut VehicleTrajectory,
         nodes: &[VariableId],
-        scales: &SharedScales,
+        scales: &[WeightedNode],
         ego: &EgoTrajectory,
     ) -> Result<bool, GraphError> {
         let mut written = false;
@@ -104,7 +98,7 @@ impl Solution<'_> {
         frame: &EgoFrame,
         world_from_vehicle: &Pose<World, Vehicle>,
         [camera, vehicle]: [VariableId; 2],
-        scales: &SharedScales,
+        scales: &[WeightedNode],
     ) -> Result<Matrix6<f64>, GraphError> {
         let camera_from_vehicle =
             (frame.world_from_camera.inverse() * *world_from_vehicle).isometry().to_owned();
@@ -123,16 +117,16 @@ impl Solution<'_> {
         Ok(of_camera + relative + with_scale)
     }
 
-    /// What is missing in the covariance of a vehicle relative to the camera: that of a scale is `weight` times too small, and an error of it moves the
-    /// vehicle by `cov(pose, scale) / var(scale)`.
+    /// What is missing in the covariance of a vehicle relative to the camera: the variance of a scale is `weight` times too small, and an error of it moves
+    /// the vehicle by `cov(pose, scale) / var(scale)`.
     fn with_scales(
         &self,
         across: &Matrix6<f64>,
         [camera, vehicle]: [VariableId; 2],
-        scales: &SharedScales,
+        scales: &[WeightedNode],
     ) -> Result<Matrix6<f64>, GraphError> {
         let mut missing = Matrix6::zeros();
-        for scale in scales.nodes.iter().filter(|_| scales.weight > 1.0) {
+        for WeightedNode { id: scale, weight } in scales.iter().filter(|scale| scale.weight > 1.0) {
             let column = |id: VariableId| -> Result<Vector6<f64>, GraphError> {
                 let cross = self.marginals.cross(id, *scale)?;
                 Ok(Vector6::from_fn(|r, _| cross[(r, 0)]))
@@ -140,7 +134,7 @@ impl Solution<'_> {
             let relative = column(vehicle)? - across * column(camera)?;
             let variance = self.marginals.covariance(*scale)?[(0, 0)];
             if variance > 0.0 {
-                missing += relative * relative.transpose() * ((scales.weight - 1.0) / variance);
+                missing += relative * relative.transpose() * ((weight - 1.0) / variance);
             }
         }
         Ok(missing)

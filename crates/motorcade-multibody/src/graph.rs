@@ -13,7 +13,7 @@ use nalgebra::Isometry3;
 
 use crate::classes::{ClassGroups, EdgeClass};
 use crate::edges::{self, EdgeContext, TrackNodes};
-use crate::estimates::{SharedScales, Solution};
+use crate::estimates::Solution;
 use crate::loops::{LoopOptions, PlaceEdges};
 use crate::nodes::{Node, PoseNodes, VehicleNodes};
 use crate::options::{CameraCoupling, GraphOptions};
@@ -355,8 +355,8 @@ impl MultibodyGraph {
         solution.write_cameras(from, ego)?;
         for (vehicle, nodes) in vehicles.iter_mut().zip(nodes) {
             let scales = self.vehicles.get(&vehicle.id).and_then(|v| v.scales);
-            let shared = SharedScales { nodes: scales.iter().flat_map(TrackScales::nodes).collect(), weight };
-            let written = solution.write_states(from, vehicle, nodes, &shared, ego)?;
+            let weighted: Vec<_> = scales.iter().flat_map(|scales| scales.weighted(weight)).collect();
+            let written = solution.write_states(from, vehicle, nodes, &weighted, ego)?;
             solution.write_speeds(from, vehicle, nodes, times)?;
             if let Some(scales) = scales.filter(|_| written) {
                 solution.write_size(vehicle, scales.size, weight)?;

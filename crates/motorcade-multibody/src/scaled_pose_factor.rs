@@ -8,7 +8,7 @@ use nalgebra::{DMatrixViewMut, DVectorViewMut, Isometry3, Matrix6, Vector6};
 
 /// `r = [log R(E); t(E)]` (6), rotation R and translation t of `E = (Z · exp(J (s − s₀)))⁻¹ · C⁻¹ V`: camera C and vehicle V are
 /// poses in the world, s (1) the logarithm of the scale, of a size its height \[m\]; Z is the pose measured at s₀, J (6) its
-/// derivative.
+/// derivative. With an error c that all measurements of a track share it is `exp(J (s − s₀) + K c)`, K (6) the derivative by it.
 ///
 /// Not `log E`, whose translation is turned by half the rotation: errors along the ray (large) would turn the vehicle to reduce
 /// errors across it (small).
@@ -16,9 +16,11 @@ use nalgebra::{DMatrixViewMut, DVectorViewMut, Isometry3, Matrix6, Vector6};
 /// The covariance of the factor is that with the scale held; the effect of a wrong scale is the scale variable's.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct ScaledPoseFactor {
-    variables: [VariableId; 3],
+    /// Camera, vehicle, scale; the fourth is used `with_common` alone.
+    variables: [VariableId; 4],
     measurement: Isometry3<f64>,
     scale_derivative: Vector6<f64>,
+    common_derivative: Option<Vector6<f64>>,
     at: f64,
     information: Matrix6<f64>,
 }
@@ -27,29 +29,42 @@ impl ScaledPoseFactor {
     /// Between `[camera, vehicle, scale]`, measured with the scale at `at`; `information` (6×6 `[ω, ν]`) of the pose with the
     /// scale held.
     pub fn new(
-        variables: [VariableId; 3],
+        [camera, vehicle, scale]: [VariableId; 3],
         observation: &PoseObservation,
         at: f64,
         information: Matrix6<f64>,
     ) -> Self {
         Self {
-            variables,
+            variables: [camera, vehicle, scale, scale],
             measurement: *observation.camera_from_vehicle.isometry(),
             scale_derivative: observation.scale_derivative,
+            common_derivative: None,
             at,
             information,
         }
     }
 
-    /// J (s − s₀).
-    fn shift(&self, scale: f64) -> Vector6<f64> {
-        self.scale_derivative * (scale - self.at)
+    /// With the error that all boxes and keypoints of a track share, in its standard deviations. Both derivatives must be translations.
+    pub fn with_common(self, common: VariableId, observation: &PoseObservation) -> Self {
+        let [camera, vehicle, scale, _] = self.variables;
+        let variables = [camera, vehicle, scale, common];
+        Self { variables, common_derivative: Some(observation.common_derivative), ..self }
+    }
+
+    /// J (s − s₀) + K c.
+    fn shift(&self, values: &Values) -> Result<Vector6<f64>, GraphError> {
+        let by_scale = self.scale_derivative * (values.scalar(self.variables[2])? - self.at);
+        Ok(match &self.common_derivative {
+            Some(derivative) => by_scale + derivative * values.scalar(self.variables[3])?,
+            None => by_scale,
+        })
     }
 }
 
 impl Factor for ScaledPoseFactor {
     fn terms(&self) -> Terms<'_> {
-        Terms::new(&self.variables, &self.information)
+        let count = if self.common_derivative.is_some() { 4 } else { 3 };
+        Terms::new(&self.variables[..count], &self.information)
     }
     fn evaluate(
         &self,
@@ -57,10 +72,10 @@ impl Factor for ScaledPoseFactor {
         residual: &mut DVectorViewMut<'_, f64>,
         jacobian: Option<&mut DMatrixViewMut<'_, f64>>,
     ) -> Result<(), GraphError> {
-        let [camera, vehicle, scale] = self.variables;
+        let [camera, vehicle, ..] = self.variables;
         let pose = |id: VariableId| values.get::<Isometry3<f64>>(id);
         let camera_from_vehicle = pose(camera)?.inv_mul(pose(vehicle)?);
-        let x = self.shift(values.scalar(scale)?);
+        let x = self.shift(values)?;
         // M = Z⁻¹ C⁻¹ V, E = exp(−x) M
         let m = self.measurement.inv_mul(&camera_from_vehicle);
         let e = se3::exp(&-x) * m;
@@ -74,14 +89,17 @@ impl Factor for ScaledPoseFactor {
             // D = diag(Jr⁻¹(log R), R): ∂r/∂V = D, ∂r/∂C = −D Ad(V⁻¹C)   (6×6 each)
             j.view_mut((0, 6), (6, 6)).copy_from(&second);
             j.view_mut((0, 0), (6, 6)).copy_from(&(-second * se3::adjoint(&camera_from_vehicle.inverse())));
-            // exp(−x − Jδ) = exp(−x) exp(−Jδ), x being a multiple of J; hence ∂r/∂s = −D Ad(M⁻¹) J   (6×1)
-            j.view_mut((0, 12), (6, 1))
-                .copy_from(&(-second * se3::adjoint(&m.inverse()) * self.scale_derivative));
+            // exp(−x − Jδ) = exp(−x) exp(−Jδ), x being a multiple of J or both translations; hence ∂r/∂s = −D Ad(M⁻¹) J   (6×1)
+            let by_shift = -second * se3::adjoint(&m.inverse());
+            j.view_mut((0, 12), (6, 1)).copy_from(&(by_shift * self.scale_derivative));
+            if let Some(derivative) = &self.common_derivative {
+                j.view_mut((0, 13), (6, 1)).copy_from(&(by_shift * derivative));
+            }
         }
         Ok(())
     }
     fn relative_pose_at(&self, values: &Values) -> Result<Option<MeasuredPose>, GraphError> {
-        let shift = self.shift(values.scalar(self.variables[2])?);
+        let shift = self.shift(values)?;
         let measurement = self.measurement * se3::exp(&shift);
         Ok(Some(MeasuredPose { measurement, information: self.information }))
     }
@@ -108,9 +126,17 @@ mod tests {
             scaling: Scaling::Size,
             // A slope of the rotation too.
             scale_derivative: Vector6::new(0.3, -0.2, 0.5, 8.0, -1.0, 0.4),
+            common_derivative: Vector6::new(0.0, 0.0, 0.0, -2.0, 0.3, -0.1),
         };
         let factor =
             ScaledPoseFactor::new([camera, vehicle, scale], &observation, 1.5_f64.ln(), Matrix6::identity());
+        assert!(numeric::jacobian_error(&factor, graph.values()).unwrap() < 1e-6);
+        let along = Vector6::new(0.0, 0.0, 0.0, 8.0, -1.0, 0.4);
+        let observation = PoseObservation { scale_derivative: along, ..observation };
+        let common = graph.add_variable(0.7);
+        let factor =
+            ScaledPoseFactor::new([camera, vehicle, scale], &observation, 1.5_f64.ln(), Matrix6::identity())
+                .with_common(common, &observation);
         assert!(numeric::jacobian_error(&factor, graph.values()).unwrap() < 1e-6);
     }
 }

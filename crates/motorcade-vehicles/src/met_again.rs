@@ -112,6 +112,7 @@ fn turn_round(state: &mut VehicleState) {
         observation.camera_from_vehicle = observation.camera_from_vehicle * half;
         observation.covariance = turned(&observation.covariance);
         observation.scale_derivative = signs * observation.scale_derivative;
+        observation.common_derivative = signs * observation.common_derivative;
     }
 }
 

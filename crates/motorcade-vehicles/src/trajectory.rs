@@ -82,6 +82,9 @@ pub struct PoseObservation {
     pub scaling: Scaling,
     /// Derivative of the pose (tangent `[ω, ν]`) by the logarithm of the scale, proportions kept \[rad, m\].
     pub scale_derivative: Vector6<f64>,
+    /// Derivative of the pose (tangent `[ω, ν]`) by the error that all boxes and keypoints of a track share, in its standard deviations \[rad, m\]; zero for
+    /// external poses.
+    pub common_derivative: Vector6<f64>,
 }
 
 /// A vehicle with its states.

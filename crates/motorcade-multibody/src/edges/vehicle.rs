@@ -65,6 +65,10 @@ fn scaled_measurements(
             let information = inverse(&(observation.covariance * inflation));
             let (scale, at) = scales.of(observation, vehicle);
             let factor = ScaledPoseFactor::new([camera, node, scale], observation, at, information);
+            let factor = match scales.common(observation) {
+                Some(common) => factor.with_common(common, observation),
+                None => factor,
+            };
             Edge::classed(factor, EdgeClass::of(observation.source), frame, context)
         };
         state.observations.iter().map(edge).collect::<Vec<_>>()

@@ -165,7 +165,7 @@ fn run_with(case: &Case, fps: f64, online: bool, [readout_s, assumed_s]: [f64; 2
     let truth = GroundTruth::read_kitti(&written.training, &written.sequence, 2, 0).unwrap().with_fps(fps);
     let report = evaluate(&estimates, &truth).unwrap();
     let true_poses = drive.world_from_camera();
-    let first = result.ego.frames.iter().position(|f| f.scale_measured).unwrap();
+    let first = result.ego.frames.iter().position(|f| f.scale_measured).unwrap_or(0);
     let in_metres = evaluate_trajectory(&estimates.world_from_camera[first..], &true_poses[first..]).unwrap();
     let means = report.vehicles_mean;
     let count = result.ego.frames.len().max(1) as f64;

@@ -1,6 +1,6 @@
 //! Pose measurements of single frames, for the graph.
 
-use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, Point3, Vector3, Vector6};
 
 use super::input::TrackInput;
 use super::views::Views;
@@ -39,6 +39,7 @@ pub(super) fn observations(
     let of_box = |(frame, view): &(usize, SingleView)| {
         let ground = input.grounds.get(*frame)?;
         let forward = ground.direction_of(*headings.get(frame - input.start)?);
+        let view = (*frame, view);
         Some((*frame, box_observation(input, views, view, information.as_ref()?, ground, &forward)?))
     };
     let of_external = |view: &ExternalView| {
@@ -51,13 +52,16 @@ pub(super) fn observations(
 fn box_observation(
     input: &TrackInput<'_>,
     views: &Views,
-    view: &SingleView,
+    (frame, view): (usize, &SingleView),
     size_information: &Matrix3<f64>,
     ground: &GroundFrame,
     forward: &Vector3<f64>,
 ) -> Option<PoseObservation> {
     let headings = &input.options.advanced.heading;
-    let scale_derivative = view.position_by_size(size_information)? * views.size.size.to_vector();
+    let by_size = view.position_by_size(size_information)?;
+    let scale_derivative = by_size * views.size.size.to_vector();
+    let proportions = by_size * views.size.proportions() * by_size.transpose();
+    let common = by_common_error(input, frame, &view.position_in_camera, &proportions)?;
     let pose = upright_pose(&view.position_in_camera, forward, &ground.up);
     let r = pose.rotation_matrix();
     let position = r.transpose() * view.covariance * r;
@@ -73,7 +77,26 @@ fn box_observation(
         covariance: by_heading * covariance * by_heading.transpose(),
         scaling: Scaling::Size,
         scale_derivative: tangent(&(r.transpose() * scale_derivative)),
+        common_derivative: tangent(&(r.transpose() * common)),
     })
+}
+
+/// Derivative of a position (camera frame) by the error that all boxes and keypoints of a track share, in its standard deviations \[m\]: along the ray, by
+/// the height in pixels that the networks give the vehicle too much in each frame, and by its proportions of covariance `proportions` (3×3, in the
+/// position).
+fn by_common_error(
+    input: &TrackInput<'_>,
+    frame: usize,
+    position_in_camera: &Point3<f64>,
+    proportions: &Matrix3<f64>,
+) -> Option<Vector3<f64>> {
+    let boxes = &input.track.boxes;
+    let observed = &boxes[boxes.binary_search_by_key(&frame, |b| b.frame).ok()?].observed;
+    let position = position_in_camera.coords;
+    let height_px = observed.bbox.height().max(observed.pixel_size);
+    let of_box = input.options.advanced.box_fit.common_height_sigma_px * observed.pixel_size / height_px;
+    let of_proportions = position.dot(&(proportions * position)).max(0.0).sqrt() / position.norm_squared();
+    Some(-position * of_box.hypot(of_proportions))
 }
 
 fn external_observation(
@@ -97,6 +120,13 @@ fn external_observation(
         }
         None => (view.position_in_camera, Scaling::Size, Vector3::zeros(), view.covariance),
     };
+    let proportions = view
+        .size_dependence
+        .map_or_else(Matrix3::zeros, |by| by.slope * views.size.proportions() * by.slope.transpose());
+    // A pose of a file has the error of its source.
+    let own = (view.source == Source::Keypoints).then_some(view.frame);
+    let common =
+        own.and_then(|frame| by_common_error(input, frame, &position, &proportions)).unwrap_or_default();
     let pose = upright_pose(&position, &view.forward_in_camera, &ground.up);
     let r = pose.rotation_matrix();
     let tilt_sigma_rad = input.options.advanced.heading.tilt_sigma_rad;
@@ -110,6 +140,7 @@ fn external_observation(
         ),
         scaling,
         scale_derivative: tangent(&(r.transpose() * scale_derivative)),
+        common_derivative: tangent(&(r.transpose() * common)),
     }
 }
 
