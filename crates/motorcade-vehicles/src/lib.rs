@@ -71,4 +71,6 @@ pub use outline::{image_box, upright_pose};
 pub use size_prior::size_prior;
 pub use track::{Track, TrackBox};
 pub use tracker::{AdvancedTrackerOptions, Tracker, TrackerOptions, TrackerState, track_vehicles};
-pub use trajectory::{PoseObservation, Scaling, Source, VehicleMeasurement, VehicleState, VehicleTrajectory};
+pub use trajectory::{
+    PoseObservation, RivalState, Scaling, Source, VehicleMeasurement, VehicleState, VehicleTrajectory,
+};

@@ -108,6 +108,9 @@ fn turn_round(state: &mut VehicleState) {
         measurement.camera_from_vehicle = measurement.camera_from_vehicle * half;
         measurement.covariance = turned(&measurement.covariance);
     }
+    if let Some(rival) = &mut state.rival {
+        rival.offset_m = half.rotation_matrix().transpose() * rival.offset_m;
+    }
     for observation in &mut state.observations {
         observation.camera_from_vehicle = observation.camera_from_vehicle * half;
         observation.covariance = turned(&observation.covariance);

@@ -99,6 +99,7 @@ pub(crate) fn standing_car(id: usize, frames: Range<usize>, at: [f64; 2]) -> Veh
         source: Source::Box,
         measurement: None,
         observations: Vec::new(),
+        rival: None,
     };
     VehicleTrajectory {
         id,

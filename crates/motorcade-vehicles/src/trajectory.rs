@@ -4,7 +4,7 @@ use crate::joint_size::{SizeByRoad, scale_variance};
 use motorcade_geometry::{Camera, Pose, Vehicle, World};
 use motorcade_perception::{BoundingBox, VehicleClass};
 use motorcade_shape::Dimensions;
-use nalgebra::{Matrix3, Matrix6, Vector6};
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 /// Source of a state or measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -45,6 +45,35 @@ pub struct VehicleState {
     pub measurement: Option<VehicleMeasurement>,
     /// Measurements of each source of this frame, given the track's size.
     pub observations: Vec<PoseObservation>,
+    /// The less probable hypothesis of a vehicle that may stand or move, until it is in the covariance.
+    pub rival: Option<RivalState>,
+}
+
+/// State by the less probable one of two hypotheses, relative to that by the other one.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct RivalState {
+    /// Its probability.
+    pub probability: f64,
+    /// Its position, in the vehicle's axes \[m\].
+    pub offset_m: Vector3<f64>,
+    /// Its heading, left positive \[rad\].
+    pub turn_rad: f64,
+    /// Its speed \[m/s\].
+    pub speed_mps: f64,
+}
+
+impl VehicleState {
+    /// Takes the rival into the covariance: the second moment of both hypotheses about the state, which stays.
+    pub fn include_rival(&mut self) {
+        let Some(RivalState { probability, offset_m, turn_rad, speed_mps }) = self.rival.take() else {
+            return;
+        };
+        let mut position = self.covariance.fixed_view_mut::<3, 3>(3, 3);
+        position += offset_m * offset_m.transpose() * probability;
+        self.covariance[(2, 2)] += turn_rad * turn_rad * probability;
+        let off_mps = probability.sqrt() * (speed_mps - self.speed_mps);
+        self.speed_sigma_mps = self.speed_sigma_mps.hypot(off_mps);
+    }
 }
 
 /// Measurement of a vehicle's pose in a single frame.

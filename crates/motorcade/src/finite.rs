@@ -155,6 +155,7 @@ pub(crate) mod tests {
             source: motorcade_vehicles::Source::Box,
             measurement: None,
             observations: Vec::new(),
+            rival: None,
         }
     }
 

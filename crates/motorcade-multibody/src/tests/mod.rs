@@ -55,6 +55,7 @@ fn vehicle(
         source: Source::Box,
         measurement: None,
         observations: observations(frame),
+        rival: None,
     };
     VehicleTrajectory {
         id: 1,

@@ -119,7 +119,11 @@ fn trajectory(input: &TrackInput<'_>, times: &[f64], best: &TrackHypothesis) -> 
     let undecided = input.options.advanced.kinematic_state.is_undecided(best.p_moving);
     let rival = if undecided { undecided::rival(input, times, best) } else { None };
     match rival {
-        Some(rival) => undecided::mixture(probable, &trajectory_of(input, &rival).states),
+        Some(rival) => {
+            let keep = input.options.advanced.kinematic_state.keeps_rival;
+            let put = if keep { undecided::with_rival } else { undecided::mixture };
+            put(probable, &trajectory_of(input, &rival).states)
+        }
         None => probable,
     }
 }

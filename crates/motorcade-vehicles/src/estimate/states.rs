@@ -72,6 +72,7 @@ pub(super) fn assemble(
             },
             measurement: fused(input, views, start + k, &forward),
             observations,
+            rival: None,
         });
     }
     out

@@ -6,7 +6,7 @@ use nalgebra::Matrix3;
 use super::headings::external_headings;
 use super::hypothesis::TrackHypothesis;
 use super::input::TrackInput;
-use crate::trajectory::{VehicleState, VehicleTrajectory};
+use crate::trajectory::{RivalState, VehicleState, VehicleTrajectory};
 
 /// The other hypothesis: a vehicle that moves where the more probable one stands, and the other way round.
 pub(super) fn rival(
@@ -26,6 +26,22 @@ pub(super) fn mixture(mut probable: VehicleTrajectory, rival: &[VehicleState]) -
     let share = probable.p_moving.min(1.0 - probable.p_moving);
     for (state, other) in probable.states.iter_mut().zip(rival) {
         mix(state, other, share);
+    }
+    probable
+}
+
+/// The more probable hypothesis, with the states of the other one beside its own.
+pub(super) fn with_rival(mut probable: VehicleTrajectory, rival: &[VehicleState]) -> VehicleTrajectory {
+    let probability = probable.p_moving.min(1.0 - probable.p_moving);
+    for (state, other) in probable.states.iter_mut().zip(rival) {
+        let apart = state.world_from_vehicle.inverse() * other.world_from_vehicle;
+        let turn = apart.rotation_matrix();
+        state.rival = Some(RivalState {
+            probability,
+            offset_m: apart.translation(),
+            turn_rad: turn[(1, 0)].atan2(turn[(0, 0)]),
+            speed_mps: other.speed_mps,
+        });
     }
     probable
 }
@@ -60,8 +76,32 @@ mod tests {
     use motorcade_geometry::Pose;
     use nalgebra::{Matrix6, UnitQuaternion, Vector3};
 
-    use super::mixture;
+    use super::{mixture, with_rival};
     use crate::test_vehicles::car_ahead;
+
+    #[test]
+    fn a_rival_is_in_the_covariance_and_not_in_the_state() {
+        let mut stands = car_ahead(1, 2.0, 30.0);
+        stands.p_moving = 0.3;
+        for state in &mut stands.states {
+            (state.covariance, state.speed_mps, state.speed_sigma_mps) = (Matrix6::identity(), 0.0, 0.1);
+        }
+        let mut moves = stands.states.clone();
+        for state in &mut moves {
+            let pose = state.world_from_vehicle;
+            state.world_from_vehicle =
+                Pose::from_parts(pose.rotation(), pose.translation() - 10.0 * Vector3::z());
+            state.speed_mps = 8.0;
+        }
+        let mut both = with_rival(stands.clone(), &moves);
+        both.states.iter_mut().for_each(crate::VehicleState::include_rival);
+        for (state, before) in both.states.iter().zip(&stands.states) {
+            assert!(state.world_from_vehicle == before.world_from_vehicle && state.rival.is_none());
+            // Forward is away from the camera here: 1 + 0.3 × 10².
+            assert!((state.covariance[(3, 3)] - 31.0).abs() < 1e-9 && state.covariance[(4, 4)] < 1.0 + 1e-9);
+            assert!((state.speed_sigma_mps - (0.01_f64 + 0.3 * 64.0).sqrt()).abs() < 1e-9);
+        }
+    }
 
     #[test]
     fn a_mixture_has_the_moments_of_both_hypotheses() {

@@ -111,6 +111,8 @@ impl Stored for VehicleState {
             source,
             measurement: _,
             observations: _,
+            // Of whole drives alone, whose states stay in memory.
+            rival: _,
         } = self;
         frame.write(out);
         world_from_vehicle.write(out);
@@ -135,6 +137,7 @@ impl Stored for VehicleState {
             source: Stored::read(from)?,
             measurement: None,
             observations: Vec::new(),
+            rival: None,
         })
     }
 }

@@ -149,6 +149,7 @@ mod tests {
             source: Source::Box,
             measurement: None,
             observations: Vec::new(),
+            rival: None,
         };
         VehicleTrajectory { states: vec![state], ..vehicle }
     }

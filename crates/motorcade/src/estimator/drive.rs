@@ -3,7 +3,9 @@
 use motorcade_graph::{GraphError, Report, Stop};
 use motorcade_multibody::{MultibodyGraph, WindowFrames};
 use motorcade_odometry::{EgoTrajectory, OdometryTrajectory};
-use motorcade_vehicles::{AdvancedVehicleOptions, VehicleTrajectory, join_met_again, track_vehicles};
+use motorcade_vehicles::{
+    AdvancedVehicleOptions, VehicleState, VehicleTrajectory, join_met_again, track_vehicles,
+};
 
 use super::camera_height::HeightByVehicles;
 use super::distances::{self, DistanceFit};
@@ -61,6 +63,7 @@ pub fn estimate_drive(mut record: FrontEndRecord, settings: &Settings, progress:
     if graph.is_none() {
         add_camera(&ego, &mut vehicles);
     }
+    vehicles.iter_mut().flat_map(|v| &mut v.states).for_each(VehicleState::include_rival);
     record.stopwatch = stopwatch;
     let metric = settings.metric() || unit.is_some() || fit.is_some();
     RunResult::new(

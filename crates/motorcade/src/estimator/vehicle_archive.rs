@@ -101,6 +101,7 @@ mod tests {
             source: [Source::Box, Source::Keypoints, Source::External, Source::Predicted][frame % 4],
             measurement: None,
             observations: Vec::new(),
+            rival: None,
         }
     }
 

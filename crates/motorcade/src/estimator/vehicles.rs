@@ -48,10 +48,8 @@ pub(crate) fn estimate_vehicles(
     let VehicleInput { frames, detections, grounds, .. } = *input;
     let Settings { camera, config, external, .. } = settings;
     let mut options = config.vehicles;
-    if known.is_none() {
-        // A drive as a whole has seen enough to decide.
-        options.advanced.kinematic_state.undecided_from = 0.5;
-    }
+    // A drive as a whole has seen enough to decide.
+    options.advanced.kinematic_state.keeps_rival = known.is_none();
     let options = &options;
     if let Some(poses) = &external.vehicles {
         let numbers: Vec<u64> = frames.iter().map(|f| f.number).collect();
