@@ -14,7 +14,7 @@ const SEEDS: [u64; 3] = [1, 2, 3];
 /// Errors at other rates, as a multiple of those at ten frames a second, at most.
 const MOST: f64 = 1.3;
 /// Errors below these are noise: ego and vehicle ATE \[m\].
-const FLOOR_M: (f64, f64) = (0.10, 0.25);
+const FLOOR_M: (f64, f64) = (0.04, 0.25);
 /// Difference of the mean P(moving), at most.
 const MOVING: f64 = 0.15;
 
