@@ -66,8 +66,8 @@ pub struct AdvancedGraphOptions {
     /// Rotation of the weak tie of a vehicle pose to its start \[rad\], which keeps every node determined. The ties of a hundred poses, which the motion
     /// model joins, are ten times as strong as one.
     pub tie_rad: f64,
-    /// Translation of the weak tie of a vehicle pose to its start \[m\]. 10 held cars that were always 60 m away to 1.8 m, whatever the error that their
-    /// measurements share.
+    /// Translation of the weak tie of a vehicle pose to its start \[m\]. Smaller ones count as knowledge: of 30 poses, 10 m each are one of 1.8 m, and cars
+    /// that were always 60 m away had 1.3 m of deviation at 10 m of error.
     pub tie_m: f64,
     /// Least standard deviation of a vehicle's log size: outlines are those of a drawing.
     pub least_scale_sigma: f64,

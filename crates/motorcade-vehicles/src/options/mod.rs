@@ -67,6 +67,9 @@ impl VehicleOptions {
             let text = "vehicles.advanced.kinematic_state.undecided_from must lie between 0 and 0.5";
             return Err(text.to_owned());
         }
+        if self.advanced.box_fit.common_height_sigma_px < 0.0 {
+            return Err("vehicles.advanced.box_fit.common_height_sigma_px must not be negative".to_owned());
+        }
         if keypoints.road_height_sigma_m <= 0.0 {
             return Err("vehicles.advanced.keypoints.road_height_sigma_m must be positive".to_owned());
         }
