@@ -312,10 +312,11 @@ impl MultibodyGraph {
         }
         if edges::shares_size(options) {
             let graph = window.graph_mut();
-            known
-                .scales
-                .get_or_insert_with(|| TrackScales::add(graph, vehicle))
-                .complete(window.graph_mut(), vehicle);
+            known.scales.get_or_insert_with(|| TrackScales::add(graph, vehicle)).complete(
+                window.graph_mut(),
+                vehicle,
+                self.whole_drive,
+            );
         }
         (nodes, known.scales)
     }
