@@ -248,7 +248,7 @@ fn summary(result: &RunResult, arguments: &RunArguments) -> String {
     )
 }
 
-/// What the drive says of the stated focal length, to which all distances are proportional.
+/// A line on the focal length, stated and by the turns of the drive: all distances are proportional to it.
 pub fn focal_length(result: &RunResult) -> String {
     match &result.focal_by_turns {
         Some(found) => format!("focal length: {found}"),

@@ -117,7 +117,7 @@ impl Solution<'_> {
         Ok(of_camera + relative + with_scale)
     }
 
-    /// What is missing in the covariance of a vehicle relative to the camera: the variance of a scale is `weight` times too small, and an error of it moves
+    /// Missing part of the covariance of a vehicle relative to the camera: the variance of a scale is `weight` times too small, and an error of it moves
     /// the vehicle by `cov(pose, scale) / var(scale)`.
     fn with_scales(
         &self,
