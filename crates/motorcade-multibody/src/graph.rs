@@ -312,11 +312,10 @@ impl MultibodyGraph {
         }
         if edges::shares_size(options) {
             let graph = window.graph_mut();
-            known.scales.get_or_insert_with(|| TrackScales::add(graph, vehicle)).complete(
-                window.graph_mut(),
-                vehicle,
-                self.whole_drive,
-            );
+            known
+                .scales
+                .get_or_insert_with(|| TrackScales::add(graph, vehicle))
+                .complete(window.graph_mut(), vehicle);
         }
         (nodes, known.scales)
     }

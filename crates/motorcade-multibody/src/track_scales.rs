@@ -35,16 +35,15 @@ impl TrackScales {
         Self { size: graph.add_variable(vehicle.size.height_m.ln()), common: None, source: None }
     }
 
-    /// Adds the error that measurements share, in the graph of a whole drive, and the scale of an external source, each at its first measurement. Online
-    /// windows with that error were not solved in two of a thousand frames (a cost that is not finite).
-    pub(crate) fn complete(&mut self, graph: &mut Graph, vehicle: &VehicleTrajectory, whole_drive: bool) {
+    /// Adds the error that measurements share and the scale of an external source, each at its first measurement.
+    pub(crate) fn complete(&mut self, graph: &mut Graph, vehicle: &VehicleTrajectory) {
         let own = |observation: &PoseObservation| match observation.scaling {
             Scaling::Source { sigma } => Some(sigma),
             Scaling::Size => None,
         };
         let sigma = vehicle.states.iter().flat_map(|s| &s.observations).find_map(own);
         let mut observations = vehicle.states.iter().flat_map(|s| &s.observations);
-        let any = whole_drive && observations.any(has_common_error);
+        let any = observations.any(has_common_error);
         self.common = self.common.or_else(|| any.then(|| graph.add_variable(0.0)));
         self.source = self.source.or_else(|| sigma.map(|sigma| (graph.add_variable(0.0), sigma)));
     }

@@ -110,6 +110,7 @@ fn turn_round(state: &mut VehicleState) {
     }
     if let Some(rival) = &mut state.rival {
         rival.offset_m = half.rotation_matrix().transpose() * rival.offset_m;
+        rival.covariance = turned(&rival.covariance);
     }
     for observation in &mut state.observations {
         observation.camera_from_vehicle = observation.camera_from_vehicle * half;

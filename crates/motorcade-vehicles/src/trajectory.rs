@@ -45,7 +45,7 @@ pub struct VehicleState {
     pub measurement: Option<VehicleMeasurement>,
     /// Measurements of each source of this frame, given the track's size.
     pub observations: Vec<PoseObservation>,
-    /// The less probable hypothesis of a vehicle that may stand or move, until it is in the covariance.
+    /// The less probable hypothesis of a vehicle that may stand or move, until it is in the covariance or mixed in.
     pub rival: Option<RivalState>,
 }
 
@@ -58,14 +58,21 @@ pub struct RivalState {
     pub offset_m: Vector3<f64>,
     /// Its heading, left positive \[rad\].
     pub turn_rad: f64,
+    /// Its covariance (6×6 `[ω, ν]`): rotation in its own axes, position in those of the vehicle.
+    pub covariance: Matrix6<f64>,
     /// Its speed \[m/s\].
     pub speed_mps: f64,
+    /// Standard deviation of its speed \[m/s\].
+    pub speed_sigma_mps: f64,
+    /// Its yaw rate, left positive \[rad/s\].
+    pub yaw_rate_radps: f64,
 }
 
 impl VehicleState {
-    /// Takes the rival into the covariance: the second moment of both hypotheses about the state, which stays.
+    /// Takes the rival into the covariance: the second moment of both hypotheses about the state, which stays. For a drive as a whole, which has
+    /// seen enough to decide.
     pub fn include_rival(&mut self) {
-        let Some(RivalState { probability, offset_m, turn_rad, speed_mps }) = self.rival.take() else {
+        let Some(RivalState { probability, offset_m, turn_rad, speed_mps, .. }) = self.rival.take() else {
             return;
         };
         let mut position = self.covariance.fixed_view_mut::<3, 3>(3, 3);
@@ -73,6 +80,32 @@ impl VehicleState {
         self.covariance[(2, 2)] += turn_rad * turn_rad * probability;
         let off_mps = probability.sqrt() * (speed_mps - self.speed_mps);
         self.speed_sigma_mps = self.speed_sigma_mps.hypot(off_mps);
+    }
+
+    /// Mixes the rival in: mean and covariance of both hypotheses, x = Σ pᵢ xᵢ, Σ = Σ pᵢ (Σᵢ + (xᵢ − x)(xᵢ − x)ᵀ) (Bar-Shalom et al. 2001, section
+    /// 1.4.16). Orientation and measurements stay those of the more probable one. For the last seconds of a drive, which may be wrong yet.
+    pub fn mix_rival(&mut self) {
+        let Some(rival) = self.rival.take() else { return };
+        let share = rival.probability;
+        let between = share * (1.0 - share);
+        let mean = |own: f64, other: f64| own + share * (other - own);
+        let variance = |own: f64, other: f64, off: f64| mean(own, other) + between * off * off;
+        let (of_own, of_other): (Matrix3<f64>, Matrix3<f64>) = (
+            self.covariance.fixed_view::<3, 3>(3, 3).into_owned(),
+            rival.covariance.fixed_view::<3, 3>(3, 3).into_owned(),
+        );
+        let off = rival.offset_m;
+        let mixed = of_own * (1.0 - share) + of_other * share + off * off.transpose() * between;
+        self.covariance.fixed_view_mut::<3, 3>(3, 3).copy_from(&mixed);
+        self.covariance[(2, 2)] = variance(self.covariance[(2, 2)], rival.covariance[(2, 2)], rival.turn_rad);
+        let speed_mps = rival.speed_mps - self.speed_mps;
+        let (own, other) = (self.speed_sigma_mps.powi(2), rival.speed_sigma_mps.powi(2));
+        self.speed_sigma_mps = variance(own, other, speed_mps).sqrt();
+        self.speed_mps = mean(self.speed_mps, rival.speed_mps);
+        self.yaw_rate_radps = mean(self.yaw_rate_radps, rival.yaw_rate_radps);
+        let pose = self.world_from_vehicle;
+        let (rotation, place) = (pose.rotation(), pose.translation());
+        self.world_from_vehicle = Pose::from_parts(rotation, place + rotation * off * share);
     }
 }
 

@@ -44,6 +44,8 @@ pub use parts::estimate_consistently;
 ///
 /// Where the detector's votes on the class disagree, or the boxes fit a vehicle of that class badly, the other classes are tried
 /// too: a van that is called a car is placed too near by its size.
+///
+/// The states of a vehicle that may stand or move are those of the more probable hypothesis and have the other one beside them.
 pub fn estimate_track(
     camera: &PinholeCamera,
     grounds: &[GroundFrame],
@@ -119,11 +121,7 @@ fn trajectory(input: &TrackInput<'_>, times: &[f64], best: &TrackHypothesis) -> 
     let undecided = input.options.advanced.kinematic_state.is_undecided(best.p_moving);
     let rival = if undecided { undecided::rival(input, times, best) } else { None };
     match rival {
-        Some(rival) => {
-            let keep = input.options.advanced.kinematic_state.keeps_rival;
-            let put = if keep { undecided::with_rival } else { undecided::mixture };
-            put(probable, &trajectory_of(input, &rival).states)
-        }
+        Some(rival) => undecided::with_rival(probable, &trajectory_of(input, &rival).states),
         None => probable,
     }
 }

@@ -1,8 +1,5 @@
 //! Vehicles that may stand or move.
 
-use motorcade_geometry::Pose;
-use nalgebra::Matrix3;
-
 use super::headings::external_headings;
 use super::hypothesis::TrackHypothesis;
 use super::input::TrackInput;
@@ -20,55 +17,26 @@ pub(super) fn rival(
     TrackHypothesis::new(input, times, given.as_deref(), initial, Some(stands))
 }
 
-/// Mean and covariance of the mixture of both hypotheses: x = Σ pᵢ xᵢ, Σ = Σ pᵢ (Σᵢ + (xᵢ − x)(xᵢ − x)ᵀ) (Bar-Shalom et al. 2001, section 1.4.16).
-/// Orientation, size, class and measurements are those of the more probable one.
-pub(super) fn mixture(mut probable: VehicleTrajectory, rival: &[VehicleState]) -> VehicleTrajectory {
-    let share = probable.p_moving.min(1.0 - probable.p_moving);
-    for (state, other) in probable.states.iter_mut().zip(rival) {
-        mix(state, other, share);
-    }
-    probable
-}
-
 /// The more probable hypothesis, with the states of the other one beside its own.
 pub(super) fn with_rival(mut probable: VehicleTrajectory, rival: &[VehicleState]) -> VehicleTrajectory {
     let probability = probable.p_moving.min(1.0 - probable.p_moving);
     for (state, other) in probable.states.iter_mut().zip(rival) {
-        let apart = state.world_from_vehicle.inverse() * other.world_from_vehicle;
-        let turn = apart.rotation_matrix();
+        let turn = state.world_from_vehicle.rotation().inverse() * other.world_from_vehicle.rotation();
+        let turn = turn.to_rotation_matrix();
+        let mut covariance = other.covariance;
+        let mut position = covariance.fixed_view_mut::<3, 3>(3, 3);
+        position.copy_from(&(turn * position.clone_owned() * turn.transpose()));
         state.rival = Some(RivalState {
             probability,
-            offset_m: apart.translation(),
+            offset_m: (state.world_from_vehicle.inverse() * other.world_from_vehicle).translation(),
             turn_rad: turn[(1, 0)].atan2(turn[(0, 0)]),
+            covariance,
             speed_mps: other.speed_mps,
+            speed_sigma_mps: other.speed_sigma_mps,
+            yaw_rate_radps: other.yaw_rate_radps,
         });
     }
     probable
-}
-
-/// Mixes a share of another hypothesis into a state.
-fn mix(state: &mut VehicleState, other: &VehicleState, share: f64) {
-    let between = share * (1.0 - share);
-    let mean = |own: f64, other: f64| own + share * (other - own);
-    let variance = |own: f64, other: f64, off: f64| mean(own, other) + between * off * off;
-    let (own_r, other_r) = (state.world_from_vehicle.rotation(), other.world_from_vehicle.rotation());
-    let (own_t, other_t) = (state.world_from_vehicle.translation(), other.world_from_vehicle.translation());
-    // Covariances of the position, in the axes of the vehicle as it is returned.
-    let turn = (own_r.inverse() * other_r).to_rotation_matrix().into_inner();
-    let off = own_r.inverse() * (other_t - own_t);
-    let of_other: Matrix3<f64> = other.covariance.fixed_view::<3, 3>(3, 3).into_owned();
-    let of_own: Matrix3<f64> = state.covariance.fixed_view::<3, 3>(3, 3).into_owned();
-    let mixed =
-        of_own * (1.0 - share) + turn * of_other * turn.transpose() * share + off * off.transpose() * between;
-    state.covariance.fixed_view_mut::<3, 3>(3, 3).copy_from(&mixed);
-    let heading = turn[(1, 0)].atan2(turn[(0, 0)]);
-    state.covariance[(2, 2)] = variance(state.covariance[(2, 2)], other.covariance[(2, 2)], heading);
-    let speed = other.speed_mps - state.speed_mps;
-    state.speed_sigma_mps =
-        variance(state.speed_sigma_mps.powi(2), other.speed_sigma_mps.powi(2), speed).sqrt();
-    state.speed_mps = mean(state.speed_mps, other.speed_mps);
-    state.yaw_rate_radps = mean(state.yaw_rate_radps, other.yaw_rate_radps);
-    state.world_from_vehicle = Pose::from_parts(own_r, own_t + (other_t - own_t) * share);
 }
 
 #[cfg(test)]
@@ -76,7 +44,7 @@ mod tests {
     use motorcade_geometry::Pose;
     use nalgebra::{Matrix6, UnitQuaternion, Vector3};
 
-    use super::{mixture, with_rival};
+    use super::with_rival;
     use crate::test_vehicles::car_ahead;
 
     #[test]
@@ -122,7 +90,8 @@ mod tests {
             (state.speed_mps, state.speed_sigma_mps) = (8.0, 0.2);
         }
         let rotation = stands.states[0].world_from_vehicle.rotation();
-        let mixed = mixture(stands, &moves);
+        let mut mixed = with_rival(stands, &moves);
+        mixed.states.iter_mut().for_each(crate::VehicleState::mix_rival);
         for state in &mixed.states {
             let close = |a: f64, b: f64| (a - b).abs() < 1e-9;
             assert!(state.world_from_vehicle.rotation() == rotation);

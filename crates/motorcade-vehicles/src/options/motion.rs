@@ -86,10 +86,6 @@ pub struct KinematicStateOptions {
     /// errors of wrong decisions smaller and those of right ones larger: rendered oncoming traffic at 25 frames/s, 0.25, 0.15 and 0.1: 0.82, 0.70
     /// and 0.66 m, 1.77 m without; at 0.1 crossing traffic gets worse (1.6 -> 4.7 m).
     pub undecided_from: f64,
-    /// No setting: true in an estimate of a drive as a whole.
-    #[serde(skip)]
-    #[schemars(skip)]
-    pub keeps_rival: bool,
     /// Mean probability of road below the boxes of a track under which it is beside the road. Of the vehicles of 0005 and 0003 that drive it
     /// is 0.88 and more, of those parked beside the road 0.58 and less.
     pub least_road_below: f64,
@@ -126,7 +122,6 @@ impl Default for KinematicStateOptions {
             logistic_slope: 2.0,
             moving_from: 0.5,
             undecided_from: 0.15,
-            keeps_rival: false,
             least_road_below: 0.6,
             least_road_boxes: 3,
             off_road_factor: 0.125,

@@ -6,9 +6,9 @@ use std::collections::BTreeMap;
 use motorcade_odometry::{EgoFrame, EgoTrajectory};
 use motorcade_perception::{Detection, VehicleKeypoints};
 use motorcade_vehicles::{
-    ExternalTrack, GroundFrame, KeypointFitters, KeypointTrack, KeypointViews, Track, VehicleTrajectory,
-    estimate_consistently, estimate_track, external_tracks, join_continued, join_in_one_place,
-    join_interleaved, with_hiding_checked, without_clutter, without_doubles,
+    ExternalTrack, GroundFrame, KeypointFitters, KeypointTrack, KeypointViews, Track, VehicleState,
+    VehicleTrajectory, estimate_consistently, estimate_track, external_tracks, join_continued,
+    join_in_one_place, join_interleaved, with_hiding_checked, without_clutter, without_doubles,
 };
 
 use crate::record::FrameInfo;
@@ -47,17 +47,16 @@ pub(crate) fn estimate_vehicles(
 ) -> Vec<VehicleTrajectory> {
     let VehicleInput { frames, detections, grounds, .. } = *input;
     let Settings { camera, config, external, .. } = settings;
-    let mut options = config.vehicles;
-    // A drive as a whole has seen enough to decide.
-    options.advanced.kinematic_state.keeps_rival = known.is_none();
-    let options = &options;
+    let options = &config.vehicles;
+    let whole_drive = known.is_none();
     if let Some(poses) = &external.vehicles {
         let numbers: Vec<u64> = frames.iter().map(|f| f.number).collect();
         let tracks = external_tracks(poses, &numbers, grounds, detections, camera, options);
         let estimate = |(track, external): &(Track, ExternalTrack)| {
             estimate_track(camera, grounds, track, external, options)
         };
-        return tracks.iter().filter_map(estimate).collect();
+        let vehicles = tracks.iter().filter_map(estimate).collect();
+        return if whole_drive { vehicles } else { mixed(vehicles) };
     }
     let mut tracks = track();
     let keypoints: Vec<&[VehicleKeypoints]> = input.keypoints.iter().map(Vec::as_slice).collect();
@@ -65,7 +64,6 @@ pub(crate) fn estimate_vehicles(
     let fits = KeypointViews::new(&keypoints, input.fitters, camera, grounds, &options.advanced);
     let least_presence = options.advanced.hypothesis.least_presence;
     tracks.retain(|track| fits.presence(track).is_none_or(|odds| odds >= least_presence));
-    let part = known.is_none();
     let known = RefCell::new(known);
     let views = |track: &Track| match known.borrow_mut().as_mut() {
         _ if !any => ExternalTrack::default(),
@@ -78,10 +76,10 @@ pub(crate) fn estimate_vehicles(
     let mut next_id = tracks.iter().map(|t| t.id + 1).max().unwrap_or(0);
     let mut vehicles = Vec::with_capacity(tracks.len());
     for track in tracks.iter().take_while(|_| !stop()) {
-        let next_id = part.then_some(&mut next_id);
+        let next_id = whole_drive.then_some(&mut next_id);
         vehicles.extend(estimate_consistently(camera, grounds, track, &views, options, next_id));
     }
-    if part && !stop() {
+    if whole_drive && !stop() {
         let again =
             |track: &Track| estimate_consistently(camera, grounds, track, &views, options, None).pop();
         let estimate = |track: &Track| if stop() { None } else { again(track) };
@@ -89,16 +87,25 @@ pub(crate) fn estimate_vehicles(
         let options = (options, &config.tracker);
         vehicles = without_clutter(vehicles, &tracks, camera, grounds, options, estimate);
     }
+    if !whole_drive {
+        vehicles = mixed(vehicles);
+    }
     vehicles.sort_by_key(|v| v.id);
     let vehicles = without_doubles(vehicles, &options.advanced.hypothesis);
     // Online a vehicle keeps the identity of its track while the window moves on.
-    if !part || stop() {
+    if !whole_drive || stop() {
         return vehicles;
     }
     let gap_s = config.tracker.longest_gap_s;
     let vehicles = join_interleaved((camera, grounds), vehicles, &tracks, &views, options);
     let vehicles = join_continued((camera, grounds), vehicles, &tracks, &views, options, gap_s);
     join_in_one_place(vehicles, grounds, &options.advanced)
+}
+
+/// Vehicles that may stand or move as the mean of both: the last seconds may yet tell otherwise.
+fn mixed(mut vehicles: Vec<VehicleTrajectory>) -> Vec<VehicleTrajectory> {
+    vehicles.iter_mut().flat_map(|v| &mut v.states).for_each(VehicleState::mix_rival);
+    vehicles
 }
 
 /// Times of frames \[s\], from the first.
