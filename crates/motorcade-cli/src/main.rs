@@ -17,6 +17,7 @@ mod files;
 mod fingerprint;
 mod frameless;
 mod graph;
+mod growing_tracks;
 mod inspect;
 mod interruption;
 mod live;

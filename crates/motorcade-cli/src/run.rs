@@ -16,6 +16,7 @@ use crate::drive::Drive;
 use crate::exit;
 use crate::files::{Content, OutFile, all_different};
 use crate::fingerprint::{already_done, fingerprint, identity, stopped};
+use crate::growing_tracks::GrowingTracks;
 use crate::live::LiveView;
 use crate::progress::Reporter;
 use crate::saved_state::SavedState;
@@ -53,11 +54,12 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     if !config.online.enabled && !resumed {
         drive.survey(&mut slam, &reporter);
     }
+    let mut growing = config.online.enabled.then(|| GrowingTracks::new(&arguments.out, arguments.resume));
     drive.push_all(&mut slam, &reporter, &mut |slam, frame| {
         pictures.push(frame);
         live.show(slam, frame, &reporter);
-        if config.online.enabled {
-            print_estimate(slam, &reporter);
+        if let Some(growing) = &mut growing {
+            tell_estimate(slam, growing, &reporter);
         }
         // After the line of the frame: a run that goes on prints those of the frames after it.
         saved.iter_mut().for_each(|saved| saved.write_when_due(slam, &pictures, &reporter));
@@ -87,7 +89,10 @@ pub fn run(arguments: &RunArguments) -> anyhow::Result<u8> {
     }
     let drawn = drawn?;
     // A run that was stopped can go on.
-    checkpoint.iter().filter(|_| !result.interrupted).for_each(Opened::remove);
+    if !result.interrupted {
+        checkpoint.iter().for_each(Opened::remove);
+        growing.into_iter().for_each(GrowingTracks::remove);
+    }
     print_line(&summary(&result, arguments), &config);
     for path in drawn? {
         print_line(&path.display().to_string(), &config);
@@ -154,11 +159,12 @@ fn draw_finished(arguments: &RunArguments, drive: &Drive) -> anyhow::Result<u8> 
     Ok(exit::FINE)
 }
 
-/// The newest frame as a line on stdout, after the corrections before it.
-fn print_estimate(slam: &mut Motorcade, reporter: &Reporter) {
+/// The newest frame as a line on stdout, after the corrections before it, and its vehicles as rows of the growing table.
+fn tell_estimate(slam: &mut Motorcade, growing: &mut GrowingTracks, reporter: &Reporter) {
     if let Some(estimate) = slam.estimate() {
         slam.take_revisions().iter().for_each(|revision| reporter.print(&revision.to_json()));
         reporter.print(&estimate.to_json());
+        growing.push(&estimate, reporter);
     }
 }
 

@@ -102,6 +102,59 @@ fn a_killed_online_run_goes_on_with_the_lines_of_the_frames_after_its_state() {
     no_leftovers(folder);
 }
 
+/// Vehicles of each frame are on the disk as soon as they are estimated; a killed run leaves them, a resumed one goes on with them.
+#[test]
+fn the_table_of_vehicles_grows_while_an_online_run_goes_on() {
+    let folder = drive(30);
+    let folder = folder.path();
+    // A car that keeps 12 m ahead on the left.
+    let boxes = (0..30).map(|k| format!("{k},149,105,201,153.8,0.9\n")).collect::<String>();
+    fs::write(folder.join("boxes.csv"), boxes).unwrap();
+    let run = format!("{NO_NETWORKS} --detections boxes.csv --online --out");
+    answer(folder, &format!("{run} whole")).expect(0, &[]);
+    no_leftovers(folder);
+    let tracks = fs::read_to_string(folder.join("whole/tracks.csv")).unwrap();
+    assert!(tracks.lines().count() > 20, "{tracks}");
+    let growing = folder.join(".out.motorcade-tracks.csv");
+    // Poses and speeds; sizes are those known in that frame.
+    let state = |row: &str| {
+        row.split(',')
+            .enumerate()
+            .filter(|(k, _)| !(11..=13).contains(k))
+            .take(14)
+            .map(|c| c.1.to_owned())
+            .collect::<Vec<_>>()
+    };
+    let rows = |text: &str| text.lines().map(state).collect::<Vec<_>>();
+    for begun in [12, 4] {
+        killed(folder, &format!("{run} out"), begun);
+        let text = fs::read_to_string(&growing).unwrap();
+        assert!(text.lines().count() >= begun - 2, "{text}");
+        let whole = &text[..=text.rfind('\n').unwrap()];
+        assert!(rows(&tracks).starts_with(&rows(whole)), "{whole}\n{tracks}");
+        // Killed again with the state of a later frame, and a row that was cut off.
+        killed(folder, &format!("{run} out --resume"), begun);
+        let text = fs::read(&growing).unwrap();
+        fs::write(&growing, &text[..text.len() - 9]).unwrap();
+        answer(folder, &format!("{run} out --resume")).expect(0, &[SAVED]);
+        same(folder, "whole", "out");
+        assert!(!growing.exists());
+        fs::remove_dir_all(folder.join("out")).unwrap();
+    }
+    // Started anew without --resume: the rows of the killed run are kept.
+    killed(folder, &format!("{run} out"), 12);
+    let text = fs::read(&growing).unwrap();
+    answer(folder, &format!("{run} out")).expect(0, &[".out.motorcade-tracks.1.csv"]);
+    assert_eq!(fs::read(folder.join(".out.motorcade-tracks.1.csv")).unwrap(), text);
+    assert!(!growing.exists());
+    // Something else of that name stays as it is.
+    fs::remove_dir_all(folder.join("out")).unwrap();
+    std::os::unix::fs::symlink("boxes.csv", &growing).unwrap();
+    answer(folder, &format!("{run} out")).expect(0, &["no regular file"]);
+    assert!(fs::symlink_metadata(&growing).unwrap().is_symlink());
+    assert!(fs::read_to_string(folder.join("boxes.csv")).unwrap().starts_with("0,149"));
+}
+
 #[test]
 fn a_killed_run_beside_a_trajectory_goes_on_with_its_state() {
     let folder = drive(20);

@@ -14,9 +14,13 @@ pub const CHECKPOINT: &str = ".motorcade-checkpoint";
 /// Name of the folder beside the checkpoint that holds the state of the run.
 pub const CHECKPOINT_STATE: &str = ".motorcade-checkpoint.state";
 
-/// True of the names of a checkpoint and of the state beside it.
+/// Beginning of the names of the tables of vehicles that grow while online runs go on; they are no results.
+pub const GROWING_TRACKS: &str = ".motorcade-tracks";
+
+/// True of the names of a checkpoint, of the state beside it and of growing tables.
 pub(super) fn is_checkpoint(name: &std::ffi::OsStr) -> bool {
-    name == CHECKPOINT || name == CHECKPOINT_STATE
+    let grows = name.as_encoded_bytes().starts_with(GROWING_TRACKS.as_bytes());
+    name == CHECKPOINT || name == CHECKPOINT_STATE || grows
 }
 
 /// A file of a directory.

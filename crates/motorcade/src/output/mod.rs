@@ -8,11 +8,13 @@ mod listing;
 mod loops;
 mod record;
 mod speeds;
+mod track_table;
 mod tracks;
 
 pub use camera::status_name;
 pub use directory::{OutputDirectory, RUN_RECORD};
-pub use listing::{CHECKPOINT, CHECKPOINT_STATE, ListedFile};
+pub use listing::{CHECKPOINT, CHECKPOINT_STATE, GROWING_TRACKS, ListedFile};
+pub use track_table::TrackTable;
 pub use tracks::track_labels;
 
 use std::fs;

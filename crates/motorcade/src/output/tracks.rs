@@ -10,10 +10,10 @@ use motorcade_perception::{BoundingBox, VehicleClass};
 use motorcade_vehicles::{Source, VehicleState, VehicleTrajectory};
 use nalgebra::{Point3, Vector3};
 
+use super::track_table::{TrackRow, TrackTable, sigma_from_camera};
 use super::{RunContext, file};
 use crate::error::Result;
 use crate::output_options::OutputOptions;
-use crate::relative::relative_sigma_m;
 use crate::result::RunResult;
 
 pub(super) fn write(folder: &Path, result: &RunResult, context: &RunContext) -> Result<()> {
@@ -35,83 +35,17 @@ fn by_frame(result: &RunResult) -> Vec<(&VehicleTrajectory, &VehicleState)> {
 
 /// One row a vehicle and frame.
 pub(super) fn table(out: impl Write, result: &RunResult) -> io::Result<()> {
-    let mut table = csv::Writer::from_writer(out);
-    table.write_record([
-        "frame",
-        "time_s",
-        "id",
-        "class",
-        "x_m",
-        "y_m",
-        "z_m",
-        "qx",
-        "qy",
-        "qz",
-        "qw",
-        "length_m",
-        "width_m",
-        "height_m",
-        "speed_mps",
-        "yaw_rate_radps",
-        "sigma_forward_m",
-        "sigma_left_m",
-        "sigma_up_m",
-        "sigma_heading_rad",
-        "sigma_speed_mps",
-        "sigma_length_m",
-        "sigma_width_m",
-        "sigma_height_m",
-        "source",
-        "p_moving",
-        "score",
-        "sigma_relative_forward_m",
-        "sigma_relative_left_m",
-        "sigma_relative_up_m",
-    ])?;
-    for (vehicle, s) in by_frame(result) {
-        let frame = &result.frames[s.frame];
-        let (t, q) = (s.world_from_vehicle.translation(), s.world_from_vehicle.rotation());
-        let sigma = |i: usize| s.covariance[(i, i)].max(0.0).sqrt();
-        let mut row = vec![
-            frame.number.to_string(),
-            format!("{:.6}", frame.timestamp_ns as f64 * 1e-9),
-            vehicle.id.to_string(),
-            vehicle.class.name().to_owned(),
-        ];
-        let (size, size_sigma) = (vehicle.size, vehicle.size_sigma());
-        let numbers = [
-            t.x,
-            t.y,
-            t.z,
-            q.i,
-            q.j,
-            q.k,
-            q.w,
-            size.length_m,
-            size.width_m,
-            size.height_m,
-            s.speed_mps,
-            s.yaw_rate_radps,
-            sigma(3),
-            sigma(4),
-            sigma(5),
-            sigma(2),
-            s.speed_sigma_mps,
-            size_sigma.length_m,
-            size_sigma.width_m,
-            size_sigma.height_m,
-        ];
-        row.extend(numbers.iter().map(|v| format!("{v:.6}")));
-        let source = match s.source {
-            Source::Box => "box",
-            Source::Keypoints => "keypoints",
-            Source::External => "given",
-            Source::Predicted => "predicted",
-        };
-        row.push(source.to_owned());
-        row.extend([format!("{:.4}", vehicle.p_moving), format!("{:.4}", s.score)]);
-        row.extend(sigma_from_camera(result, s).map(|sigma| format!("{sigma:.6}")));
-        table.write_record(&row)?;
+    let mut table = TrackTable::new(out)?;
+    for (vehicle, state) in by_frame(result) {
+        table.write(&TrackRow {
+            frame: &result.frames[state.frame],
+            camera: &result.ego.frames[state.frame],
+            id: vehicle.id,
+            class: vehicle.class,
+            sizes: [vehicle.size, vehicle.size_sigma()],
+            p_moving: vehicle.p_moving,
+            state,
+        })?;
     }
     table.flush()
 }
@@ -165,20 +99,12 @@ pub fn track_labels(
     labels
 }
 
-/// Standard deviations of a position relative to the camera of its frame, along the vehicle's axes \[m\].
-fn sigma_from_camera(result: &RunResult, state: &VehicleState) -> [f64; 3] {
-    let ego = &result.ego.frames[state.frame];
-    let camera_from_vehicle = ego.world_from_camera.inverse() * state.world_from_vehicle;
-    let sigma_m = [3, 4, 5].map(|k| state.covariance[(k, k)].max(0.0).sqrt());
-    relative_sigma_m(&camera_from_vehicle, &ego.covariance, sigma_m)
-}
-
 /// Probability that the box is within a third of its length, width and height of the vehicle, by the standard deviations relative to
 /// the camera. KITTI's evaluators rank boxes by score, and count those that overlap by half or more.
 fn probability_right(result: &RunResult, vehicle: &VehicleTrajectory, state: &VehicleState) -> f64 {
     let size = &vehicle.size;
     let extents_m = [size.length_m, size.width_m, size.height_m];
-    let sigma_m = sigma_from_camera(result, state);
+    let sigma_m = sigma_from_camera(&result.ego.frames[state.frame], state);
     extents_m.iter().zip(sigma_m).map(|(m, sigma)| libm::erf(m / 3.0 / (SQRT_2 * sigma.max(1e-3)))).product()
 }
 
