@@ -2,10 +2,11 @@
 """Relocalisation from many starts: a drive is cut at many frames, each piece is run with a kept map, and the time to the first pose by
 the map is taken.
 
-    scripts/kidnapped.py MOTORCADE MAP TRAINING GT_FIRST_VISIT_POSES MAP_GT_POSES --out FOLDER [--starts 40] [--frames 80]
+    scripts/kidnapped.py MOTORCADE MAP TRAINING GT_FIRST_VISIT_POSES MAP_GT_POSES --out FOLDER [--starts 40] [--frames 80] [--online]
 
 A piece is found where its first match is at most a second after its first frame and its pose is right by 1 m and 3 degrees. A match
 counts only with the agreement of others along the way, so that a piece must hold some keyframes: relocalised means told at the end of it.
+With --online the time is that of the first frame that was told in the world of the map as it came.
 """
 import argparse
 import csv
@@ -21,6 +22,7 @@ for name in ("program", "map", "training", "truth", "map_truth"):
 parser.add_argument("--out", type=pathlib.Path, required=True)
 parser.add_argument("--starts", type=int, default=40)
 parser.add_argument("--frames", type=int, default=80)
+parser.add_argument("--online", action="store_true")
 parser.add_argument("--fps", type=float, default=10.0)
 options = parser.parse_args()
 
@@ -39,15 +41,17 @@ for start in np.linspace(0, len(truth) - options.frames - 1, options.starts).ast
     detections = options.training / "detections/0000.txt"
     command = [options.program.resolve(), "run", options.training, "--sequence", "0000", "--camera", "2", "--models", "none", "--detections", detections,
                "--frames", f"{start}..{start + options.frames}", "--map", options.map, "--out", out, "--progress", "none", "--force"]
+    command += ["--online"] if options.online else []
     done = subprocess.run(list(map(str, command)), capture_output=True, text=True)
     if done.returncode:
         print(start, done.stderr[-300:])
     used = json.loads((out / "run.json").read_text())["map"]
-    if used["first_frame"] is None:
+    met = used.get("first_estimated_frame" if options.online else "first_frame")
+    if met is None:
         missed += 1
         print(f"start {start}: never met")
         continue
-    seconds.append((used["first_frame"] - start) / options.fps)
+    seconds.append((met - start) / options.fps)
     off = 0.0
     for row in csv.DictReader((out / "map_matches.csv").open()):
         if row["holds"] != "true":

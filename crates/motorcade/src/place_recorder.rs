@@ -17,6 +17,8 @@ pub(crate) struct PlaceRecorder {
     options: LoopOptions,
     extractor: FeatureExtractor,
     last: Option<Taken>,
+    /// Time of the first keyframe of the map \[ns\].
+    begun_ns: i64,
     keyframes: Vec<PlaceKeyframe>,
 }
 
@@ -24,6 +26,7 @@ pub(crate) struct PlaceRecorder {
 #[derive(serde::Serialize, serde::Deserialize)]
 pub(crate) struct PlaceRecorderState {
     last: Option<Taken>,
+    begun_ns: i64,
     keyframes: StoredList,
 }
 
@@ -52,6 +55,7 @@ impl PlaceRecorder {
             options: config.loops,
             extractor: FeatureExtractor::new(config.places.features),
             last: None,
+            begun_ns: 0,
             keyframes: Vec::new(),
         })
     }
@@ -66,6 +70,9 @@ impl PlaceRecorder {
         if !self.moved(candidate, record, &pose) {
             return;
         }
+        if self.last.as_ref().is_none_or(|last| last.record.segment != record.segment) {
+            self.begun_ns = timestamp_ns;
+        }
         let features = self.extractor.extract(image, |x, y| usable(&Point2::new(x, y)));
         self.keyframes.push(PlaceKeyframe { frame: row, segment: record.segment, features });
         self.last = Some(Taken { timestamp_ns, record: record.clone() });
@@ -77,20 +84,22 @@ impl PlaceRecorder {
         // By today's pose of the last keyframe: adjustments move it.
         let Some(before) = candidate.trajectory.camera_of(&last.record) else { return true };
         let step = *pose * before.inverse();
+        let advanced = &self.options.advanced;
+        let since_s = |ns: i64| (candidate.timestamp_ns - ns) as f64 * 1e-9;
+        // A new map is to be joined with what is known as soon as it can be.
+        let share = if since_s(self.begun_ns) <= advanced.young_s { advanced.young_share } else { 1.0 };
         let far = match candidate.plane {
             // |m| is 1 over the camera's height.
-            Some(plane) => step.translation().norm() * plane.norm() >= self.options.spacing_heights,
-            None => {
-                (candidate.timestamp_ns - last.timestamp_ns) as f64 * 1e-9 >= self.options.advanced.spacing_s
-            }
+            Some(plane) => step.translation().norm() * plane.norm() >= share * self.options.spacing_heights,
+            None => since_s(last.timestamp_ns) >= share * advanced.spacing_s,
         };
-        far || step.rotation().angle() >= self.options.advanced.spacing_rad
+        far || step.rotation().angle() >= advanced.spacing_rad
     }
 
     /// The state after the last frame.
     pub(crate) fn state(&self) -> PlaceRecorderState {
-        let Self { options: _, extractor: _, last, keyframes } = self;
-        PlaceRecorderState { last: last.clone(), keyframes: StoredList::of(keyframes) }
+        let Self { options: _, extractor: _, last, begun_ns, keyframes } = self;
+        PlaceRecorderState { last: last.clone(), begun_ns: *begun_ns, keyframes: StoredList::of(keyframes) }
     }
 
     /// As after the frame of a state, with the options of this one.
@@ -102,6 +111,7 @@ impl PlaceRecorder {
             options: self.options,
             extractor: self.extractor.clone(),
             last: state.last.clone(),
+            begun_ns: state.begun_ns,
             keyframes: state.keyframes.items()?,
         })
     }

@@ -23,6 +23,12 @@ pub struct AdvancedLoopOptions {
     pub spacing_rad: f64,
     /// Time between keyframes where the camera's height in units of the odometry is not known yet \[s\].
     pub spacing_s: f64,
+    /// Time from the first keyframe of a map \[s\] in which keyframes are `young_share` times as far apart. A longer one finds more places from the start of a
+    /// map on, and costs more keyframes.
+    pub young_s: f64,
+    /// Factor on the spacing of keyframes of a map that has just begun: three have to agree before two maps are joined. A smaller one joins maps
+    /// earlier, on views that differ less.
+    pub young_share: f64,
     /// Distance between where odometry and where the place says the camera is, beyond which they are two places \[m\]. Not across a
     /// break, where odometry does not know.
     pub gate_m: f64,
@@ -70,6 +76,8 @@ impl Default for AdvancedLoopOptions {
         Self {
             spacing_rad: 0.15,
             spacing_s: 0.4,
+            young_s: 1.0,
+            young_share: 0.2,
             gate_m: 3.0,
             gate_share: 0.05,
             kernel_scale: 3.55,
@@ -107,6 +115,7 @@ impl LoopOptions {
             ("spacing_heights", self.spacing_heights),
             ("advanced.spacing_rad", advanced.spacing_rad),
             ("advanced.spacing_s", advanced.spacing_s),
+            ("advanced.young_share", advanced.young_share),
             ("advanced.gate_m", advanced.gate_m),
             ("advanced.kernel_scale", advanced.kernel_scale),
             ("advanced.least_sigma_rad", advanced.least_sigma_rad),
@@ -142,6 +151,9 @@ impl LoopOptions {
             if !(0.0..=1.0).contains(&value) {
                 return Err(format!("loops.{name} must lie between 0 and 1"));
             }
+        }
+        if !(advanced.young_s.is_finite() && advanced.young_s >= 0.0) {
+            return Err("loops.advanced.young_s must not be negative".to_owned());
         }
         Ok(())
     }

@@ -114,19 +114,20 @@ impl OnlineLoops {
             self.take(view, settings)?;
         }
         let taken = self.own() > before;
-        let newest_m = *self.way_m.last()?;
-        if !taken
-            || self.search.report().verified == 0
-            || newest_m - self.corrected_m < options.least_correction_m
-        {
+        if !taken || self.search.report().verified == 0 {
             return None;
         }
+        let newest_m = *self.way_m.last()?;
         let first = self.first_moved(options);
         let mut matches =
             self.search.supported_since(self.of_map + first.saturating_sub(options.overlap_keyframes));
         matches.retain(|m| m.query >= self.of_map + first);
         let settled = self.judged.partition_point(|(m, _)| m.query < self.of_map + first);
         if settled + matches.len() <= self.judged.len() {
+            return None;
+        }
+        // A map that is found to be a known one is told in that at once.
+        if newest_m - self.corrected_m < options.least_correction_m && !self.joins_map(&matches) {
             return None;
         }
         self.corrected_m = newest_m;
@@ -137,6 +138,13 @@ impl OnlineLoops {
         self.settled.settle((before, self.of_map), &mut self.search, rows, judged);
         drop(self.reported.forget_before(self.settled.first));
         revision
+    }
+
+    /// True where the newest match is the first of its map that holds.
+    fn joins_map(&self, matches: &[PlaceMatch]) -> bool {
+        let segment = |m: &PlaceMatch| self.search.keyframes()[m.query].segment;
+        let Some(newest) = matches.last().map(segment) else { return false };
+        !self.judged.iter().rev().any(|(m, (_, holds))| *holds && segment(m) == newest)
     }
 
     /// The first keyframe that the next correction moves.
