@@ -43,7 +43,7 @@ impl Opened {
 /// # Errors
 /// A checkpoint of another run, or one that another run is writing.
 pub fn open(out: &Path, resume: bool, run: Identity) -> anyhow::Result<Option<Opened>> {
-    let [inside, beside] = places(out);
+    let [inside, beside] = places(out, CHECKPOINT);
     if resume {
         for path in [&inside, &beside] {
             if let Some(checkpoint) = Checkpoint::resume(path, run.clone())? {
@@ -88,8 +88,8 @@ pub fn report(checkpoint: &Checkpoint, reporter: &Reporter) {
     }
 }
 
-/// In the directory of the results where there is one (it may be a mount point), else beside it.
-fn places(out: &Path) -> [PathBuf; 2] {
-    let name = out.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    [out.join(CHECKPOINT), out.with_file_name(format!(".{name}{CHECKPOINT}"))]
+/// Places of a file that is no result: in the directory of the results where there is one (it may be a mount point), else beside it.
+pub fn places(out: &Path, name: &str) -> [PathBuf; 2] {
+    let results = out.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    [out.join(name), out.with_file_name(format!(".{results}{name}"))]
 }

@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 
 use motorcade::output::{GROWING_TRACKS, TrackTable};
 use motorcade::{Estimate, Progress};
+use motorcade_dataset::staging;
 
+use crate::checkpoint;
 use crate::exit;
 use crate::progress::Reporter;
 
@@ -29,7 +31,8 @@ enum Table {
 impl GrowingTracks {
     /// For results in `out`: in that directory where it is there, else beside it. Nothing is written before the first frame.
     pub fn new(out: &Path, resumes: bool) -> Self {
-        Self { path: place(out), resumes, table: Table::Waiting }
+        let [inside, beside] = checkpoint::places(out, &format!("{GROWING_TRACKS}.csv"));
+        Self { path: if out.is_dir() { inside } else { beside }, resumes, table: Table::Waiting }
     }
 
     /// Adds the vehicles of the newest frame. Where that fails the run goes on without the table.
@@ -48,21 +51,21 @@ impl GrowingTracks {
         if let Table::Open(table) = &mut self.table { table.push(estimate) } else { Ok(()) }
     }
 
-    /// The table before the rows of a frame.
+    /// The table before the rows of a frame. Its file is locked while the run goes on.
     fn open(&self, frame: u64) -> io::Result<TrackTable<File>> {
-        match fs::symlink_metadata(&self.path) {
+        let found = match fs::symlink_metadata(&self.path) {
             Ok(found) if !found.is_file() => return Err(io::Error::other("is no regular file")),
-            Ok(_) if self.resumes => {
-                let file = OpenOptions::new().read(true).write(true).open(&self.path)?;
-                if let Some(table) = TrackTable::go_on(file, frame)? {
-                    return Ok(table);
-                }
-                self.put_aside()?;
+            other => other.is_ok(),
+        };
+        if found {
+            let file = locked(OpenOptions::new().read(true).write(true).open(&self.path)?)?;
+            let table = if self.resumes { TrackTable::go_on(file, frame)? } else { None };
+            if let Some(table) = table {
+                return Ok(table);
             }
-            Ok(_) => self.put_aside()?,
-            Err(_) => {}
+            self.put_aside()?;
         }
-        TrackTable::new(OpenOptions::new().write(true).create_new(true).open(&self.path)?)
+        TrackTable::new(locked(OpenOptions::new().write(true).create_new(true).open(&self.path)?)?)
     }
 
     /// Renames what an earlier run left: rows that nothing else may hold.
@@ -91,11 +94,6 @@ impl GrowingTracks {
     }
 }
 
-fn place(out: &Path) -> PathBuf {
-    let file = format!("{GROWING_TRACKS}.csv");
-    if out.is_dir() {
-        return out.join(file);
-    }
-    let name = out.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    out.with_file_name(format!(".{name}{file}"))
+fn locked(file: File) -> io::Result<File> {
+    if staging::try_lock(&file) { Ok(file) } else { Err(io::Error::other("is written by another run")) }
 }

@@ -147,6 +147,18 @@ fn the_table_of_vehicles_grows_while_an_online_run_goes_on() {
     answer(folder, &format!("{run} out")).expect(0, &[".out.motorcade-tracks.1.csv"]);
     assert_eq!(fs::read(folder.join(".out.motorcade-tracks.1.csv")).unwrap(), text);
     assert!(!growing.exists());
+    // Nor does a run replace the table that another one is writing.
+    fs::remove_dir_all(folder.join("out")).unwrap();
+    fs::write(&growing, b"").unwrap();
+    let other = fs::File::open(&growing).unwrap();
+    other.lock().unwrap();
+    answer(folder, &format!("{run} out")).expect(0, &["is written by another run"]);
+    assert_eq!(fs::read(&growing).unwrap(), b"");
+    drop(other);
+    fs::remove_file(&growing).unwrap();
+    // In a directory that is there, and over results.
+    answer(folder, &format!("{run} out --force")).expect(0, &[]);
+    no_leftovers(&folder.join("out"));
     // Something else of that name stays as it is.
     fs::remove_dir_all(folder.join("out")).unwrap();
     std::os::unix::fs::symlink("boxes.csv", &growing).unwrap();
