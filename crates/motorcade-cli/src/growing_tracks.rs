@@ -48,7 +48,7 @@ impl GrowingTracks {
         if matches!(self.table, Table::Waiting) {
             self.table = Table::Open(Box::new(self.open(estimate.frame.number)?));
         }
-        if let Table::Open(table) = &mut self.table { table.push(estimate) } else { Ok(()) }
+        if let Table::Open(table) = &mut self.table { estimate.add_to(table) } else { Ok(()) }
     }
 
     /// The table before the rows of a frame. Its file is locked while the run goes on.

@@ -1,5 +1,7 @@
 //! The estimate of the newest frame.
 
+use std::io::{self, Write};
+
 use motorcade_geometry::Pose;
 use motorcade_odometry::EgoFrame;
 use motorcade_perception::VehicleClass;
@@ -7,7 +9,7 @@ use motorcade_vehicles::{Dimensions, VehicleState};
 use nalgebra::{Matrix3, Matrix6};
 use serde_json::{Value, json};
 
-use crate::output::status_name;
+use crate::output::{TrackRow, TrackTable, status_name};
 use crate::record::FrameInfo;
 
 /// Camera, road and vehicles in the newest frame, from it and the frames before it alone.
@@ -49,6 +51,25 @@ impl VehicleEstimate {
 }
 
 impl Estimate {
+    /// Adds the vehicles to a table: poses in the world as they are known in this frame, sizes and P(moving) too.
+    ///
+    /// # Errors
+    /// Those of the table's output.
+    pub fn add_to<W: Write>(&self, table: &mut TrackTable<W>) -> io::Result<()> {
+        for vehicle in &self.vehicles {
+            table.write(&TrackRow {
+                frame: &self.frame,
+                camera: &self.ego,
+                id: vehicle.id,
+                class: vehicle.class,
+                sizes: [vehicle.size, vehicle.size_sigma()],
+                p_moving: vehicle.p_moving,
+                state: &vehicle.state,
+            })?;
+        }
+        table.flush()
+    }
+
     /// One line of JSON: `frame`, `time_s`, `status`, `camera` and `vehicles` with poses in the world of the first camera
     /// (metres, quaternion x, y, z, w), sizes, speeds and standard deviations.
     pub fn to_json(&self) -> String {

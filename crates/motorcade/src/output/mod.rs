@@ -14,6 +14,7 @@ mod tracks;
 pub use camera::status_name;
 pub use directory::{OutputDirectory, RUN_RECORD};
 pub use listing::{CHECKPOINT, CHECKPOINT_STATE, GROWING_TRACKS, ListedFile};
+pub(crate) use track_table::TrackRow;
 pub use track_table::TrackTable;
 pub use tracks::track_labels;
 

@@ -7,7 +7,6 @@ use motorcade_odometry::EgoFrame;
 use motorcade_perception::VehicleClass;
 use motorcade_vehicles::{Dimensions, Source, VehicleState};
 
-use crate::estimate::Estimate;
 use crate::record::FrameInfo;
 use crate::relative::relative_sigma_m;
 
@@ -51,15 +50,15 @@ pub struct TrackTable<W: Write> {
 }
 
 /// A vehicle in a frame.
-pub(super) struct TrackRow<'a> {
-    pub(super) frame: &'a FrameInfo,
-    pub(super) camera: &'a EgoFrame,
-    pub(super) id: usize,
-    pub(super) class: VehicleClass,
+pub(crate) struct TrackRow<'a> {
+    pub(crate) frame: &'a FrameInfo,
+    pub(crate) camera: &'a EgoFrame,
+    pub(crate) id: usize,
+    pub(crate) class: VehicleClass,
     /// Size and its standard deviations.
-    pub(super) sizes: [Dimensions; 2],
-    pub(super) p_moving: f64,
-    pub(super) state: &'a VehicleState,
+    pub(crate) sizes: [Dimensions; 2],
+    pub(crate) p_moving: f64,
+    pub(crate) state: &'a VehicleState,
 }
 
 impl<W: Write> TrackTable<W> {
@@ -73,34 +72,15 @@ impl<W: Write> TrackTable<W> {
         Ok(Self { rows })
     }
 
-    /// The vehicles of the newest frame: poses in the world as they are known then, sizes and P(moving) too.
-    ///
-    /// # Errors
-    /// Those of the output.
-    pub fn push(&mut self, estimate: &Estimate) -> io::Result<()> {
-        for vehicle in &estimate.vehicles {
-            self.write(&TrackRow {
-                frame: &estimate.frame,
-                camera: &estimate.ego,
-                id: vehicle.id,
-                class: vehicle.class,
-                sizes: [vehicle.size, vehicle.size_sigma()],
-                p_moving: vehicle.p_moving,
-                state: &vehicle.state,
-            })?;
-        }
-        self.flush()
-    }
-
     /// Writes what is held back.
     ///
     /// # Errors
     /// Those of the output.
-    pub(super) fn flush(&mut self) -> io::Result<()> {
+    pub(crate) fn flush(&mut self) -> io::Result<()> {
         self.rows.flush()
     }
 
-    pub(super) fn write(&mut self, row: &TrackRow<'_>) -> io::Result<()> {
+    pub(crate) fn write(&mut self, row: &TrackRow<'_>) -> io::Result<()> {
         let TrackRow { frame, camera, state: s, sizes: [size, size_sigma], .. } = row;
         let (t, q) = (s.world_from_vehicle.translation(), s.world_from_vehicle.rotation());
         let sigma = |i: usize| s.covariance[(i, i)].max(0.0).sqrt();
