@@ -7,7 +7,9 @@
 use std::time::Instant;
 
 use motorcade_geometry::{PinholeCamera, Pose};
-use motorcade_places::{Feature, FeatureExtractor, Landmark, PlaceOptions, PlaceSearch, PlacedKeyframe};
+use motorcade_places::{
+    Feature, FeatureExtractor, HiddenParts, Landmark, PlaceOptions, PlaceSearch, PlacedKeyframe,
+};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -55,7 +57,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             .collect();
         let world_from_camera = Pose::identity();
         let (way_m, covariance) = (3.0 * k as f64, nalgebra::Matrix6::zeros());
-        PlacedKeyframe { frame: k, segment: 0, world_from_camera, covariance, way_m, features, landmarks }
+        let hidden = HiddenParts::default();
+        PlacedKeyframe {
+            frame: k,
+            segment: 0,
+            world_from_camera,
+            covariance,
+            way_m,
+            features,
+            landmarks,
+            hidden,
+        }
     };
     let keyframes: Vec<PlacedKeyframe> = (0..count).map(|k| keyframe(k, &mut rng)).collect();
     let landmarks: usize = keyframes.iter().map(|k| k.landmarks.len()).sum();

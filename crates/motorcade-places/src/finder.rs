@@ -14,6 +14,9 @@ use crate::verification::{PlaceMatch, verify};
 
 pub use state::PlaceSearchState;
 
+/// Keyframes before and after a match's one among which the nearest is sought: landmarks are seen well from so many.
+const NEIGHBOURS: usize = 3;
+
 /// Counts of a search.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct SearchReport {
@@ -127,23 +130,52 @@ impl PlaceSearch {
             self.enter();
         }
         if self.index.len() > 0 {
-            self.report.queries += 1;
-            let scores = self.index.scores(descriptors(&keyframe));
-            let mut ranked = ranked(&scores, keyframe.landmarks.len(), &self.options);
-            ranked.retain(|k| self.can_be_found(*k));
-            let candidates = apart(ranked, self.options.advanced.search.candidates);
-            self.report.candidates += candidates.len();
-            let query = (self.keyframes.len(), &keyframe);
-            let verified = candidates
-                .iter()
-                .filter_map(|c| verify(&self.camera, query, (*c, &self.keyframes[*c]), &self.options))
-                .filter(|found| may_join(&keyframe, &self.keyframes[found.candidate], found));
-            // Of equally good ones the first.
-            let best = verified.reduce(|a, b| if b.inliers > a.inliers { b } else { a });
+            let best = self.best(&keyframe, may_join);
             self.report.verified += usize::from(best.is_some());
             self.verified.extend(best);
         }
         self.add(keyframe);
+    }
+
+    /// The best match of a keyframe among those that look alike, or with the keyframe next to that one.
+    fn best(
+        &mut self,
+        keyframe: &PlacedKeyframe,
+        may_join: impl Fn(&PlacedKeyframe, &PlacedKeyframe, &PlaceMatch) -> bool,
+    ) -> Option<PlaceMatch> {
+        let scores = self.index.scores(descriptors(keyframe));
+        let mut ranked = ranked(&scores, keyframe.landmarks.len(), &self.options);
+        ranked.retain(|k| self.can_be_found(*k));
+        let candidates = apart(ranked, self.options.advanced.search.candidates);
+        self.report.queries += 1;
+        self.report.candidates += candidates.len();
+        let query = (self.keyframes.len(), keyframe);
+        let verified = |candidate: usize| {
+            let earlier = &self.keyframes[candidate];
+            let found = verify(&self.camera, query, (candidate, earlier), &self.options)?;
+            may_join(keyframe, earlier, &found).then_some(found)
+        };
+        // Of equally good ones the first.
+        let better = |a: PlaceMatch, b: PlaceMatch| if b.inliers > a.inliers { b } else { a };
+        let found = candidates.into_iter().filter_map(verified).reduce(better)?;
+        let nearer = self.nearest(&found).and_then(verified);
+        Some(nearer.into_iter().fold(found, better))
+    }
+
+    /// The keyframe next to a match's one that lies nearest to where the match has the query, in whose view more of the same is seen; `None` where that is
+    /// the match's own.
+    fn nearest(&self, found: &PlaceMatch) -> Option<usize> {
+        let own = self.keyframes.get(found.candidate)?;
+        let there = own.world_from_camera * found.query_from_candidate.inverse();
+        let first = found.candidate.saturating_sub(NEIGHBOURS);
+        let around = first..(found.candidate + NEIGHBOURS + 1).min(self.index.len());
+        let away_m = |k: usize| {
+            // Some that cannot be found are taken out.
+            let other = self.keyframes.get(k).filter(|o| self.can_be_found(k) && o.segment == own.segment)?;
+            Some((k, (other.world_from_camera.translation() - there.translation()).norm()))
+        };
+        let nearest = around.filter_map(away_m).min_by(|a, b| a.1.total_cmp(&b.1))?.0;
+        (nearest != found.candidate).then_some(nearest)
     }
 
     /// Lets the next keyframe be found, unless its place was visited often enough: it keeps no features then.

@@ -4,9 +4,10 @@ use motorcade_geometry::{Camera, Pose, World};
 use nalgebra::{Matrix6, Point3};
 
 use crate::features::Feature;
+use crate::hidden::HiddenParts;
 
 /// Features of a keyframe, with positions where they are known.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct PlaceKeyframe {
     /// Frame of the drive.
     pub frame: usize,
@@ -14,6 +15,8 @@ pub struct PlaceKeyframe {
     pub segment: usize,
     /// Features.
     pub features: Vec<Feature>,
+    /// Parts from which no features were taken.
+    pub hidden: HiddenParts,
 }
 
 /// A keyframe with its pose, ready to be searched.
@@ -33,10 +36,12 @@ pub struct PlacedKeyframe {
     pub features: Vec<Feature>,
     /// Features with positions.
     pub landmarks: Vec<Landmark>,
+    /// Parts from which no features were taken; nothing once it was looked for.
+    pub hidden: HiddenParts,
 }
 
 impl PlacedKeyframe {
-    /// Leaves out the features without a position: later keyframes are matched with landmarks alone.
+    /// Leaves out what only the search for it needs: later keyframes are matched with landmarks alone.
     pub(crate) fn forget_unplaced(&mut self) {
         let known = |l: &Landmark| Some((*l, *self.features.get(l.feature as usize)?));
         let (landmarks, features): (Vec<Landmark>, Vec<Feature>) =
@@ -45,6 +50,7 @@ impl PlacedKeyframe {
         self.landmarks = landmarks;
         self.features.shrink_to_fit();
         self.landmarks.shrink_to_fit();
+        self.hidden = HiddenParts::default();
         (0..).zip(&mut self.landmarks).for_each(|(k, landmark)| landmark.feature = k);
     }
 }
@@ -86,10 +92,11 @@ mod tests {
             features: (0..6).map(feature).collect(),
             // The last one has no feature.
             landmarks: [1, 4, 5, 9].map(landmark).to_vec(),
+            hidden: HiddenParts::of((9, 9), |_, _| false),
         };
         keyframe.forget_unplaced();
         let of = |l: &Landmark| keyframe.features[l.feature as usize].descriptor.0[0];
         assert_eq!(keyframe.landmarks.iter().map(of).collect::<Vec<_>>(), [1, 4, 5]);
-        assert_eq!(keyframe.features.len(), 3);
+        assert_eq!((keyframe.features.len(), keyframe.hidden), (3, HiddenParts::default()));
     }
 }

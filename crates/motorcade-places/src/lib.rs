@@ -18,7 +18,7 @@
 //! let options = PlaceOptions::default();
 //! let mut extractor = FeatureExtractor::new(options.features);
 //! let image = GrayImage::from_fn(320, 160, |x, y| Luma([((x / 9 * 37 + y / 11 * 91) % 256) as u8]));
-//! let keyframe = |frame: usize, features| PlaceKeyframe { frame, segment: 0, features };
+//! let keyframe = |frame: usize, features| PlaceKeyframe { frame, features, ..PlaceKeyframe::default() };
 //! let keyframes: Vec<_> = (0..3).map(|k| keyframe(k, extractor.extract(&image, |_, _| true))).collect();
 //! let placement = |frame: usize| FramePlacement {
 //!     world_from_camera: Pose::identity(),
@@ -31,11 +31,12 @@
 //! assert!(found.matches.is_empty() && found.report.queries == 2);
 //! ```
 //!
-//! Modules, lowest first: `features`, `keyframe`, `landmarks`, `placement`, `index`, `by_turn`, `verification`, `sequence`, `finder`, `map`.
+//! Modules, lowest first: `features`, `hidden`, `keyframe`, `landmarks`, `placement`, `index`, `by_turn`, `verification`, `sequence`, `finder`, `map`.
 
 mod by_turn;
 mod features;
 mod finder;
+mod hidden;
 mod index;
 mod keyframe;
 mod keyframes;
@@ -48,6 +49,7 @@ mod verification;
 
 pub use features::{Descriptor, Feature, FeatureExtractor};
 pub use finder::{FoundPlaces, PlaceSearch, PlaceSearchState, SearchReport, find_places};
+pub use hidden::HiddenParts;
 pub use keyframe::{Landmark, PlaceKeyframe, PlacedKeyframe};
 pub use keyframes::Keyframes;
 pub use map::{MapError, MapSummary, PlaceMap};

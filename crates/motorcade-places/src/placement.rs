@@ -71,6 +71,6 @@ fn placed(
     landmarks: Vec<Landmark>,
 ) -> PlacedKeyframe {
     let FramePlacement { world_from_camera, covariance, way_m } = placement(keyframe.frame);
-    let PlaceKeyframe { frame, segment, features } = keyframe;
-    PlacedKeyframe { frame, segment, world_from_camera, covariance, way_m, features, landmarks }
+    let PlaceKeyframe { frame, segment, features, hidden } = keyframe;
+    PlacedKeyframe { frame, segment, world_from_camera, covariance, way_m, features, landmarks, hidden }
 }

@@ -72,6 +72,7 @@ fn agree<K: Index<usize, Output = PlacedKeyframe>>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::hidden::HiddenParts;
     use motorcade_geometry::Pose;
     use nalgebra::{Matrix6, Vector6};
 
@@ -88,6 +89,7 @@ mod tests {
                 way_m: 2.0 * step + 300.0 * visit as f64,
                 features: Vec::new(),
                 landmarks: Vec::new(),
+                hidden: HiddenParts::default(),
             }
         };
         (0..40).map(at).collect()

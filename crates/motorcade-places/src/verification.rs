@@ -130,9 +130,9 @@ impl Verifier<'_> {
         for landmark in &c.landmarks {
             let Some(own) = c.features.get(landmark.feature as usize) else { continue };
             let seen = self.camera.project(&pose.transform_point(&landmark.point()));
-            let Some(pixel) = seen.filter(|p| self.camera.contains(p, self.options.margin_px)) else {
-                continue;
-            };
+            let in_picture = seen.filter(|p| self.camera.contains(p, self.options.margin_px));
+            // What a vehicle hides is not in view.
+            let Some(pixel) = in_picture.filter(|p| !q.hidden.hides(p)) else { continue };
             in_view += 1;
             let near = q.features.iter().filter(|f| {
                 let reach = 2.0 * self.options.inlier_px * self.scale(f);

@@ -59,7 +59,7 @@ pub(crate) fn scene(length: usize, same: bool) -> Scene {
             let pixel = [(pixel.x + off()) as f32, (pixel.y + off()) as f32];
             Some(Feature { descriptor: *descriptor, pixel, level: 0, turn: 0 })
         });
-        PlaceKeyframe { frame, segment: 0, features: seen.take(320).collect() }
+        PlaceKeyframe { frame, features: seen.take(320).collect(), ..PlaceKeyframe::default() }
     };
     let places = (0..length).step_by(3).map(&mut keyframe).collect();
     let info = |(number, t): (u64, &i64)| FrameInfo { number, timestamp_ns: *t, problem: None };

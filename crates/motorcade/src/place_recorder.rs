@@ -6,7 +6,7 @@ use image::GrayImage;
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_multibody::LoopOptions;
 use motorcade_odometry::{FrameRecord, FrameStatus, OdometryTrajectory};
-use motorcade_places::{FeatureExtractor, PlaceKeyframe};
+use motorcade_places::{FeatureExtractor, HiddenParts, PlaceKeyframe};
 use nalgebra::{Point2, Vector3};
 
 use crate::archive::StoredList;
@@ -73,8 +73,10 @@ impl PlaceRecorder {
         if self.last.as_ref().is_none_or(|last| last.record.segment != record.segment) {
             self.begun_ns = timestamp_ns;
         }
-        let features = self.extractor.extract(image, |x, y| usable(&Point2::new(x, y)));
-        self.keyframes.push(PlaceKeyframe { frame: row, segment: record.segment, features });
+        let usable = |x, y| usable(&Point2::new(x, y));
+        let features = self.extractor.extract(image, usable);
+        let hidden = HiddenParts::of(image.dimensions(), usable);
+        self.keyframes.push(PlaceKeyframe { frame: row, segment: record.segment, features, hidden });
         self.last = Some(Taken { timestamp_ns, record: record.clone() });
     }
 
@@ -135,7 +137,7 @@ impl PlaceRecorder {
     pub(crate) fn forget(&mut self, count: usize) {
         // Those before the last one with features have none already.
         let held = self.keyframes.iter_mut().take(count).rev().take_while(|k| !k.features.is_empty());
-        held.for_each(|keyframe| keyframe.features = Vec::new());
+        held.for_each(|keyframe| (keyframe.features, keyframe.hidden) = Default::default());
     }
 
     /// Ends the drive.

@@ -135,6 +135,7 @@ fn the_way_of_a_map_of_places_is_on_the_earth() {
         way_m: 2.0 * k as f64,
         features: Vec::new(),
         landmarks: Vec::new(),
+        hidden: motorcade_places::HiddenParts::default(),
     };
     let map = motorcade::PlaceMap {
         camera: CAMERA,

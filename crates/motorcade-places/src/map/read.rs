@@ -7,6 +7,7 @@ use super::bytes::{Reader, checksum, upper_triangle};
 use super::error::MapError;
 use super::{MAGIC, PlaceMap, VERSION};
 use crate::features::{Descriptor, Feature};
+use crate::hidden::HiddenParts;
 use crate::keyframe::{Landmark, PlacedKeyframe};
 
 /// Bytes of a landmark, and of a keyframe without any.
@@ -70,7 +71,8 @@ fn keyframe(r: &mut Reader<'_>) -> Result<PlacedKeyframe, MapError> {
         let point_in_camera = [r.f32()?, r.f32()?, r.f32()?];
         landmarks.push(Landmark { feature, point_in_camera, depth_sigma: r.f32()? });
     }
-    Ok(PlacedKeyframe { frame, segment, world_from_camera, covariance, way_m, features, landmarks })
+    let hidden = HiddenParts::default();
+    Ok(PlacedKeyframe { frame, segment, world_from_camera, covariance, way_m, features, landmarks, hidden })
 }
 
 /// A covariance, refused where it is none.

@@ -5,6 +5,7 @@ use nalgebra::{Matrix6, Vector6};
 
 use super::{MapError, PlaceMap};
 use crate::features::{Descriptor, Feature};
+use crate::hidden::HiddenParts;
 use crate::keyframe::{Landmark, PlacedKeyframe};
 
 fn map() -> PlaceMap {
@@ -33,6 +34,7 @@ fn map() -> PlaceMap {
             way_m: 3.0 * k as f64,
             features,
             landmarks,
+            hidden: HiddenParts::default(),
         }
     };
     PlaceMap { camera, height_m: 1.65, keyframes: (0..4).map(keyframe).collect() }

@@ -4,13 +4,18 @@
 
 use image::DynamicImage;
 use motorcade_places::{
-    FeatureExtractor, FoundPlaces, FramePlacement, PlaceKeyframe, PlaceMatch, PlaceOptions, PlaceSearch,
-    PlacedKeyframe, find_places, place_keyframes,
+    FeatureExtractor, FoundPlaces, FramePlacement, HiddenParts, PlaceKeyframe, PlaceMatch, PlaceOptions,
+    PlaceSearch, PlacedKeyframe, find_places, place_keyframes,
 };
 use motorcade_simulate::{Drive, RenderOptions, Renderer, Scenario, simulate, simulate_again};
 
 fn driven(name: &str, frames: usize) -> Drive {
-    simulate(&Scenario::by_name(name).unwrap(), frames, 3, &RenderOptions::default().with_width(828)).unwrap()
+    rendered(name, frames, (3, 828))
+}
+
+fn rendered(name: &str, frames: usize, (seed, width): (u64, u32)) -> Drive {
+    let render = RenderOptions::default().with_width(width);
+    simulate(&Scenario::by_name(name).unwrap(), frames, seed, &render).unwrap()
 }
 
 /// Keyframes of these frames with exact poses; with `maps` each visit is a map of its own.
@@ -20,9 +25,15 @@ fn keyframes(drive: &Drive, visits: &[&[usize]], maps: bool, options: &PlaceOpti
     let mut all = Vec::new();
     for (segment, frames) in visits.iter().enumerate() {
         for &frame in *frames {
-            let gray = DynamicImage::ImageRgb8(renderer.render(frame).unwrap().rgb).into_luma8();
+            let picture = renderer.render(frame).unwrap();
+            let gray = DynamicImage::ImageRgb8(picture.rgb).into_luma8();
             let segment = if maps { segment } else { 0 };
-            all.push(PlaceKeyframe { frame, segment, features: extractor.extract(&gray, |_, _| true) });
+            let usable = |x: f64, y: f64| {
+                picture.instance.get_pixel_checked(x as u32, y as u32).is_none_or(|i| i.0[0] == 0)
+            };
+            let features = extractor.extract(&gray, usable);
+            let hidden = HiddenParts::of(gray.dimensions(), usable);
+            all.push(PlaceKeyframe { frame, segment, features, hidden });
         }
     }
     let poses = drive.world_from_camera();
@@ -86,17 +97,27 @@ fn twin_houses_are_two_places() {
     assert!(found.is_empty(), "{report:?}: {found:?}");
     // The houses do look alike: it is the short way that decides.
     assert!(report.verified >= 3, "{report:?}");
-    // A map that has just begun has a keyframe every frame: many views of the same houses agree.
+}
+
+#[test]
+fn many_views_of_twin_houses_are_two_places() {
+    let options = PlaceOptions::default();
+    let first: Vec<usize> = (0..12).map(|k| 5 + 5 * k).collect();
     let mut verified = 0;
-    for begin in [128, 140, 152] {
-        let second: Vec<usize> = (begin..begin + 12).collect();
-        let placed = keyframes(&drive, &[&first, &second], true, &options);
-        let FoundPlaces { matches, report, .. } =
-            find_places(&drive.camera(), placed, |_, _, _| true, &options);
-        assert!(matches.is_empty(), "{begin}: {report:?}: {matches:?}");
-        verified += report.verified;
+    // Among seeds 1 to 6 and three widths, the second drive is the one in which the most of the view is the same.
+    for (seed, width, begins) in [(3, 828, [128, 140, 152]), (2, 621, [118, 124, 130])] {
+        let drive = rendered("twin-houses", 200, (seed, width));
+        for begin in begins {
+            // A map that has just begun has a keyframe every frame: many views of the same houses agree.
+            let second: Vec<usize> = (begin..begin + 12).collect();
+            let placed = keyframes(&drive, &[&first, &second], true, &options);
+            let FoundPlaces { matches, report, .. } =
+                find_places(&drive.camera(), placed, |_, _, _| true, &options);
+            assert!(matches.is_empty(), "{seed} {begin}: {report:?}: {matches:?}");
+            verified += report.verified;
+        }
     }
-    assert!(verified >= 6, "{verified}");
+    assert!(verified >= 30, "{verified}");
 }
 
 #[test]

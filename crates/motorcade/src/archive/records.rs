@@ -5,7 +5,9 @@ use std::io::{self, Read};
 use motorcade_multibody::{LoopEdge, MapEdge};
 use motorcade_odometry::{EgoFrame, FrameRecord, FrameStatus, RoadCurvature, RoadMeasurement, RoadState};
 use motorcade_perception::{BoundingBox, BoxConvention, Detection, VehicleClass, VehicleKeypoints};
-use motorcade_places::{Descriptor, Feature, Landmark, PlaceKeyframe, PlaceMatch, PlacedKeyframe};
+use motorcade_places::{
+    Descriptor, Feature, HiddenParts, Landmark, PlaceKeyframe, PlaceMatch, PlacedKeyframe,
+};
 use motorcade_shape::{HeadingEvidence, Layout, ObservedKeypoint};
 use motorcade_vehicles::{Source, VehicleState};
 
@@ -40,9 +42,19 @@ stored_struct!(RoadMeasurement {
 });
 
 stored_struct!(Feature { descriptor, pixel, level, turn });
-stored_struct!(PlaceKeyframe { frame, segment, features });
+stored_struct!(HiddenParts { cell_px, columns, cells });
+stored_struct!(PlaceKeyframe { frame, segment, features, hidden });
 stored_struct!(Landmark { feature, point_in_camera, depth_sigma });
-stored_struct!(PlacedKeyframe { frame, segment, world_from_camera, covariance, way_m, features, landmarks });
+stored_struct!(PlacedKeyframe {
+    frame,
+    segment,
+    world_from_camera,
+    covariance,
+    way_m,
+    features,
+    landmarks,
+    hidden
+});
 stored_struct!(PlaceMatch { query, candidate, query_from_candidate, covariance, inliers, share, rms_px });
 stored_struct!(LoopEdge { earlier, later, later_from_earlier, covariance });
 stored_struct!(ClosedLoop { edge, inliers, share, rms_px, weight, closed });

@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use motorcade_geometry::Pose;
 use motorcade_odometry::{FrameRecord, FrameStatus, RoadCurvature, RoadMeasurement, RoadState};
 use motorcade_perception::{BoundingBox, BoxConvention, Detection, VehicleClass, VehicleKeypoints};
-use motorcade_places::{Descriptor, Feature, PlaceKeyframe};
+use motorcade_places::{Descriptor, Feature, HiddenParts, PlaceKeyframe};
 use motorcade_shape::{HeadingEvidence, Layout, ObservedKeypoint};
 use nalgebra::{Matrix3, Matrix6, Point2, Vector2, Vector3, Vector6};
 
@@ -64,7 +64,8 @@ fn place(k: usize) -> PlaceKeyframe {
         level: (i % 4) as u8,
         turn: (7 * i % 256) as u8,
     };
-    PlaceKeyframe { frame: k, segment: k / 3, features: (0..k % 50).map(feature).collect() }
+    let hidden = HiddenParts::of((64, k as u32), |x, y| x > y);
+    PlaceKeyframe { frame: k, segment: k / 3, features: (0..k % 50).map(feature).collect(), hidden }
 }
 
 fn detections(k: usize) -> Vec<Detection> {

@@ -6,6 +6,7 @@
 //! correction costs the same after an hour. Those before are [`settled`]: what only the end needs of them waits in temporary files, and of a
 //! place that is visited often the features of the first visits alone stay.
 
+mod guessed;
 mod offsets;
 mod settled;
 mod state;
@@ -17,6 +18,7 @@ use motorcade_odometry::{EgoFrame, EgoTrajectory, Rows, Uncertainty};
 use motorcade_places::{FramePlacement, PlaceMap, PlaceMatch, PlaceSearch, place_keyframe};
 use nalgebra::Matrix6;
 
+use self::guessed::{guessed, rescale};
 use self::offsets::Offsets;
 use self::settled::Settled;
 use super::loops::{join, search_with_map, within_drift};
@@ -106,11 +108,11 @@ impl OnlineLoops {
         newest: &EgoFrame,
         settings: &Settings,
     ) -> Option<Revision> {
-        self.push(newest);
+        self.push(newest, settings);
         let options = &settings.config.online.advanced;
         let reach = settings.config.places.advanced.landmarks.neighbours;
         let before = self.own();
-        while self.own() + reach < view.places.len() {
+        while self.own() + reach < view.places.len() && !self.waits(newest, view, settings) {
             self.take(view, settings)?;
         }
         let taken = self.own() > before;
@@ -163,12 +165,22 @@ impl OnlineLoops {
         (self.own() > 0).then(|| self.search.keyframes().last().map(|k| k.frame))?
     }
 
-    fn push(&mut self, newest: &EgoFrame) {
+    /// True while the next keyframe belongs to a map that has just begun and whose scale is a guess.
+    fn waits(&self, newest: &EgoFrame, view: &FrontEndView<'_>, settings: &Settings) -> bool {
+        let young_s = settings.config.loops.advanced.young_s;
+        let (Some(next), Some(now)) = (view.places.get(self.own()), view.frames.last()) else { return false };
+        let since_s = (now.timestamp_ns - view.frames[next.frame].timestamp_ns) as f64 * 1e-9;
+        since_s < young_s && guessed(newest, settings.config.scale.advanced.metric.unknown_scale_sigma)
+    }
+
+    fn push(&mut self, newest: &EgoFrame, settings: &Settings) {
         let step_m = self.ego.last().map_or(0.0, |before| {
             (newest.world_from_camera.translation() - before.world_from_camera.translation()).norm()
         });
         self.way_m.push(self.way_m.last().unwrap_or(&0.0) + step_m);
         self.ego.push(newest.clone());
+        let unknown_sigma = settings.config.scale.advanced.metric.unknown_scale_sigma;
+        rescale(&mut self.ego, &mut self.way_m, unknown_sigma);
         self.offsets.push(newest);
     }
 

@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 /// First bytes of the file.
 const MAGIC: &[u8; 16] = b"motorcade state\n";
 /// Version of the format; to be raised whenever a field of any state changes.
-const VERSION: u32 = 6;
+const VERSION: u32 = 7;
 /// Place of the digest.
 const DIGEST: usize = MAGIC.len() + 4;
 /// Length of what stands before the content.

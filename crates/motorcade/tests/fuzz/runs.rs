@@ -55,6 +55,7 @@ fn map() -> PlaceMap {
         way_m: 3.0 * k as f64,
         features: (0..3).map(feature).collect(),
         landmarks: (0..3).map(landmark).collect(),
+        hidden: Default::default(),
     };
     PlaceMap { camera, height_m: 1.65, keyframes: (0..3).map(keyframe).collect() }
 }
