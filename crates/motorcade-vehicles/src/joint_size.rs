@@ -15,6 +15,9 @@ pub(crate) struct JointSize {
     pub(crate) covariance: Matrix3<f64>,
 }
 
+/// Rounds in which the scatter of the class grows with the factor.
+const ROUNDS: usize = 5;
+
 /// Size of a vehicle by the road alone: its edges and the place where it touches the road, without any prior of its size.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct SizeByRoad {
@@ -32,7 +35,8 @@ pub struct SizeByRoad {
 }
 
 impl SizeByRoad {
-    /// The factor on the mean size of `class` that explains the views best. All views together, `views_in_time` of them at
+    /// The factor `f` on the mean size `d` of `class` that explains the views best, where length, width and height scatter about `f·d` by the class's
+    /// standard deviations Σ: with the views' information `R` and its right side `r`, `f = dᵀW(R⁻¹r) / dᵀWd` and `W = (R⁻¹ + f²Σ)⁻¹` (generalised least squares). All views together, `views_in_time` of them at
     /// most one per correlation time, have the weight of `independent_views`. `None` when they determine nothing.
     pub(crate) fn from_views(
         views: &[(usize, SingleView)],
@@ -42,21 +46,32 @@ impl SizeByRoad {
         options: &BoxFitOptions,
     ) -> Option<Self> {
         let weight = independent_views / views.len().max(1) as f64;
-        let d = size_prior(class).mean.to_vector();
-        let (mut information, mut gradient, mut beside) = (0.0, 0.0, 0.0);
-        for (view, (reduced, rhs)) in views.iter().filter_map(|(_, view)| Some((view, reduced(view)?))) {
-            let own = d.dot(&(reduced * d)) * weight;
-            information += own;
-            gradient += d.dot(&(rhs - reduced * d)) * weight;
-            beside += own * options.beside_m(view.state[1]);
+        let (mut information, mut rhs, mut beside) = (Matrix3::zeros(), Vector3::zeros(), 0.0);
+        let prior = size_prior(class);
+        let d = prior.mean.to_vector();
+        for (view, (reduced, of_view)) in views.iter().filter_map(|(_, view)| Some((view, reduced(view)?))) {
+            information += reduced * weight;
+            rhs += of_view * weight;
+            beside += d.dot(&(reduced * d)) * weight * options.beside_m(view.state[1]);
         }
-        let log_factor = (1.0 + gradient / information).ln();
-        (information > 0.0 && log_factor.is_finite()).then(|| Self {
+        let beside_m = beside / d.dot(&(information * d));
+        let mut factor: f64 = 1.0;
+        let mut variance = 0.0;
+        for _ in 0..ROUNDS {
+            let class = Matrix3::from_diagonal(&prior.sigma.to_vector().map(|s| (factor * s).powi(-2)));
+            let gain = class * (class + information).try_inverse()?;
+            let weights = gain.transpose() * d;
+            let sum = d.dot(&(gain * information * d));
+            factor = d.dot(&(gain * rhs)) / sum;
+            variance = weights.dot(&(information * weights)) / (sum * sum * factor * factor);
+        }
+        let log_factor = factor.ln();
+        (variance > 0.0 && log_factor.is_finite()).then(|| Self {
             class,
             views: views_in_time,
             log_factor,
-            variance: 1.0 / information,
-            beside_m: beside / information,
+            variance,
+            beside_m,
         })
     }
 }

@@ -11,7 +11,8 @@ use crate::options::{AdvancedVehicleOptions, MetAgainOptions};
 use crate::trajectory::{Source, VehicleState, VehicleTrajectory};
 
 /// Makes one vehicle of two of which one has its centre within the footprint of the other and that are not seen side by side: of standing ones
-/// where both are known best, of moving ones in most frames they share. Of the identities that of the vehicle with the larger sum of scores stays.
+/// where both are known best, if the camera drove less than `most_gap_m` between them (beyond, only places seen again tell that it is the same place), of
+/// moving ones in most frames they share. Of the identities that of the vehicle with the larger sum of scores stays.
 /// `grounds` are those of all frames.
 pub fn join_in_one_place(
     vehicles: Vec<VehicleTrajectory>,
@@ -22,11 +23,15 @@ pub fn join_in_one_place(
     let mut by_evidence = vehicles;
     by_evidence.sort_by(|a, b| evidence(b).total_cmp(&evidence(a)).then(a.id.cmp(&b.id)));
     let mut out: Vec<VehicleTrajectory> = Vec::with_capacity(by_evidence.len());
+    let (ways, most_gap_m) = (ways_m(grounds), options.met_again.most_gap_m);
     for vehicle in by_evidence {
         let stands = |v: &VehicleTrajectory| v.p_moving < options.kinematic_state.moving_from;
         let in_place_of = |v: &&mut VehicleTrajectory| {
             let overlap = match (stands(v), stands(&vehicle)) {
-                (true, true) => overlap(v, &vehicle, options.met_again.least_cosine),
+                (true, true) => {
+                    overlap(v, &vehicle, options.met_again.least_cosine)
+                        && way_between_m(v, &vehicle, &ways) <= most_gap_m
+                }
                 (false, false) => move_as_one(v, &vehicle, grounds, &options.met_again),
                 _ => false,
             };
@@ -42,6 +47,28 @@ pub fn join_in_one_place(
     }
     out.sort_by_key(|v| v.id);
     out
+}
+
+/// Way of the camera up to each frame \[m\].
+fn ways_m(grounds: &[GroundFrame]) -> Vec<f64> {
+    let place = |g: &GroundFrame| g.world_from_camera.translation();
+    let mut ways = vec![0.0; grounds.len().min(1)];
+    for pair in grounds.windows(2) {
+        ways.push(ways.last().unwrap_or(&0.0) + (place(&pair[1]) - place(&pair[0])).norm());
+    }
+    ways
+}
+
+/// Way of the camera between the nearest frames in which the one and the other were seen \[m\]; infinite without any.
+fn way_between_m(a: &VehicleTrajectory, b: &VehicleTrajectory, ways: &[f64]) -> f64 {
+    let between =
+        |frame: usize, other: Option<&VehicleState>| Some((ways.get(frame)? - ways.get(other?.frame)?).abs());
+    let nearest = |s: &VehicleState| {
+        let after = a.states.partition_point(|o| o.frame < s.frame);
+        let before = after.checked_sub(1).and_then(|k| a.states.get(k));
+        [between(s.frame, before), between(s.frame, a.states.get(after))]
+    };
+    b.states.iter().flat_map(nearest).flatten().fold(f64::INFINITY, f64::min)
 }
 
 /// True when the centre of one vehicle lies within the footprint of the other one, and their axes are parallel as `least_cosine` has it.
@@ -138,6 +165,23 @@ mod tests {
         assert_eq!(spans, [(2, 30), (3, 25), (4, 25)]);
         assert!(found[0].p_moving < 0.01);
         assert!(found[0].states.windows(2).all(|w| w[0].frame < w[1].frame));
+    }
+
+    #[test]
+    fn places_far_apart_along_the_way_are_not_told_by_odometry() {
+        let driving = |step_m: f64| {
+            let mut grounds = level_grounds(60);
+            for (k, ground) in grounds.iter_mut().enumerate() {
+                ground.world_from_camera =
+                    Pose::exp(&Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, step_m * k as f64));
+            }
+            grounds
+        };
+        // 21 frames between them: 21 m and 63 m.
+        let all = || vec![vehicle(1, 5..20, [0.0, 0.0], 0.7), vehicle(2, 40..50, [0.3, 0.0], 0.7)];
+        let options = AdvancedVehicleOptions::default();
+        assert_eq!(join_in_one_place(all(), &driving(1.0), &options).len(), 1);
+        assert_eq!(join_in_one_place(all(), &driving(3.0), &options).len(), 2);
     }
 
     #[test]

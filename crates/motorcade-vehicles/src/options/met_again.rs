@@ -11,6 +11,9 @@ pub struct MetAgainOptions {
     /// χ² of the distance of the two positions up to which they may be one: the quantile of χ²₂ at three standard deviations (99.7 %). A larger one
     /// has the same effect.
     pub gate_chi2: f64,
+    /// Way of the camera between two tracks up to which standing vehicles in one place are one by odometry alone \[m\]: it drifts by a share of it, and
+    /// 40 m are the way from which on places count as seen again. Chosen: a longer one joins neighbours after drift.
+    pub most_gap_m: f64,
     /// Least cosine of the angle between the two headings, front and rear exchanged or not: 30°. Chosen: a smaller one joins vehicles that stand across
     /// the road to those along it.
     pub least_cosine: f64,
@@ -30,6 +33,7 @@ impl Default for MetAgainOptions {
         Self {
             most_apart_m: 2.0,
             gate_chi2: 11.8,
+            most_gap_m: 40.0,
             least_cosine: 0.866,
             least_size_share: 0.75,
             near_loop_s: 1.5,
@@ -44,6 +48,7 @@ impl MetAgainOptions {
         for (name, value) in [
             ("most_apart_m", self.most_apart_m),
             ("gate_chi2", self.gate_chi2),
+            ("most_gap_m", self.most_gap_m),
             ("near_loop_s", self.near_loop_s),
             ("least_together_s", self.least_together_s),
         ] {
