@@ -2,7 +2,7 @@
 """Relocalisation from many starts: a drive is cut at many frames, each piece is run with a kept map, and the time to the first pose by
 the map is taken.
 
-    scripts/kidnapped.py MOTORCADE MAP TRAINING GT_FIRST_VISIT_POSES MAP_GT_POSES --out FOLDER [--starts 40] [--frames 80] [--online]
+    scripts/kidnapped.py MOTORCADE MAP TRAINING GT_FIRST_VISIT_POSES MAP_GT_POSES --out FOLDER [--starts 40] [--frames 80] [--online] [--least PERCENT]
 
 A piece is found where its first match is at most a second after its first frame and its pose is right by 1 m and 3 degrees. A match
 counts only with the agreement of others along the way, so that a piece must hold some keyframes: relocalised means told at the end of it.
@@ -13,6 +13,7 @@ import csv
 import json
 import pathlib
 import subprocess
+import sys
 
 import numpy as np
 
@@ -23,6 +24,7 @@ parser.add_argument("--out", type=pathlib.Path, required=True)
 parser.add_argument("--starts", type=int, default=40)
 parser.add_argument("--frames", type=int, default=80)
 parser.add_argument("--online", action="store_true")
+parser.add_argument("--least", type=float, metavar="PERCENT", help="fail where fewer are found within a second, or a match is off by more than 1 m")
 parser.add_argument("--fps", type=float, default=10.0)
 options = parser.parse_args()
 
@@ -64,3 +66,5 @@ for start in np.linspace(0, len(truth) - options.frames - 1, options.starts).ast
 within = sum(s <= 1.0 for s in seconds)
 print(f"{options.starts} starts: {within} within 1 s ({100 * within / options.starts:.1f} %), {missed} never met; "
       f"time to the first match median {np.median(seconds) if seconds else float('nan'):.1f} s, worst {max(seconds, default=float('nan')):.1f} s; worst match {worst:.3f} m")
+if options.least is not None and (100 * within < options.least * options.starts or worst > 1.0):
+    sys.exit(f"wanted: {options.least} % within 1 s, no match off by more than 1 m")

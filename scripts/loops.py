@@ -1,16 +1,18 @@
 #!/usr/bin/env python3
 """Judges the loops of a run against exact poses: found, missed, false, and the error of the trajectory.
 
-    scripts/loops.py RUN GT_POSES [--without RUN_WITHOUT_LOOPS] [--dark-until FRAME]
+    scripts/loops.py RUN GT_POSES [--without RUN_WITHOUT_LOOPS] [--dark-until FRAME] [--least-found PERCENT]
 
 RUN is a directory of `motorcade run`, GT_POSES a file of KITTI poses (3×4, a row a frame) such as `motorcade simulate` writes. A frame
 comes to a place again when an earlier frame, at least 40 m of way before, stands within 3 m and 20° of it. The way of such frames counts
-as found where a closed loop lies within 5 m of way. A loop is false when its relative pose is off by more than 1 m or 3°.
+as found where a closed loop lies within 5 m of way. A loop is false when its relative pose is off by more than 1 m or 3°. With --least-found
+a smaller share or a false loop is a failure.
 """
 import argparse
 import csv
 import json
 import pathlib
+import sys
 
 import numpy as np
 
@@ -64,6 +66,7 @@ def main():
     parser.add_argument("truth", type=pathlib.Path)
     parser.add_argument("--without", type=pathlib.Path)
     parser.add_argument("--dark-until", type=int, help="first frame with light after a tunnel")
+    parser.add_argument("--least-found", type=float, metavar="PERCENT")
     options = parser.parse_args()
     truth = poses(options.truth)
     estimated = poses(options.run / "ego.kitti.txt")
@@ -102,6 +105,8 @@ def main():
     record = json.loads((options.run / "run.json").read_text())
     print("run.json loops:", record.get("loops"))
     print("timings:", {k: v for k, v in record.get("timings", {}).items() if k in ("places", "loops", "odometry")} if isinstance(record.get("timings"), dict) else [t for t in record.get("timings", []) if t.get("stage") in ("places", "loops", "odometry", "graph", "road")])
+    if options.least_found is not None and (false or not 100 * share >= options.least_found):
+        sys.exit(f"{options.run}: {false} false loops, {100 * share:.1f} % found; wanted: none, {options.least_found} %")
 
 
 if __name__ == "__main__":

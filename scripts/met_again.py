@@ -1,21 +1,24 @@
 #!/usr/bin/env python3
 """Judges vehicles that were met again: passes of one track that labels call one vehicle, and passes of one vehicle that are two tracks.
 
-    scripts/met_again.py RUN LABELS [RUN_WITHOUT_LOOPS]
+    scripts/met_again.py RUN LABELS [RUN_WITHOUT_LOOPS] [--least PERCENT]
 
 LABELS are KITTI tracking labels with one identity a vehicle over the whole drive, as `motorcade simulate` writes. A pass is a stretch of
-frames of a track without a gap of 20 frames; it is the labelled vehicle whose box it overlaps most (IoU at least 0.4).
+frames of a track without a gap of 20 frames; it is the labelled vehicle whose box it overlaps most (IoU at least 0.4). With --least a
+smaller share of vehicles that are one track, a track that holds two, or a run without loops that joins any, is a failure.
 """
 import argparse
 import collections
 import csv
 import json
 import pathlib
+import sys
 
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
 parser.add_argument("run", type=pathlib.Path)
 parser.add_argument("labels", type=pathlib.Path)
 parser.add_argument("without", type=pathlib.Path, nargs="?")
+parser.add_argument("--least", type=float, metavar="PERCENT")
 options = parser.parse_args()
 
 truth = collections.defaultdict(list)
@@ -69,6 +72,10 @@ for name, run in (("with loops", options.run), ("without", options.without)):
         tracks[track].add(vehicle)
     wrong = sum(len(v) > 1 for v in tracks.values())
     print(f"{name}: {len(again)} labelled vehicles passed more than once, {one} of them one track; tracks that hold two vehicles: {wrong}")
+    if options.least is not None:
+        right = 100 * one >= options.least * len(again) > 0 if run is options.run else one == 0
+        if wrong or not right:
+            sys.exit(f"{run}: wanted are {options.least} % with loops, none without, and no track that holds two")
     rows = list(csv.DictReader((run / "tracks.csv").open()))
     sigma = [k for k in rows[0] if k.startswith("sigma") and k.endswith("_m")]
     print("   run.json loops.vehicles_met_again:", json.loads((run / "run.json").read_text()).get("loops", {}).get("vehicles_met_again"), "columns", sigma)
