@@ -127,11 +127,14 @@ fn trajectory(input: &TrackInput<'_>, times: &[f64], best: &TrackHypothesis) -> 
 }
 
 fn trajectory_of(input: &TrackInput<'_>, best: &TrackHypothesis) -> VehicleTrajectory {
+    let (views, track, classes) = (&best.views, input.track, &input.options.advanced.class);
+    let spread = class::spread(&track.votes, track.class, views.size_by_road.as_ref(), classes);
+    let d = views.size.size.to_vector();
     VehicleTrajectory {
         id: input.track.id,
         class: input.track.class,
         size: best.views.size.size,
-        size_covariance: best.views.size.covariance,
+        size_covariance: views.size.covariance + d * d.transpose() * spread,
         size_by_road: best.views.size_by_road,
         p_moving: best.p_moving,
         states: assemble(input, &best.views, &best.states, &best.headings),
