@@ -66,7 +66,7 @@ impl SizeByRoad {
             variance = weights.dot(&(information * weights)) / (sum * sum * factor * factor);
         }
         let log_factor = factor.ln();
-        (variance > 0.0 && log_factor.is_finite()).then(|| Self {
+        (variance > 0.0 && log_factor.is_finite()).then_some(Self {
             class,
             views: views_in_time,
             log_factor,
