@@ -35,8 +35,7 @@ pub struct SizeByRoad {
 }
 
 impl SizeByRoad {
-    /// The factor `f` on the mean size `d` of `class` that explains the views best, where length, width and height scatter about `f·d` by the class's
-    /// standard deviations Σ: with the views' information `R` and its right side `r`, `f = dᵀW(R⁻¹r) / dᵀWd` and `W = (R⁻¹ + f²Σ)⁻¹` (generalised least squares). All views together, `views_in_time` of them at
+    /// The factor on the mean size of `class` that explains the views best. All views together, `views_in_time` of them at
     /// most one per correlation time, have the weight of `independent_views`. `None` when they determine nothing.
     pub(crate) fn from_views(
         views: &[(usize, SingleView)],
@@ -55,25 +54,28 @@ impl SizeByRoad {
             beside += d.dot(&(reduced * d)) * weight * options.beside_m(view.state[1]);
         }
         let beside_m = beside / d.dot(&(information * d));
-        let mut factor: f64 = 1.0;
-        let mut variance = 0.0;
-        for _ in 0..ROUNDS {
-            let class = Matrix3::from_diagonal(&prior.sigma.to_vector().map(|s| (factor * s).powi(-2)));
-            let gain = class * (class + information).try_inverse()?;
-            let weights = gain.transpose() * d;
-            let sum = d.dot(&(gain * information * d));
-            factor = d.dot(&(gain * rhs)) / sum;
-            variance = weights.dot(&(information * weights)) / (sum * sum * factor * factor);
-        }
-        let log_factor = factor.ln();
-        (variance > 0.0 && log_factor.is_finite()).then_some(Self {
-            class,
-            views: views_in_time,
-            log_factor,
-            variance,
-            beside_m,
-        })
+        let (log_factor, variance) = factor(&prior, &information, &rhs)?;
+        Some(Self { class, views: views_in_time, log_factor, variance, beside_m })
     }
+}
+
+/// Logarithm of the factor `f` on the mean size `d` of a prior that explains normal equations `R·size = r` best, and the variance it has by them. Length,
+/// width and height scatter about `f·d` by the prior's standard deviations Σ, and are weighed by generalised least squares:
+/// `f = dᵀW(R⁻¹r) / dᵀWd` with `W = (R⁻¹ + f²Σ)⁻¹`. `None` where they determine nothing.
+fn factor(prior: &SizePrior, information: &Matrix3<f64>, rhs: &Vector3<f64>) -> Option<(f64, f64)> {
+    let d = prior.mean.to_vector();
+    let (mut factor, mut variance) = (1.0_f64, 0.0);
+    for _ in 0..ROUNDS {
+        let class = Matrix3::from_diagonal(&prior.sigma.to_vector().map(|s| (factor * s).powi(-2)));
+        // W = gain · R, also where R has no inverse.
+        let gain = class * (class + information).try_inverse()?;
+        let weights = gain.transpose() * d;
+        let sum = weights.dot(&(information * d));
+        factor = weights.dot(rhs) / sum;
+        variance = weights.dot(&(information * weights)) / (sum * sum * factor * factor);
+    }
+    let log_factor = factor.ln();
+    (variance > 0.0 && log_factor.is_finite()).then_some((log_factor, variance))
 }
 
 /// Normal equations of the size (3×3, 3) from one view, its position eliminated by the Schur complement.
@@ -136,4 +138,25 @@ impl JointSize {
 pub(crate) fn scale_variance(size: &Dimensions, covariance: &Matrix3<f64>) -> f64 {
     let d = size.to_vector();
     covariance.try_inverse().map_or(0.0, |information| 1.0 / d.dot(&(information * d)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_dimensions_tell_the_factor() {
+        let prior = size_prior(VehicleClass::Car);
+        let d = prior.mean.to_vector();
+        let told = |by: Vector3<f64>, sigma: [f64; 3]| {
+            let information = Matrix3::from_diagonal(&Vector3::from(sigma.map(|s: f64| 1.0 / (s * s))));
+            factor(&prior, &information, &(information * d.component_mul(&by)))
+        };
+        let even = told(Vector3::repeat(1.3), [0.3, 0.05, 0.05]).unwrap();
+        assert!((even.0 - 1.3_f64.ln()).abs() < 1e-6 && (0.0..0.001).contains(&even.1), "{even:?}");
+        // A tall car whose height is known to a centimetre: its width counts no less, as cars scatter by more.
+        let tall = told(Vector3::new(1.0, 1.03, 1.14), [10.0, 0.05, 0.01]).unwrap();
+        assert!((0.07..0.09).contains(&tall.0), "{tall:?}");
+        assert!(factor(&prior, &Matrix3::zeros(), &Vector3::zeros()).is_none());
+    }
 }
