@@ -121,5 +121,6 @@ fn factorised(graph: &Graph, stop: Stop<'_>) -> Result<(Problem, Cholesky), Grap
     }
     let mut factor = Cholesky::default();
     factor.factorise(&problem.matrix, 0.0, false, None, stop).map_err(GraphError::unfactorised)?;
+    factor.shrink();
     Ok((problem, factor))
 }

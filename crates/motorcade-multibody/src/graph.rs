@@ -338,6 +338,10 @@ impl MultibodyGraph {
 
     fn optimise(&mut self, stop: Stop<'_>) -> Result<Report, GraphError> {
         let report = self.window.optimise_unless(stop)?;
+        if self.whole_drive {
+            // Covariances are next, with a factor of their own.
+            self.window.forget_factor();
+        }
         if report.termination == Termination::Cancelled { Err(GraphError::Stopped) } else { Ok(report) }
     }
 

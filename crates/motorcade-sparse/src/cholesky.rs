@@ -83,6 +83,11 @@ impl Cholesky {
         Ok(())
     }
 
+    /// Gives back the memory that only a factorisation needs; the next one takes it again.
+    pub fn shrink(&mut self) {
+        (self.stacks, self.plan) = Default::default();
+    }
+
     fn factorise_parallel(
         &mut self,
         matrix: &BlockMatrix,

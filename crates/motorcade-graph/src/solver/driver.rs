@@ -80,6 +80,11 @@ impl Solver {
         self.options.time_limit_s = limit_s;
     }
 
+    /// Gives back the memory of the last factor; the next solve takes it again.
+    pub(crate) fn forget_factor(&mut self) {
+        self.linear = Linear::default();
+    }
+
     /// Patterns analysed so far: those that were not the one of the solve before.
     #[cfg(test)]
     pub(crate) fn analyses(&self) -> usize {
