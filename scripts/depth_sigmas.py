@@ -56,7 +56,7 @@ def errors(run, labels):
     return out
 
 
-if len(sys.argv) < 2:
+if len(sys.argv) < 2 or sys.argv[1] in ("-h", "--help"):
     sys.exit(__doc__)
 found = []
 for argument in sys.argv[1:]:
