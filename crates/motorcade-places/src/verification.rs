@@ -131,7 +131,7 @@ impl Verifier<'_> {
             let Some(own) = c.features.get(landmark.feature as usize) else { continue };
             let seen = self.camera.project(&pose.transform_point(&landmark.point()));
             let in_picture = seen.filter(|p| self.camera.contains(p, self.options.margin_px));
-            // What a vehicle hides is not in view.
+            // Landmarks behind a vehicle are not in view.
             let Some(pixel) = in_picture.filter(|p| !q.hidden.hides(p)) else { continue };
             in_view += 1;
             let near = q.features.iter().filter(|f| {

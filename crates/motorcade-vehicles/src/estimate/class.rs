@@ -55,7 +55,7 @@ pub(super) fn spread(
     options: &ClassOptions,
 ) -> f64 {
     let own = Scale::of(class, class);
-    // What the road says, for the mean size of this class.
+    // The size by the road, relative to the mean of this class.
     let road = by_road.map(|road| (road.log_factor + Scale::of(road.class, class).mean, road.variance));
     let all = CLASSES.into_iter().filter_map(|class_of| {
         let scale = Scale::of(class_of, class);
