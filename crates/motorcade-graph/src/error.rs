@@ -13,6 +13,9 @@ pub enum GraphError {
     /// A factor or query names a variable the graph does not have (any more).
     #[error("variable {0} is not in the graph")]
     UnknownVariable(VariableId),
+    /// A covariance that is not among those asked for.
+    #[error("the covariance between variables {0} and {1} is not among those asked for")]
+    NotAskedFor(VariableId, VariableId),
     /// A factor, or its group, that the graph does not have (any more).
     #[error("factor {0} or its group is not in the graph")]
     UnknownFactor(FactorId),

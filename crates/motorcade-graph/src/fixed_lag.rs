@@ -136,11 +136,6 @@ impl FixedLag {
         Marginals::new(&self.graph)
     }
 
-    /// The same, given up with [`GraphError::Stopped`] when asked to.
-    pub fn marginals_unless(&self, stop: Stop<'_>) -> Result<Marginals, GraphError> {
-        Marginals::new_unless(&self.graph, stop)
-    }
-
     /// Optimises the window from its current values.
     pub fn optimise(&mut self) -> Result<Report, GraphError> {
         self.optimise_unless(Stop::NEVER)

@@ -1,7 +1,7 @@
 //! Covariances of chosen variables.
 
-use motorcade_sparse::{Cholesky, Ordering, SelectedInverse, Stop};
-use nalgebra::DMatrix;
+use motorcade_sparse::{Cholesky, SelectedInverse, Stop};
+use nalgebra::{DMatrix, DMatrixView};
 
 use crate::GraphError;
 use crate::graph::Graph;
@@ -11,17 +11,33 @@ use crate::solver::Problem;
 
 /// Posterior covariances `H⁻¹` at the current values, in each variable's tangent (right perturbation).
 ///
-/// Made once by factorising H with the final robust weights and no damping; the blocks of variables that share a
-/// front of the factorisation, all pairs joined by a factor among them, then cost nothing more.
+/// Made once by factorising H with the final robust weights and no damping. [`new`](Self::new) answers for any variables: blocks of those that
+/// share a front of the factorisation, all pairs joined by a factor among them, cost nothing more. [`of_sets`](Self::of_sets) answers for the
+/// sets that it was made for, in about half the memory.
 #[derive(Debug)]
 pub struct Marginals {
-    problem: Problem,
-    factor: Cholesky,
-    inverse: SelectedInverse,
-    /// Block of each free variable, by variable.
-    blocks: Vec<(VariableId, u32)>,
-    /// Tangent sizes of fixed variables: their covariance is zero.
+    /// Free variables and their tangent sizes, by increasing id: in the order of the blocks of H.
+    free: Vec<(VariableId, usize)>,
+    /// Fixed variables and their tangent sizes: their covariance is zero.
     fixed: Vec<(VariableId, usize)>,
+    kept: Kept,
+}
+
+/// What is kept of `H⁻¹`.
+#[derive(Debug)]
+enum Kept {
+    /// All blocks on the pattern of the factor, and what others follow from.
+    Pattern(Box<(Problem, Cholesky, SelectedInverse)>),
+    Chosen(ChosenBlocks),
+}
+
+/// Blocks of chosen pairs of variables, one after the other, column-major.
+#[derive(Debug)]
+struct ChosenBlocks {
+    /// Later and earlier variable of each, increasing.
+    pairs: Vec<(VariableId, VariableId)>,
+    starts: Vec<usize>,
+    values: Vec<f64>,
 }
 
 impl Marginals {
@@ -35,25 +51,47 @@ impl Marginals {
     /// # Errors
     /// As [`new`](Self::new); [`GraphError::Stopped`].
     pub fn new_unless(graph: &Graph, stop: Stop<'_>) -> Result<Self, GraphError> {
-        let (problem, factor) = factorised(graph, stop)?;
+        let (problem, factor) = factorised(graph, &[], stop)?;
         let inverse = SelectedInverse::new(&problem.matrix, &factor, stop).ok_or(GraphError::Stopped)?;
-        // Built in the order of ids, hence sorted.
-        let blocks = problem.variables.iter().enumerate().map(|(b, &id)| (id, b as u32)).collect();
-        let dof = |id: VariableId| Ok((id, graph.values().value(id)?.dof()));
-        let fixed = graph.fixed().iter().map(|&id| dof(id)).collect::<Result<_, GraphError>>()?;
-        Ok(Self { problem, factor, inverse, blocks, fixed })
+        let [free, fixed] = [sizes(graph, &problem.variables)?, sizes(graph, graph.fixed())?];
+        Ok(Self { free, fixed, kept: Kept::Pattern(Box::new((problem, factor, inverse))) })
     }
 
-    /// Covariance of each free variable alone (dof × dof), by increasing id: the same numbers in about half the memory, as none between variables
-    /// are kept.
+    /// For joint covariances of the variables of each of `sets` alone, given up when asked to. The variables of a set need not be joined by
+    /// factors, but should be near each other.
     ///
     /// # Errors
-    /// As [`new_unless`](Self::new_unless).
-    pub fn each(graph: &Graph, stop: Stop<'_>) -> Result<Vec<(VariableId, DMatrix<f64>)>, GraphError> {
-        let (problem, factor) = factorised(graph, stop)?;
-        let blocks = SelectedInverse::diagonal(&problem.matrix, &factor, stop);
-        let blocks = blocks.ok_or(GraphError::Stopped)?;
-        Ok(problem.variables.into_iter().zip(blocks).collect())
+    /// As [`new_unless`](Self::new_unless); variables that are not in the graph.
+    pub fn of_sets<S: AsRef<[VariableId]>>(
+        graph: &Graph,
+        sets: impl IntoIterator<Item = S>,
+        stop: Stop<'_>,
+    ) -> Result<Self, GraphError> {
+        let mut pairs: Vec<(VariableId, VariableId)> = Vec::new();
+        for set in sets {
+            let free: Vec<VariableId> =
+                set.as_ref().iter().copied().filter(|id| !graph.is_fixed(*id)).collect();
+            for (k, &a) in free.iter().enumerate() {
+                pairs.extend(free[..=k].iter().map(|&b| (a.max(b), a.min(b))));
+            }
+        }
+        pairs.sort_unstable();
+        pairs.dedup();
+        let (problem, factor) = factorised(graph, &pairs, stop)?;
+        let [free, fixed] = [sizes(graph, &problem.variables)?, sizes(graph, graph.fixed())?];
+        let at = |id: VariableId| block(&free, id).ok_or(GraphError::UnknownVariable(id));
+        let (mut blocks, mut starts) = (Vec::with_capacity(pairs.len()), vec![0]);
+        for (a, b) in &pairs {
+            let (a, b) = (at(*a)?, at(*b)?);
+            blocks.push((a as u32, b as u32));
+            starts.push(starts[starts.len() - 1] + free[a].1 * free[b].1);
+        }
+        let mut values = vec![0.0; starts[pairs.len()]];
+        let keep = |k: usize, block: DMatrixView<'_, f64>| {
+            values[starts[k]..starts[k + 1]].iter_mut().zip(block.iter()).for_each(|(x, y)| *x = *y);
+        };
+        SelectedInverse::visit(&problem.matrix, &factor, &blocks, stop, keep).ok_or(GraphError::Stopped)?;
+        Ok(Self { free, fixed, kept: Kept::Chosen(ChosenBlocks { pairs, starts, values }) })
     }
 
     /// Logarithm of the determinant of the information matrix H of the free variables: with the cost it tells how probable the measurements are
@@ -62,7 +100,7 @@ impl Marginals {
     /// # Errors
     /// As [`new_unless`](Self::new_unless).
     pub fn log_determinant(graph: &Graph, stop: Stop<'_>) -> Result<f64, GraphError> {
-        let (problem, factor) = factorised(graph, stop)?;
+        let (problem, factor) = factorised(graph, &[], stop)?;
         Ok(factor.log_determinant(&problem.matrix))
     }
 
@@ -71,16 +109,32 @@ impl Marginals {
         self.cross(variable, variable)
     }
 
-    /// Covariance between two variables (dof of `a` × dof of `b`). Pairs outside the pattern of the factor cost a
+    /// Covariance between two variables (dof of `a` × dof of `b`). With [`new`](Self::new) pairs outside the pattern of the factor cost a
     /// forward substitution along their paths to the first front above both.
+    ///
+    /// # Errors
+    /// Variables that the graph does not have, or that no set holds together.
     pub fn cross(&self, a: VariableId, b: VariableId) -> Result<DMatrix<f64>, GraphError> {
-        let (Some(i), Some(j)) = (self.block(a), self.block(b)) else {
+        let (Some(i), Some(j)) = (block(&self.free, a), block(&self.free, b)) else {
             return Ok(DMatrix::zeros(self.dof(a)?, self.dof(b)?));
         };
-        Ok(self.inverse.block(&self.problem.matrix, &self.factor, i, j))
+        match &self.kept {
+            Kept::Pattern(all) => {
+                let (problem, factor, inverse) = &**all;
+                Ok(inverse.block(&problem.matrix, factor, i as u32, j as u32))
+            }
+            Kept::Chosen(chosen) => {
+                let later = chosen.block(a.max(b), a.min(b), self.free[i.max(j)].1);
+                let later = later.ok_or(GraphError::NotAskedFor(a, b))?;
+                Ok(if a < b { later.transpose() } else { later })
+            }
+        }
     }
 
     /// Joint covariance of several variables, in the order given.
+    ///
+    /// # Errors
+    /// As [`cross`](Self::cross).
     pub fn joint(&self, variables: &[VariableId]) -> Result<DMatrix<f64>, GraphError> {
         let mut starts = vec![0];
         for &id in variables {
@@ -99,23 +153,38 @@ impl Marginals {
         Ok(out)
     }
 
-    fn block(&self, variable: VariableId) -> Option<u32> {
-        let at = self.blocks.binary_search_by_key(&variable, |b| b.0).ok()?;
-        Some(self.blocks[at].1)
-    }
-
     fn dof(&self, variable: VariableId) -> Result<usize, GraphError> {
-        if let Some(block) = self.block(variable) {
-            return Ok(self.problem.matrix.range(block).len());
-        }
-        let at = self.fixed.binary_search_by_key(&variable, |f| f.0);
-        at.map(|k| self.fixed[k].1).map_err(|_| GraphError::UnknownVariable(variable))
+        let size = |of: &[(VariableId, usize)]| block(of, variable).map(|k| of[k].1);
+        size(&self.free).or_else(|| size(&self.fixed)).ok_or(GraphError::UnknownVariable(variable))
     }
 }
 
-/// The normal equations at the current values and their factor, without damping.
-fn factorised(graph: &Graph, stop: Stop<'_>) -> Result<(Problem, Cholesky), GraphError> {
-    let mut problem = Problem::ordered(graph, None, Ordering::ShortPaths)?;
+impl ChosenBlocks {
+    /// The block of a pair, `rows` the tangent size of the later one; `None` where it was not chosen.
+    fn block(&self, later: VariableId, earlier: VariableId, rows: usize) -> Option<DMatrix<f64>> {
+        let at = self.pairs.binary_search(&(later, earlier)).ok()?;
+        let values = &self.values[self.starts[at]..self.starts[at + 1]];
+        Some(DMatrix::from_column_slice(rows, values.len() / rows, values))
+    }
+}
+
+/// Place of a variable in a list by increasing id.
+fn block(of: &[(VariableId, usize)], variable: VariableId) -> Option<usize> {
+    of.binary_search_by_key(&variable, |v| v.0).ok()
+}
+
+/// Variables and their tangent sizes.
+fn sizes(graph: &Graph, variables: &[VariableId]) -> Result<Vec<(VariableId, usize)>, GraphError> {
+    variables.iter().map(|&id| Ok((id, graph.values().value(id)?.dof()))).collect()
+}
+
+/// The normal equations at the current values and their factor, without damping, `pairs` in the pattern.
+fn factorised(
+    graph: &Graph,
+    pairs: &[(VariableId, VariableId)],
+    stop: Stop<'_>,
+) -> Result<(Problem, Cholesky), GraphError> {
+    let mut problem = Problem::for_covariances(graph, pairs)?;
     if !problem.linearise(graph, graph.values(), false)?.is_finite() {
         return Err(GraphError::NotFinite);
     }

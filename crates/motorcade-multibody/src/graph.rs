@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use motorcade_geometry::{Camera, Pose, World};
 use motorcade_graph::solver::Termination;
-use motorcade_graph::{FactorId, FixedLag, GraphError, Options, Report, Stop, VariableId};
+use motorcade_graph::{FactorId, FixedLag, GraphError, Marginals, Options, Report, Stop, VariableId};
 use motorcade_odometry::EgoTrajectory;
 use motorcade_vehicles::VehicleTrajectory;
 use nalgebra::Isometry3;
@@ -354,11 +354,18 @@ impl MultibodyGraph {
         stop: Stop<'_>,
     ) -> Result<(), GraphError> {
         let from = if self.whole_drive { 0 } else { ego.frames.len().saturating_sub(1) };
-        let marginals = self.window.marginals_unless(stop)?;
+        let scales = |vehicle: &VehicleTrajectory| self.vehicles.get(&vehicle.id).and_then(|v| v.scales);
+        // What the covariance of a state in the world is made of.
+        let sets = vehicles.iter().zip(nodes).flat_map(|(vehicle, nodes)| {
+            let scales: Vec<VariableId> = scales(vehicle).iter().flat_map(TrackScales::nodes).collect();
+            let states = vehicle.states.iter().zip(nodes).filter(move |(state, _)| state.frame >= from);
+            states.map(move |(state, node)| [&[cameras[state.frame], *node], scales.as_slice()].concat())
+        });
+        let marginals = Marginals::of_sets(self.window.graph(), sets, stop)?;
         let solution = Solution { graph: self.window.graph(), marginals: &marginals, cameras };
         solution.write_cameras(from, ego)?;
         for (vehicle, nodes) in vehicles.iter_mut().zip(nodes) {
-            let scales = self.vehicles.get(&vehicle.id).and_then(|v| v.scales);
+            let scales = scales(vehicle);
             let weighted: Vec<_> = scales.iter().flat_map(|scales| scales.weighted(weight)).collect();
             let written = solution.write_states(from, vehicle, nodes, &weighted, ego)?;
             solution.write_speeds(from, vehicle, nodes, times)?;

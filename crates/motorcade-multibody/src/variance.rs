@@ -46,7 +46,9 @@ pub(crate) fn estimate(
     options: &GraphOptions,
     stop: Stop<'_>,
 ) -> Result<Vec<VarianceFactor>, GraphError> {
-    let marginals = Marginals::new_unless(graph, stop)?;
+    let measured = edges.iter().filter(|(_, class)| EdgeClass::MEASUREMENTS.contains(class));
+    let sets = measured.filter_map(|(id, _)| graph.factor(*id)).map(|factor| factor.variables().to_vec());
+    let marginals = Marginals::of_sets(graph, sets, stop)?;
     let mut residuals: [Vec<WhitenedResidual>; 3] = Default::default();
     for (id, class) in edges {
         let Some(at) = EdgeClass::MEASUREMENTS.iter().position(|c| c == class) else { continue };

@@ -33,18 +33,38 @@ impl SelectedInverse {
         Some(out)
     }
 
-    /// The diagonal blocks alone, in the original numbering: the same numbers without room for those beside them, which is that of the factor.
-    pub fn diagonal(matrix: &BlockMatrix, factor: &Cholesky, stop: Stop<'_>) -> Option<Vec<DMatrix<f64>>> {
+    /// The blocks at `pairs` alone, original numbering, without room for those beside them, which is that of the factor: `visit` gets the index of
+    /// the pair and its block, rows of the first and columns of the second, in the order of the fronts from the root down. `None` when asked
+    /// to stop, or where a pair is off the pattern of L; those of the matrix are on it.
+    pub fn visit(
+        matrix: &BlockMatrix,
+        factor: &Cholesky,
+        pairs: &[(u32, u32)],
+        stop: Stop<'_>,
+        mut visit: impl FnMut(usize, DMatrixView<'_, f64>),
+    ) -> Option<()> {
         let symbolic = &matrix.symbolic;
-        let mut blocks = vec![DMatrix::zeros(0, 0); symbolic.dims.len()];
+        let positions = |k: usize| {
+            let (i, j) = pairs[k];
+            (symbolic.position[i as usize], symbolic.position[j as usize])
+        };
+        let column = |k: usize| positions(k).0.min(positions(k).1);
+        let mut left: Vec<usize> = (0..pairs.len()).collect();
+        left.sort_unstable_by_key(|&k| column(k));
+        let mut all_found = true;
         sweep(symbolic, factor, stop, |node, inverse| {
-            let first = symbolic.offsets[node.first as usize];
-            for position in node.first as usize..(node.first + node.columns) as usize {
-                let (at, dim) = (symbolic.offsets[position] - first, symbolic.dims[position]);
-                blocks[symbolic.order[position] as usize] = inverse.view((at, at), (dim, dim)).into_owned();
+            while let Some(k) = left.pop_if(|k| column(*k) >= node.first) {
+                let (p, q) = positions(k);
+                let Some((row, col)) = symbolic.place_in_front(node, p).zip(symbolic.place_in_front(node, q))
+                else {
+                    all_found = false;
+                    continue;
+                };
+                let size = (symbolic.dims[p as usize], symbolic.dims[q as usize]);
+                visit(k, inverse.view((row, col), size).as_view());
             }
         })?;
-        Some(blocks)
+        all_found.then_some(())
     }
 
     fn store(&mut self, node: &Node, inverse: &DMatrix<f64>) {
@@ -303,9 +323,16 @@ mod tests {
         factor.factorise(&matrix, 0.0, false, None, Stop::NEVER).unwrap();
         let selected = SelectedInverse::new(&matrix, &factor, Stop::NEVER).unwrap();
         let inverse = dense.try_inverse().unwrap();
-        for (i, block) in (0..).zip(SelectedInverse::diagonal(&matrix, &factor, Stop::NEVER).unwrap()) {
-            assert_eq!(block, selected.block(&matrix, &factor, i, i));
-        }
+        let mut chosen = pairs.clone();
+        chosen.extend(pairs.iter().map(|(i, j)| (*j, *i)).chain((0..dims.len() as u32).map(|k| (k, k))));
+        let mut visited = vec![0; chosen.len()];
+        SelectedInverse::visit(&matrix, &factor, &chosen, Stop::NEVER, |k, block| {
+            assert_eq!(block, selected.block(&matrix, &factor, chosen[k].0, chosen[k].1));
+            visited[k] += 1;
+        });
+        assert!(visited.iter().all(|times| *times == 1));
+        let other_tree = [(0, 59), (0, 0)];
+        assert!(SelectedInverse::visit(&matrix, &factor, &other_tree, Stop::NEVER, |_, _| ()).is_none());
         let mut off_pattern = 0;
         for i in 0..dims.len() as u32 {
             for j in 0..dims.len() as u32 {
@@ -331,16 +358,18 @@ mod tests {
         }
         let mut factor = Cholesky::default();
         factor.factorise(&matrix, 0.0, false, None, Stop::NEVER).unwrap();
-        let looks = AtomicUsize::new(0);
+        let (looks, quarter) = (AtomicUsize::new(0), DMatrix::identity(6, 6) / 4.0);
         let inverse = |stops_at: usize| {
             looks.store(0, Ordering::Relaxed);
             let asked = || looks.fetch_add(1, Ordering::Relaxed) + 1 == stops_at;
-            let blocks = SelectedInverse::diagonal(&matrix, &factor, Stop::new(&asked));
-            (blocks, looks.load(Ordering::Relaxed))
+            let diagonal: Vec<(u32, u32)> = (0..200).map(|k| (k, k)).collect();
+            let mut blocks = 0;
+            let each = |_, block: DMatrixView<'_, f64>| blocks += usize::from(block == quarter);
+            let done = SelectedInverse::visit(&matrix, &factor, &diagonal, Stop::new(&asked), each);
+            (done.map(|()| blocks), looks.load(Ordering::Relaxed))
         };
         let (blocks, all) = inverse(usize::MAX);
-        let quarter = DMatrix::identity(6, 6) / 4.0;
-        assert!(blocks.unwrap().iter().all(|block| block == &quarter));
+        assert_eq!(blocks, Some(200));
         assert!((6..60).contains(&all), "{all}");
         for stops_at in [1, all / 2, all] {
             assert_eq!(inverse(stops_at), (None, stops_at));

@@ -267,6 +267,16 @@ impl Symbolic {
         Some((node.panel + (self.offsets[column as usize] - first) * ld + start, ld))
     }
 
+    /// First scalar of a variable, by position, within the front of `node`: pivots, then rows below, without padding. `None` outside the front.
+    pub(crate) fn place_in_front(&self, node: &Node, position: u32) -> Option<usize> {
+        if (node.first..node.first + node.columns).contains(&position) {
+            return Some(self.offsets[position as usize] - self.offsets[node.first as usize]);
+        }
+        let at = node.rows.binary_search(&position).ok()?;
+        let above: usize = node.rows[..at].iter().map(|&r| self.dims[r as usize]).sum();
+        Some(node.shape.pivots + above)
+    }
+
     /// The lowest supernode whose subtree holds both; `None` for different trees.
     pub(crate) fn lowest_above(&self, s: u32, t: u32) -> Option<u32> {
         let (low, high) = (s.min(t), s.max(t));

@@ -44,11 +44,24 @@ impl Problem {
     /// Analyses `graph`. Where `last` has the same pattern, that of a window shifted by a frame for example, its
     /// ordering, symbolic factorisation and memory are taken over.
     pub(crate) fn new(graph: &Graph, last: Option<Self>) -> Result<Self, GraphError> {
-        Self::ordered(graph, last, Ordering::LeastWork)
+        Self::ordered(graph, last, Ordering::LeastWork, &[])
     }
 
-    /// The same in an elimination order for a purpose, which must be that of `last`.
-    pub(crate) fn ordered(graph: &Graph, last: Option<Self>, ordering: Ordering) -> Result<Self, GraphError> {
+    /// For covariances, also those between the two variables of each of `pairs`, which must not be fixed: they are in the pattern beside the
+    /// pairs that factors join.
+    pub(crate) fn for_covariances(
+        graph: &Graph,
+        pairs: &[(VariableId, VariableId)],
+    ) -> Result<Self, GraphError> {
+        Self::ordered(graph, None, Ordering::ShortPaths, pairs)
+    }
+
+    fn ordered(
+        graph: &Graph,
+        last: Option<Self>,
+        ordering: Ordering,
+        beside: &[(VariableId, VariableId)],
+    ) -> Result<Self, GraphError> {
         let values = graph.values();
         let mut block_of = vec![FIXED; values.slots()];
         let (mut variables, mut dims) = (Vec::new(), Vec::new());
@@ -79,7 +92,9 @@ impl Problem {
         {
             return Ok(Self { variables, reused: true, ..last });
         }
-        let mut pairs = Vec::with_capacity(factors);
+        let mut pairs = Vec::with_capacity(factors + beside.len());
+        let block = |id: VariableId| values.slot(id).map(|k| block_of[k]).filter(|b| *b != FIXED);
+        pairs.extend(beside.iter().filter_map(|(a, b)| block(*a).zip(block(*b))));
         for range in starts.windows(2) {
             let own: &[VariableSlot] = &places[range[0] as usize..range[1] as usize];
             for (k, a) in own.iter().enumerate() {

@@ -6,7 +6,8 @@ use motorcade_geometry::robust::median;
 use motorcade_graph::generate::{DriveOptions, drive};
 use motorcade_graph::solver::Method;
 use motorcade_graph::{
-    Factor, FixedLag, Graph, Manifold, Marginals, Options, Stop, VariableId, marginalise, optimise,
+    Factor, FixedLag, Graph, GraphError, Manifold, Marginals, Options, Stop, VariableId, marginalise,
+    optimise,
 };
 use nalgebra::{DMatrix, DMatrixViewMut, DVectorViewMut, Isometry3};
 
@@ -67,6 +68,25 @@ fn covariances_are_blocks_of_the_inverse() {
     assert!(joint.cholesky().is_some());
     let fixed = graph.fixed()[0];
     assert_eq!(marginals.covariance(fixed).unwrap(), DMatrix::zeros(6, 6));
+}
+
+#[test]
+fn covariances_of_sets_are_those_of_all() {
+    let graph = solved(1);
+    let all = Marginals::new(&graph).unwrap();
+    let ids: Vec<VariableId> = graph.values().iter().map(|(id, _)| id).collect();
+    // Neighbours, variables of different frames, the fixed one among them, and one alone.
+    let far = [ids[0], ids[ids.len() - 1], ids[7]];
+    let sets = [vec![ids[3], ids[4]], far.to_vec(), vec![ids[9]]];
+    let chosen = Marginals::of_sets(&graph, &sets, Stop::NEVER).unwrap();
+    for set in &sets {
+        let (joint, expected) = (chosen.joint(set).unwrap(), all.joint(set).unwrap());
+        assert!((joint - &expected).amax() < 1e-9 * expected.amax());
+    }
+    let (a, b) = (chosen.cross(far[1], far[2]).unwrap(), chosen.cross(far[2], far[1]).unwrap());
+    assert_eq!(a, b.transpose());
+    assert!(matches!(chosen.cross(ids[3], ids[9]), Err(GraphError::NotAskedFor(..))));
+    assert!(matches!(chosen.covariance(ids[5]), Err(GraphError::NotAskedFor(..))));
 }
 
 #[test]

@@ -82,7 +82,7 @@ pub fn close_loops(
         return Ok(LoopReport { map, ..report });
     }
     let closed = weights.iter().map(holds).collect();
-    let covariances = Marginals::each(&graph, solve.stop)?;
-    let most_moved_m = write::back(&graph, &covariances, (&cameras, &met), ego)?;
+    let marginals = Marginals::of_sets(&graph, cameras.iter().map(|id| [*id]), solve.stop)?;
+    let most_moved_m = write::back(&graph, &marginals, (&cameras, &met), ego)?;
     Ok(LoopReport { weights, closed, map, odometry_factor, most_moved_m })
 }

@@ -1,9 +1,9 @@
 //! Writing corrected poses and their covariances into the trajectory.
 
 use motorcade_geometry::{Camera, Pose, World};
-use motorcade_graph::{Graph, GraphError, VariableId};
+use motorcade_graph::{Graph, GraphError, Marginals, VariableId};
 use motorcade_odometry::EgoTrajectory;
-use nalgebra::{DMatrix, Isometry3, Matrix6, Vector3, Vector6};
+use nalgebra::{Isometry3, Matrix6, Vector3, Vector6};
 
 use super::edge::MapEdge;
 
@@ -14,20 +14,19 @@ fn nearest<'a>(met: &[&'a MapEdge], frame: usize) -> Option<&'a MapEdge> {
     around.filter_map(|k| met.get(k).copied()).min_by_key(|edge| edge.frame.abs_diff(frame))
 }
 
-/// Writes poses and covariances; returns how far the camera was moved at most \[m\]. `covariances` are those of the cameras that are not fixed, by
-/// increasing id. `met` are the edges that hold to a
+/// Writes poses and covariances; returns how far the camera was moved at most \[m\]. `marginals` has the covariance of each camera. `met` are the edges that hold to a
 /// kept map, in order of their frames.
 pub(super) fn back(
     graph: &Graph,
-    covariances: &[(VariableId, DMatrix<f64>)],
+    marginals: &Marginals,
     (cameras, met): (&[VariableId], &[&MapEdge]),
     ego: &mut EgoTrajectory,
 ) -> Result<f64, GraphError> {
     let mut estimates: Vec<(Pose<World, Camera>, Matrix6<f64>)> = Vec::with_capacity(cameras.len());
     for (k, (id, frame)) in cameras.iter().zip(&ego.frames).enumerate() {
         let pose: Pose<World, Camera> = Pose::new(*graph.values().get::<Isometry3<f64>>(*id)?);
-        let known = covariances.binary_search_by_key(id, |(id, _)| *id).ok();
-        let own = known.map_or_else(Matrix6::zeros, |k| Matrix6::from_fn(|r, c| covariances[k].1[(r, c)]));
+        let own = marginals.covariance(*id)?;
+        let own = Matrix6::from_fn(|r, c| own[(r, c)]);
         // No loop shows an error of scale that the whole drive shares: positions are wrong by a share of their distance from where they
         // are known, the start of the world or the frame nearest in time at which the map was met.
         let nearest = nearest(met, k);
