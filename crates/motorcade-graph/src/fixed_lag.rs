@@ -125,10 +125,9 @@ impl FixedLag {
         Ok(())
     }
 
-    /// Gives back the memory of the last solve's factor, which is as large as that of all covariances: worth it for a whole drive, whose window is solved
-    /// once or twice.
-    pub fn forget_factor(&mut self) {
-        self.solver.forget_factor();
+    /// Gives back the memory of the last solve, more than that of all covariances: worth it for a whole drive, whose window is solved once or twice.
+    pub fn forget_solve(&mut self) {
+        self.solver.forget();
     }
 
     /// Covariances of the window, linearised at the current values.

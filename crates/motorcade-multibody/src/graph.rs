@@ -340,7 +340,7 @@ impl MultibodyGraph {
         let report = self.window.optimise_unless(stop)?;
         if self.whole_drive {
             // Covariances are next, with a factor of their own.
-            self.window.forget_factor();
+            self.window.forget_solve();
         }
         if report.termination == Termination::Cancelled { Err(GraphError::Stopped) } else { Ok(report) }
     }

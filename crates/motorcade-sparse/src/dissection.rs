@@ -17,19 +17,21 @@ const SHORE: u32 = u32::MAX - 1;
 pub(crate) struct Cuts {
     /// Parts up to this size are ordered by minimum degree.
     leaf: usize,
-    /// A node next to more than this share of its part joins the separator, for no cut avoids it: a scale or a landmark of many frames.
-    hub_share: f64,
+    /// A node next to more than this share of its part joins the separator, for no cut avoids it: a scale or a landmark of many frames. Each of
+    /// these shares is tried.
+    hub_shares: &'static [f64],
+    /// Shares of the nodes on either shore before the flow, each of which is tried. The wider the band between the shores, the smaller the separator
+    /// may be, and the less even the halves.
+    shore_shares: &'static [f64],
 }
 
 impl Cuts {
     /// For least work.
-    pub(crate) const FEW: Self = Self { leaf: 150, hub_share: 1.0 };
+    pub(crate) const FEW: Self = Self { leaf: 150, hub_shares: &[1.0], shore_shares: &[0.27] };
     /// For short paths to the root.
-    pub(crate) const MANY: Self = Self { leaf: 12, hub_share: 0.25 };
+    pub(crate) const MANY: Self =
+        Self { leaf: 12, hub_shares: &[0.25, 0.1, 0.04], shore_shares: &[0.15, 0.27, 0.4] };
 }
-
-/// Share of the nodes on either shore before the flow.
-const SHORE_SHARE: f64 = 0.27;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Side {
@@ -37,6 +39,26 @@ enum Side {
     Near,
     Band,
     Far,
+}
+
+/// Near shore, far shore and separator of a part.
+struct Cut {
+    parts: [Vec<u32>; 3],
+    /// Nodes of the separator for each node of the halves (the ratio cut).
+    cost: f64,
+}
+
+impl Cut {
+    fn of(parts: [Vec<u32>; 3]) -> Self {
+        let [near, far, separator] = parts.each_ref().map(|nodes| nodes.len() as f64);
+        Self { parts, cost: separator * (1.0 / near + 1.0 / far) }
+    }
+
+    /// True of a separator that is small for what it separates.
+    fn is_good(&self) -> bool {
+        let [near, far, separator] = self.parts.each_ref().map(Vec::len);
+        3 * separator < near + far && 5 * near.min(far) > separator
+    }
 }
 
 struct Dissection<'a> {
@@ -97,16 +119,29 @@ impl Dissection<'_> {
         for &i in part {
             self.side[i as usize] = Side::Band;
         }
-        let most = self.cuts.hub_share * part.len() as f64;
         let inside = |j: &&u32| self.side[**j as usize] == Side::Band;
-        let degree = |i: u32| self.adjacency[i as usize].iter().filter(inside).count();
-        let (hubs, rest): (Vec<u32>, Vec<u32>) = part.iter().partition(|&&i| degree(i) as f64 > most);
+        let degree = |i: &u32| self.adjacency[*i as usize].iter().filter(inside).count() as f64;
+        let degrees: Vec<f64> = part.iter().map(degree).collect();
         for &i in part {
             self.side[i as usize] = Side::Outside;
         }
-        let [near, far, mut separator] = self.cut(&rest)?;
-        separator.extend(hubs);
-        Some([near, far, separator])
+        let mut best: Option<Cut> = None;
+        let mut tried = None;
+        for share in self.cuts.hub_shares {
+            let most = share * part.len() as f64;
+            let (hubs, rest): (Vec<_>, Vec<_>) = part.iter().zip(&degrees).partition(|(_, d)| **d > most);
+            if tried.replace(hubs.len()) == Some(hubs.len()) {
+                continue;
+            }
+            let rest: Vec<u32> = rest.into_iter().map(|(i, _)| *i).collect();
+            let Some([near, far, mut separator]) = self.cut(&rest) else { continue };
+            separator.extend(hubs.into_iter().map(|(i, _)| *i));
+            let cut = Cut::of([near, far, separator]);
+            if best.as_ref().is_none_or(|best| cut.cost < best.cost) {
+                best = Some(cut);
+            }
+        }
+        best.map(|cut| cut.parts)
     }
 
     /// Near shore, far shore and separator of a part; `None` where there is no good one.
@@ -120,16 +155,16 @@ impl Dissection<'_> {
         }
         let result = if reached.len() < part.len() {
             let rest = part.iter().copied().filter(|&i| self.level[i as usize] == NONE).collect();
-            Some([reached, rest, Vec::new()])
+            Some(Cut::of([reached, rest, Vec::new()]))
         } else {
-            self.separate(&reached)
+            let shares = self.cuts.shore_shares.iter();
+            let cuts = shares.filter_map(|share| Some(Cut::of(self.separate(&reached, *share)?)));
+            cuts.filter(Cut::is_good).min_by(|a, b| a.cost.total_cmp(&b.cost))
         };
         for &i in part {
             self.side[i as usize] = Side::Outside;
         }
-        result.filter(|[near, far, separator]| {
-            4 * separator.len() < part.len() && 5 * near.len().min(far.len()) > separator.len()
-        })
+        result.filter(Cut::is_good).map(|cut| cut.parts)
     }
 
     /// Nodes of the part in the order of a breadth-first search; fills their levels.
@@ -152,8 +187,8 @@ impl Dissection<'_> {
         queue
     }
 
-    fn separate(&mut self, by_level: &[u32]) -> Option<[Vec<u32>; 3]> {
-        let share = (SHORE_SHARE * by_level.len() as f64) as usize;
+    fn separate(&mut self, by_level: &[u32], shore_share: f64) -> Option<[Vec<u32>; 3]> {
+        let share = (shore_share * by_level.len() as f64) as usize;
         let level = |k: usize| by_level.get(k).map(|&i| self.level[i as usize]);
         let (first, last) = (level(share)?, level(by_level.len() - 1 - share)?);
         for &i in by_level {
@@ -319,21 +354,27 @@ mod tests {
         assert!(order.iter().enumerate().all(|(k, &i)| k == i as usize) && order.len() == 1250);
     }
 
-    /// Two variables beside a chain, each next to every node of it.
+    /// A chain of 400, and so many variables beside it, each next to every `step`-th node.
+    fn beside_a_chain(hubs: u32, step: u32) -> Vec<Vec<u32>> {
+        let n = 400_u32;
+        let next_to = |hub: u32, k: u32| (k + hub).is_multiple_of(step);
+        let near = |k: u32| {
+            let along = [k.checked_sub(1), (k + 1 < n).then_some(k + 1)].into_iter().flatten();
+            along.chain((0..hubs).filter(|h| next_to(*h, k)).map(|h| n + h)).collect()
+        };
+        let of_hub = |h: u32| (0..n).filter(|k| next_to(h, *k)).collect();
+        (0..n).map(near).chain((0..hubs).map(of_hub)).collect()
+    }
+
     #[test]
     fn hubs_join_the_separator() {
-        let n = 400_u32;
-        let mut graph: Vec<Vec<u32>> = (0..n)
-            .map(|k| {
-                let near = [k.checked_sub(1), (k + 1 < n).then_some(k + 1), Some(n), Some(n + 1)];
-                near.into_iter().flatten().collect()
-            })
-            .collect();
-        graph.extend([(0..n).collect(), (0..n).collect()]);
-        let order = order(&graph, Cuts::MANY);
-        let last: Vec<u32> = order[order.len() - 3..].to_vec();
-        assert!(last.contains(&n) && last.contains(&(n + 1)), "{last:?}");
-        let middle = last.iter().find(|k| **k < n).unwrap();
-        assert!((100..300).contains(middle), "the chain is cut at {middle}");
+        // Of five hubs each is next to a fifth of the chain: no cut of the first share of neighbours.
+        for (hubs, step) in [(2, 1), (5, 5)] {
+            let order = order(&beside_a_chain(hubs, step), Cuts::MANY);
+            let last = &order[order.len() - hubs as usize - 1..];
+            assert!((400..400 + hubs).all(|hub| last.contains(&hub)), "{last:?}");
+            let middle = last.iter().find(|k| **k < 400).unwrap();
+            assert!((100..300).contains(middle), "the chain is cut at {middle}");
+        }
     }
 }

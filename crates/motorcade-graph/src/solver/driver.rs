@@ -80,9 +80,9 @@ impl Solver {
         self.options.time_limit_s = limit_s;
     }
 
-    /// Gives back the memory of the last factor; the next solve takes it again.
-    pub(crate) fn forget_factor(&mut self) {
-        self.linear = Linear::default();
+    /// Gives back the memory of the last solve; the next one takes it again.
+    pub(crate) fn forget(&mut self) {
+        (self.cached, self.linear) = Default::default();
     }
 
     /// Patterns analysed so far: those that were not the one of the solve before.
