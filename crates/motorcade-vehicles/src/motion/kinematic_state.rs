@@ -48,15 +48,19 @@ pub fn probability_moving(
         modes.iter().fold(floor + noise, |sum, mode| sum + mode * mode.transpose()) * inflation.powi(2);
     let sigma_along =
         |direction: &Vector3<f64>| (direction.transpose() * covariance * direction)[0].max(0.0).sqrt();
+    let log_odds = |sigmas: f64| options.logistic_slope * (sigmas - options.even_odds_sigmas);
     let along = |forward: &Vector3<f64>| {
-        let speed = velocity.dot(forward);
-        speed.max(-options.backward_share * speed) / sigma_along(forward)
+        let sigmas = velocity.dot(forward) / sigma_along(forward);
+        if sigmas >= 0.0 {
+            return log_odds(sigmas);
+        }
+        let reversed = log_odds(-sigmas) + options.reversed_share.ln();
+        log_odds(-options.backward_share * sigmas).max(reversed)
     };
     let free =
         || covariance.try_inverse().map_or(0.0, |i| (velocity.transpose() * i * velocity)[0].max(0.0).sqrt());
-    let sigmas = forward.map_or_else(free, along);
+    let log_odds = forward.map_or_else(|| log_odds(free()), along);
     let sigma = sigma_along(&velocity.try_normalize(1e-9).unwrap_or_else(Vector3::z));
-    let log_odds = options.logistic_slope * (sigmas - options.even_odds_sigmas);
     // A speed that is hardly known says little: standing never has more confidence than a measured speed of zero would give
     // it against the speeds of traffic (Bayes factor; Kass and Raftery, JASA 1995).
     let of_zero = (sigma / sigma.hypot(traffic_mps)).ln();

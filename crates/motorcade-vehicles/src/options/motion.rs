@@ -69,8 +69,10 @@ pub struct KinematicStateOptions {
     pub line_least_scale: f64,
     /// Rounds of reweighting of that line. Chosen, not measured: more resist more outliers and take longer.
     pub line_rounds: usize,
-    /// Share of a speed that counts where it points backwards: few vehicles reverse, and few headings are the wrong way round.
+    /// Share of a speed that counts where it points backwards: few vehicles reverse.
     pub backward_share: f64,
+    /// Share of headings that are the wrong way round: a vehicle that is fast backwards has such a one. Of our network's 4.1 % are (BENCHMARK).
+    pub reversed_share: f64,
     /// Ratio of speed to its standard deviation at which P(moving) is 0.5. A larger one calls fewer standing vehicles moving and more slow ones
     /// standing. Rendered drives would have 4.5, the labelled tracks of KITTI 0005, 0001 and 0007 have 3 (BENCHMARK, Constants over scenarios and
     /// seeds).
@@ -118,6 +120,7 @@ impl Default for KinematicStateOptions {
             line_least_scale: 0.05,
             line_rounds: 5,
             backward_share: 0.5,
+            reversed_share: 0.05,
             even_odds_sigmas: 3.0,
             logistic_slope: 2.0,
             moving_from: 0.5,
