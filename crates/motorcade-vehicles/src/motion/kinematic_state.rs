@@ -48,6 +48,7 @@ pub fn probability_moving(
         modes.iter().fold(floor + noise, |sum, mode| sum + mode * mode.transpose()) * inflation.powi(2);
     let sigma_along =
         |direction: &Vector3<f64>| (direction.transpose() * covariance * direction)[0].max(0.0).sqrt();
+    // Log odds of moving at so many standard deviations of speed.
     let log_odds = |sigmas: f64| options.logistic_slope * (sigmas - options.even_odds_sigmas);
     let along = |forward: &Vector3<f64>| {
         let sigmas = velocity.dot(forward) / sigma_along(forward);
@@ -144,6 +145,20 @@ pub(super) mod tests {
         assert!(along(Vector3::x()) < 0.1);
         let reversing = along(-Vector3::z());
         assert!(reversing < along(Vector3::z()) && reversing > along(Vector3::x()), "{reversing}");
+    }
+
+    /// An oncoming lorry that a network takes for one seen from behind.
+    #[test]
+    fn a_vehicle_that_is_fast_backwards_has_its_heading_the_wrong_way_round() {
+        let backwards = |speed_mps: f64, reversed_share: f64| {
+            let mut options = AdvancedVehicleOptions::default();
+            options.kinematic_state.reversed_share = reversed_share;
+            probability_moving(&positions(speed_mps), Some(&-Vector3::z()), 5.0, &options)
+        };
+        // At 5.3 standard deviations; with half of them, as of one that reverses, it would rather stand.
+        assert!(backwards(8.0, 0.05) > 0.8 && backwards(8.0, 1e-9) < 0.5, "{}", backwards(8.0, 0.05));
+        // A slow one is as likely to stand.
+        assert!(backwards(2.0, 0.05) < 0.1, "{}", backwards(2.0, 0.05));
     }
 
     /// An approached car on a road whose pitch is wrong by half a degree, five times its standard deviation: its distance errs
