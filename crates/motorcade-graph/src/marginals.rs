@@ -23,7 +23,7 @@ pub struct Marginals {
     kept: Kept,
 }
 
-/// What is kept of `H⁻¹`.
+/// Blocks of `H⁻¹` that are kept.
 #[derive(Debug)]
 enum Kept {
     /// All blocks on the pattern of the factor, and what others follow from.

@@ -355,7 +355,7 @@ impl MultibodyGraph {
     ) -> Result<(), GraphError> {
         let from = if self.whole_drive { 0 } else { ego.frames.len().saturating_sub(1) };
         let scales = |vehicle: &VehicleTrajectory| self.vehicles.get(&vehicle.id).and_then(|v| v.scales);
-        // What the covariance of a state in the world is made of.
+        // Variables whose joint covariance the covariance of a state in the world needs.
         let sets = vehicles.iter().zip(nodes).flat_map(|(vehicle, nodes)| {
             let scales: Vec<VariableId> = scales(vehicle).iter().flat_map(TrackScales::nodes).collect();
             let states = vehicle.states.iter().zip(nodes).filter(move |(state, _)| state.frame >= from);
