@@ -25,7 +25,7 @@ pub(crate) use noise::{edge_sigma_px, road_height_sigma_m};
 pub use single_view::SingleView;
 
 /// Step length at which the iteration ends \[m\].
-const CONVERGED_M: f64 = 1e-5;
+const CONVERGED_M: f64 = 1e-4;
 /// Halvings of a step that does not improve the fit, at most.
 const HALVINGS: i32 = 6;
 
@@ -47,8 +47,25 @@ struct Linearised {
     g_by_heading: Vector6<f64>,
     chi2: f64,
     cost: f64,
-    /// Objective of the steps, without the size prior: robust squared residuals of edges and road.
-    objective: f64,
+    /// Offsets of the edges that count and their standard deviations \[px\].
+    edges: [Option<(f64, f64)>; 4],
+    /// Weight of the road's height there \[1/m²\].
+    height_weight: f64,
+}
+
+impl Linearised {
+    /// Objective of the steps, without the size prior: robust squared residuals of edges and road, with the standard deviations of `noise`. They depend
+    /// on the state, and a step that makes them larger explains nothing better.
+    fn objective(&self, noise: &Self, height_m: f64, cauchy_scale: f64) -> f64 {
+        let squared = cauchy_scale.powi(2);
+        let one = |(own, held): (&Option<(f64, f64)>, &Option<(f64, f64)>)| {
+            let (offset_px, sigma_px) = (*own)?;
+            let sigma_px = held.map_or(sigma_px, |(_, sigma_px)| sigma_px);
+            Some(squared * ((offset_px / sigma_px).powi(2) / squared).ln_1p())
+        };
+        let edges: f64 = self.edges.iter().zip(&noise.edges).filter_map(one).sum();
+        edges + height_m * height_m * noise.height_weight
+    }
 }
 
 impl BoxFit<'_> {
@@ -56,29 +73,41 @@ impl BoxFit<'_> {
     /// measured, or when no vehicle in front of the camera explains them.
     pub fn locate(&self, observed: &ObservedBox, heading_rad: f64, prior: &SizePrior) -> Option<SingleView> {
         let information = Matrix3::from_diagonal(&prior.sigma.to_vector().map(|s| 1.0 / (s * s)));
-        self.locate_sized(observed, heading_rad, &prior.mean, &information)
+        self.locate_sized(observed, heading_rad, (&prior.mean, &information), None)
     }
 
-    /// [`BoxFit::locate`] with a full information matrix of the size (3×3) \[1/m²\].
+    /// [`BoxFit::locate`] for a size of this mean and full information matrix (3×3) \[1/m²\]. An earlier fit of the box, with another size or heading,
+    /// is a start that takes a third of the steps.
     pub(crate) fn locate_sized(
         &self,
         observed: &ObservedBox,
         heading_rad: f64,
-        mean: &Dimensions,
-        size_information: &Matrix3<f64>,
+        size: (&Dimensions, &Matrix3<f64>),
+        earlier: Option<&SingleView>,
     ) -> Option<SingleView> {
         if !observed.is_sufficient() {
             return None;
         }
+        let from = |state: Vector6<f64>| self.locate_from(state, observed, heading_rad, size);
+        earlier.and_then(|view| from(view.state)).or_else(|| from(self.initial_state(observed, size.0)?))
+    }
+
+    fn locate_from(
+        &self,
+        mut state: Vector6<f64>,
+        observed: &ObservedBox,
+        heading_rad: f64,
+        (mean, size_information): (&Dimensions, &Matrix3<f64>),
+    ) -> Option<SingleView> {
         let Self { ground, options, .. } = *self;
         let (axes, foot) = (ground.axes(), ground.foot());
         let rotation =
             upright_pose(&Point3::origin(), &ground.direction_of(heading_rad), &ground.up).rotation_matrix();
-        let mut state = self.initial_state(observed, mean)?;
         let mean = mean.to_vector();
         let size_error = |x: &Vector6<f64>| x.fixed_rows::<3>(3).into_owned() - mean;
-        let objective = |edges: &Linearised, x: &Vector6<f64>| {
-            edges.objective + size_error(x).dot(&(size_information * size_error(x)))
+        let objective = |edges: &Linearised, noise: &Linearised, x: &Vector6<f64>| {
+            let of_size = size_error(x).dot(&(size_information * size_error(x)));
+            edges.objective(noise, x[2], options.cauchy_scale) + of_size
         };
         let mut edges = self.linearise(observed, &state, &axes, &rotation)?;
         let mut remaining = options.iterations;
@@ -102,11 +131,11 @@ impl BoxFit<'_> {
                 return None;
             }
             // Hidden edges leave a direction almost free: a whole step may end far on the other side of the road.
-            let before = objective(&edges, &state);
+            let before = objective(&edges, &edges, &state);
             let shortened = (0..=HALVINGS).map(|k| state + step * 0.5_f64.powi(k));
             let better = shortened.into_iter().find_map(|x| {
-                let edges = self.linearise(observed, &x, &axes, &rotation)?;
-                (objective(&edges, &x) <= before).then_some((x, edges))
+                let found = self.linearise(observed, &x, &axes, &rotation)?;
+                (objective(&found, &edges, &x) <= before).then_some((x, found))
             });
             match better {
                 Some(found) => (state, edges) = found,
@@ -142,7 +171,8 @@ impl BoxFit<'_> {
         let predicted = extreme_points(camera, rotation, &position, outline, &size)?;
         let measured = observed.bbox.to_array();
         let (mut h, mut g) = (Matrix6::zeros(), Vector6::zeros());
-        let (mut chi2, mut cost, mut objective) = (0.0, 0.0, 0.0);
+        let (mut chi2, mut cost) = (0.0, 0.0);
+        let mut edges = [None; 4];
         let mut g_by_heading = Vector6::zeros();
         for edge in 0..4 {
             let offset_px = predicted[edge].pixel - measured[edge];
@@ -158,16 +188,14 @@ impl BoxFit<'_> {
             h += j.transpose() * j * w;
             g += j.transpose() * (r * w);
             chi2 += r * r;
-            let robust = options.cauchy_scale.powi(2) * softened.ln();
-            objective += robust;
-            cost += robust + 2.0 * s.ln();
+            cost += options.cauchy_scale.powi(2) * softened.ln() + 2.0 * s.ln();
+            edges[edge] = Some((offset_px, s));
         }
         let height_weight = 1.0 / road_height_sigma_m(ground, x[0], x[1], options).powi(2);
-        objective += x[2] * x[2] * height_weight;
         cost += x[2] * x[2] * height_weight - height_weight.ln();
         h[(2, 2)] += height_weight;
         g[2] += height_weight * x[2];
-        Some(Linearised { h, g, g_by_heading, chi2, cost, objective })
+        Some(Linearised { h, g, g_by_heading, chi2, cost, edges, height_weight })
     }
 
     /// Equation (1) at the bottom edge, or depth from the vehicle's height where that edge is not measured; size at its mean.

@@ -104,7 +104,7 @@ fn derivative_by_heading_matches_differences() {
     let at = |heading: f64| {
         let (ground, options) = (ground(), BoxFitOptions::default());
         let fit = BoxFit { camera: &CAMERA, ground: &ground, options: &options };
-        fit.locate_sized(&observed, heading, &prior.mean, &information).unwrap()
+        fit.locate_sized(&observed, heading, (&prior.mean, &information), None).unwrap()
     };
     let slope = at(0.1).position_by_heading(&information).unwrap();
     // In steps of a milliradian, as above.

@@ -6,6 +6,7 @@ use super::headings::{parked_headings, static_headings, travel_headings};
 use super::input::TrackInput;
 use super::off_road;
 use super::views::Views;
+use crate::box_fit::SingleView;
 use crate::ground::GroundFrame;
 use crate::motion::{
     KinematicState, PositionMeasurement, probability_moving, smooth_motion, static_position,
@@ -24,13 +25,14 @@ pub(super) struct TrackHypothesis {
 
 impl TrackHypothesis {
     /// Alternates positions, motion and headings from these headings on. `external` are the headings of external views, which
-    /// a static vehicle keeps. The vehicle stands or moves as `assumed`, or as is more probable.
+    /// a static vehicle keeps. The vehicle stands or moves as `assumed`, or as is more probable. `start` holds earlier fits of the boxes, if any.
     pub(super) fn new(
         input: &TrackInput<'_>,
         times: &[f64],
         external: Option<&[f64]>,
         initial: Vec<f64>,
         assumed: Option<bool>,
+        start: &[(usize, SingleView)],
     ) -> Option<Self> {
         let advanced = &input.options.advanced;
         let first = input.grounds.get(input.start)?;
@@ -39,7 +41,8 @@ impl TrackHypothesis {
         let (mut found, mut parked): (Option<Self>, Option<Vec<f64>>) = (None, None);
         let mut headings = initial;
         for _ in 0..advanced.hypothesis.rounds {
-            let views = Views::new(input, &headings)?;
+            let earlier = found.as_ref().map_or_else(|| start, |f: &Self| &f.views.boxes);
+            let views = Views::new(input, &headings, earlier)?;
             let positions = views.positions(input.grounds);
             let forward = external.and_then(|headings| mean_forward(input, headings));
             let p_moving = probability_moving(&positions, forward.as_ref(), views.inflation, advanced)

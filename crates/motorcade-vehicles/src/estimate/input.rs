@@ -39,17 +39,21 @@ impl<'a> TrackInput<'a> {
         independent_views(count, duration_s, self.options.advanced.correlation_time_s, limit)
     }
 
-    /// Fits every box for the headings (relative to each frame's camera) and a size of this mean and information (3×3).
+    /// Fits every box for the headings (relative to each frame's camera) and a size of this mean and information (3×3), from `earlier` fits on where
+    /// there are any, in order of frames.
     pub(super) fn fit_boxes(
         &self,
         headings: &[f64],
         mean: &Dimensions,
         size_information: &Matrix3<f64>,
+        earlier: &[(usize, SingleView)],
     ) -> Vec<(usize, SingleView)> {
         let one = |b: &TrackBox| {
             let heading = headings.get(b.frame - self.start)?;
             let fit = self.box_fit(self.grounds.get(b.frame)?);
-            Some((b.frame, fit.locate_sized(&b.observed, *heading, mean, size_information)?))
+            let start =
+                earlier.binary_search_by_key(&b.frame, |(frame, _)| *frame).ok().map(|k| &earlier[k].1);
+            Some((b.frame, fit.locate_sized(&b.observed, *heading, (mean, size_information), start)?))
         };
         self.track.boxes.iter().filter_map(one).collect()
     }

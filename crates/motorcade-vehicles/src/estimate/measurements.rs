@@ -34,7 +34,8 @@ pub(super) fn observations(
     headings: &[f64],
 ) -> Vec<(usize, PoseObservation)> {
     let information = views.size.information_at_scale(&input.options.advanced.size);
-    let fit = |information: &Matrix3<f64>| input.fit_boxes(headings, &views.size.size, information);
+    let fit =
+        |information: &Matrix3<f64>| input.fit_boxes(headings, &views.size.size, information, &views.boxes);
     let boxes = information.as_ref().map_or_else(Vec::new, fit);
     let of_box = |(frame, view): &(usize, SingleView)| {
         let ground = input.grounds.get(*frame)?;

@@ -76,7 +76,11 @@ pub fn estimate_track(
         let others = others.filter_map(|class| cost_as(class).filter(|of| is_typical(&of.1, class, options)));
         others.filter(|of| of.0 + preference < own.0).min_by(|a, b| a.0.total_cmp(&b.0))
     });
-    Some(better.map_or_else(|| trajectory(&input, &times, &best), |(_, _, found)| found))
+    // The size by the road is that of a vehicle of the detector's class: it is linear in the size only near the right one, and the height of the
+    // camera is found by what is called a car.
+    let size_by_road = best.views.size_by_road;
+    let found = better.map_or_else(|| trajectory(&input, &times, &best), |(_, _, found)| found);
+    Some(VehicleTrajectory { size_by_road, ..found })
 }
 
 /// True when a size lies within the usual range of its class. What fits only as an unusually small lorry is none.
@@ -105,22 +109,20 @@ fn best_headings(input: &TrackInput<'_>, times: &[f64]) -> Option<TrackHypothesi
     let options = input.options;
     let given = external_headings(input, times.len());
     let initial = given.clone().unwrap_or_else(|| vec![0.0; times.len()]);
-    let best = TrackHypothesis::new(input, times, given.as_deref(), initial, None)?;
+    let best = TrackHypothesis::new(input, times, given.as_deref(), initial, None, &[])?;
     let stands = best.p_moving <= options.advanced.kinematic_state.moving_from;
     if given.is_some() || stands || best.views.inflation <= 1.0 {
         return Some(best);
     }
     let headings = static_headings(input, &best.states, options.traffic_side);
     let preference = options.advanced.hypothesis.preference_chi2;
-    let second = TrackHypothesis::new(input, times, None, headings, None);
+    let second = TrackHypothesis::new(input, times, None, headings, None, &best.views.boxes);
     Some(second.filter(|s| s.views.chi2 + preference < best.views.chi2).unwrap_or(best))
 }
 
 fn trajectory(input: &TrackInput<'_>, times: &[f64], best: &TrackHypothesis) -> VehicleTrajectory {
     let probable = trajectory_of(input, best);
-    let undecided = input.options.advanced.kinematic_state.is_undecided(best.p_moving);
-    let rival = if undecided { undecided::rival(input, times, best) } else { None };
-    match rival {
+    match undecided::rival(input, times, best) {
         Some(rival) => undecided::with_rival(probable, &trajectory_of(input, &rival).states),
         None => probable,
     }

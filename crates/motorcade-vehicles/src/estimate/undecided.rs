@@ -14,7 +14,7 @@ pub(super) fn rival(
     let stands = best.p_moving <= input.options.advanced.kinematic_state.moving_from;
     let given = external_headings(input, times.len());
     let initial = given.clone().unwrap_or_else(|| vec![0.0; times.len()]);
-    TrackHypothesis::new(input, times, given.as_deref(), initial, Some(stands))
+    TrackHypothesis::new(input, times, given.as_deref(), initial, Some(stands), &best.views.boxes)
 }
 
 /// The more probable hypothesis, with the states of the other one beside its own.

@@ -24,6 +24,8 @@ pub(super) struct View {
 pub(super) struct Views {
     /// In order of frames.
     pub(super) views: Vec<View>,
+    /// Fits of the boxes with the common size, in order of frames.
+    pub(super) boxes: Vec<(usize, SingleView)>,
     pub(super) size: JointSize,
     pub(super) size_by_road: Option<SizeByRoad>,
     /// χ² of the boxes and the size.
@@ -35,14 +37,19 @@ pub(super) struct Views {
 }
 
 impl Views {
-    /// Fits every box with the given headings, estimates the common size, and fits them again with it.
-    pub(super) fn new(input: &TrackInput<'_>, headings: &[f64]) -> Option<Self> {
+    /// Fits every box with the given headings, estimates the common size, and fits them again with it. `earlier` fits, with other headings, are where
+    /// to start.
+    pub(super) fn new(
+        input: &TrackInput<'_>,
+        headings: &[f64],
+        earlier: &[(usize, SingleView)],
+    ) -> Option<Self> {
         let sizes = &input.options.advanced.size;
-        let fit_all = |prior: &SizePrior| {
+        let fit_all = |prior: &SizePrior, earlier: &[(usize, SingleView)]| {
             let information = Matrix3::from_diagonal(&prior.sigma.to_vector().map(|s| 1.0 / (s * s)));
-            input.fit_boxes(headings, &prior.mean, &information)
+            input.fit_boxes(headings, &prior.mean, &information, earlier)
         };
-        let first = fit_all(&input.prior);
+        let first = fit_all(&input.prior, earlier);
         let independent = input.independent_views(first.len(), span(&first), sizes.independent_views);
         let size = JointSize::from_views(&first, &input.prior, independent, sizes)?;
         let size_by_road = SizeByRoad::from_views(
@@ -52,10 +59,10 @@ impl Views {
             independent,
             &input.options.advanced.box_fit,
         );
-        let boxes = fit_all(&size.as_prior(sizes));
+        let boxes = fit_all(&size.as_prior(sizes), &first);
         let GoodnessOfFit { chi2, cost, inflation } = GoodnessOfFit::new(input, &boxes, &size);
         let views = fuse(&boxes, &input.external.views);
-        (!views.is_empty()).then_some(Self { views, size, size_by_road, chi2, cost, inflation })
+        (!views.is_empty()).then_some(Self { views, boxes, size, size_by_road, chi2, cost, inflation })
     }
 
     /// The view of a frame.

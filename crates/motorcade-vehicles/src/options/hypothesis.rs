@@ -17,9 +17,9 @@ pub struct HypothesisOptions {
     /// χ² by which another class must be more probable than the detector's: errors of the road's plane are common to all
     /// boxes of a track.
     pub class_preference_chi2: f64,
-    /// Largest deviation of a size from the mean of a class other than the detector's, in standard deviations of that class: two thirds of its
-    /// vehicles. The others stay what the detector calls them. With 1.645 a small oncoming lorry is better explained, but cars seen from a camera whose
-    /// height is stated wrong become vans, and nothing says that it is wrong.
+    /// Largest deviation of a size from the mean of a class other than the detector's, in standard deviations of that class: nine in ten of its
+    /// vehicles. The others stay what the detector calls them. With 2 a small oncoming lorry of the renders is better explained, but a lorry of KITTI 0005
+    /// becomes a bus.
     pub typical_size_sigmas: f64,
     /// Overlap (IoU) of a box with the projected vehicle below which it is another vehicle's. A neighbour in a row of parked cars
     /// overlaps by about a third; occluded and truncated edges are bounds.
@@ -84,7 +84,7 @@ impl Default for HypothesisOptions {
             expected_chi2: 2.0,
             agreed_class_share: 0.8,
             class_preference_chi2: 2.0,
-            typical_size_sigmas: 1.0,
+            typical_size_sigmas: 1.645,
             least_box_iou: 0.3,
             near_share: 0.6,
             near_rad: 0.08,

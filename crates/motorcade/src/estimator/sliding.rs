@@ -410,6 +410,7 @@ impl SlidingEstimator {
             return;
         }
         state.frame = newest;
+        state.include_rival();
         let empty = || VehicleTrajectory {
             id,
             class,

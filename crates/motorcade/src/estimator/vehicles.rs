@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 use motorcade_odometry::{EgoFrame, EgoTrajectory};
 use motorcade_perception::{Detection, VehicleKeypoints};
 use motorcade_vehicles::{
-    ExternalTrack, GroundFrame, KeypointFitters, KeypointTrack, KeypointViews, Track, VehicleState,
-    VehicleTrajectory, estimate_consistently, estimate_track, external_tracks, join_continued,
+    ExternalTrack, GroundFrame, KeypointFitters, KeypointTrack, KeypointViews, KinematicStateOptions, Track,
+    VehicleState, VehicleTrajectory, estimate_consistently, estimate_track, external_tracks, join_continued,
     join_in_one_place, join_interleaved, with_hiding_checked, without_clutter, without_doubles,
 };
 
@@ -55,8 +55,11 @@ pub(crate) fn estimate_vehicles(
         let estimate = |(track, external): &(Track, ExternalTrack)| {
             estimate_track(camera, grounds, track, external, options)
         };
-        let vehicles = tracks.iter().filter_map(estimate).collect();
-        return if whole_drive { vehicles } else { mixed(vehicles) };
+        let mut vehicles: Vec<_> = tracks.iter().filter_map(estimate).collect();
+        if !whole_drive {
+            mix_undecided(&mut vehicles, &options.advanced.kinematic_state);
+        }
+        return vehicles;
     }
     let mut tracks = track();
     let keypoints: Vec<&[VehicleKeypoints]> = input.keypoints.iter().map(Vec::as_slice).collect();
@@ -88,7 +91,7 @@ pub(crate) fn estimate_vehicles(
         vehicles = without_clutter(vehicles, &tracks, camera, grounds, options, estimate);
     }
     if !whole_drive {
-        vehicles = mixed(vehicles);
+        mix_undecided(&mut vehicles, &options.advanced.kinematic_state);
     }
     vehicles.sort_by_key(|v| v.id);
     let vehicles = without_doubles(vehicles, &options.advanced.hypothesis);
@@ -103,9 +106,9 @@ pub(crate) fn estimate_vehicles(
 }
 
 /// Vehicles that may stand or move as the mean of both: the last seconds may yet tell otherwise.
-fn mixed(mut vehicles: Vec<VehicleTrajectory>) -> Vec<VehicleTrajectory> {
-    vehicles.iter_mut().flat_map(|v| &mut v.states).for_each(VehicleState::mix_rival);
-    vehicles
+fn mix_undecided(vehicles: &mut [VehicleTrajectory], options: &KinematicStateOptions) {
+    let undecided = vehicles.iter_mut().filter(|v| options.is_undecided(v.p_moving));
+    undecided.flat_map(|v| &mut v.states).for_each(VehicleState::mix_rival);
 }
 
 /// Times of frames \[s\], from the first.
