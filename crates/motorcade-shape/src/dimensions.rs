@@ -1,6 +1,6 @@
 //! Outer size of a vehicle.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// Length, width, height \[m\].
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -32,4 +32,11 @@ pub struct SizePrior {
     pub mean: Dimensions,
     /// Standard deviation, positive.
     pub sigma: Dimensions,
+}
+
+impl SizePrior {
+    /// Information matrix (3×3) of (l, w, h), which are independent \[1/m²\].
+    pub fn information(&self) -> Matrix3<f64> {
+        Matrix3::from_diagonal(&self.sigma.to_vector().map(|s| 1.0 / (s * s)))
+    }
 }

@@ -98,7 +98,7 @@ impl JointSize {
     ) -> Option<Self> {
         let weight = independent_views / views.len().max(1) as f64;
         let sigma = prior.sigma.to_vector();
-        let mut h = Matrix3::from_diagonal(&sigma.map(|s| 1.0 / (s * s)));
+        let mut h = prior.information();
         let mut rhs = h * prior.mean.to_vector();
         for (reduced, of_view) in views.iter().filter_map(|(_, view)| reduced(view)) {
             h += reduced * weight;

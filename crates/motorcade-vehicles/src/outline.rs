@@ -122,9 +122,13 @@ pub fn upright_pose(
     forward: &Vector3<f64>,
     up: &Vector3<f64>,
 ) -> Pose<Camera, Vehicle> {
+    Pose::from_matrix(&upright_axes(forward, up), &position.coords)
+}
+
+/// Axes of an upright vehicle (forward, left, up as columns) from its forward direction and the road normal, both of length 1.
+pub(crate) fn upright_axes(forward: &Vector3<f64>, up: &Vector3<f64>) -> Matrix3<f64> {
     let left = up.cross(forward).normalize();
-    let forward = left.cross(up);
-    Pose::from_matrix(&Matrix3::from_columns(&[forward, left, *up]), &position.coords)
+    Matrix3::from_columns(&[left.cross(up), left, *up])
 }
 
 #[cfg(test)]

@@ -68,6 +68,15 @@ pub struct RivalState {
     pub yaw_rate_radps: f64,
 }
 
+impl RivalState {
+    /// True when all its numbers are finite.
+    pub(crate) fn is_finite(&self) -> bool {
+        let scalars = [self.turn_rad, self.speed_mps, self.speed_sigma_mps, self.yaw_rate_radps];
+        let numbers = scalars.iter().chain(&self.offset_m).chain(&self.covariance);
+        numbers.into_iter().all(|number| number.is_finite())
+    }
+}
+
 impl VehicleState {
     /// Takes the rival into the covariance: the second moment of both hypotheses about the state, which stays. For a drive as a whole, which has
     /// seen enough to decide.

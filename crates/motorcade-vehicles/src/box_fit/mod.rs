@@ -19,13 +19,13 @@ use crate::box_fit::noise::edge_deviation_px;
 use crate::ground::GroundFrame;
 use crate::observed_box::ObservedBox;
 use crate::options::BoxFitOptions;
-use crate::outline::{extreme_points, upright_pose};
+use crate::outline::{extreme_points, upright_axes};
 
 pub(crate) use noise::{edge_sigma_px, road_height_sigma_m};
 pub use single_view::SingleView;
 
 /// Step length at which the iteration ends \[m\].
-const CONVERGED_M: f64 = 1e-4;
+const CONVERGED_M: f64 = 1e-3;
 /// Halvings of a step that does not improve the fit, at most.
 const HALVINGS: i32 = 6;
 
@@ -72,12 +72,11 @@ impl BoxFit<'_> {
     /// Fits position and size for a heading (angle from straight ahead \[rad\]) and a size prior. `None` when too few edges are
     /// measured, or when no vehicle in front of the camera explains them.
     pub fn locate(&self, observed: &ObservedBox, heading_rad: f64, prior: &SizePrior) -> Option<SingleView> {
-        let information = Matrix3::from_diagonal(&prior.sigma.to_vector().map(|s| 1.0 / (s * s)));
-        self.locate_sized(observed, heading_rad, (&prior.mean, &information), None)
+        self.locate_sized(observed, heading_rad, (&prior.mean, &prior.information()), None)
     }
 
     /// [`BoxFit::locate`] for a size of this mean and full information matrix (3×3) \[1/m²\]. An earlier fit of the box, with another size or heading,
-    /// is a start that takes a third of the steps.
+    /// is a start that takes fewer steps.
     pub(crate) fn locate_sized(
         &self,
         observed: &ObservedBox,
@@ -101,8 +100,7 @@ impl BoxFit<'_> {
     ) -> Option<SingleView> {
         let Self { ground, options, .. } = *self;
         let (axes, foot) = (ground.axes(), ground.foot());
-        let rotation =
-            upright_pose(&Point3::origin(), &ground.direction_of(heading_rad), &ground.up).rotation_matrix();
+        let rotation = upright_axes(&ground.direction_of(heading_rad), &ground.up);
         let mean = mean.to_vector();
         let size_error = |x: &Vector6<f64>| x.fixed_rows::<3>(3).into_owned() - mean;
         let objective = |edges: &Linearised, noise: &Linearised, x: &Vector6<f64>| {
@@ -184,9 +182,10 @@ impl BoxFit<'_> {
             // Derivative of the extreme point by the heading: up × (X − position).
             let turned = ground.up.cross(&(predicted[edge].point.coords - position));
             let by_heading = edge_by_point(camera, edge, &predicted[edge].point) * turned / s * w;
-            g_by_heading += j.transpose() * by_heading;
-            h += j.transpose() * j * w;
-            g += j.transpose() * (r * w);
+            let j = j.transpose();
+            g_by_heading += j * by_heading;
+            h.ger(w, &j, &j, 1.0);
+            g += j * (r * w);
             chi2 += r * r;
             cost += options.cauchy_scale.powi(2) * softened.ln() + 2.0 * s.ln();
             edges[edge] = Some((offset_px, s));

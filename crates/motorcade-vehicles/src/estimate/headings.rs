@@ -2,7 +2,8 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::input::TrackInput;
+use super::input::{TrackInput, fit_in_frame};
+use crate::box_fit::SingleView;
 use crate::external::ExternalView;
 use crate::ground::GroundFrame;
 use crate::motion::KinematicState;
@@ -102,7 +103,7 @@ fn nearest_known<T>(values: &[Option<T>]) -> Vec<Option<usize>> {
 pub(super) fn static_headings(
     input: &TrackInput<'_>,
     states: &[KinematicState],
-    side: TrafficSide,
+    earlier: &[(usize, SingleView)],
 ) -> Vec<f64> {
     let options = &input.options.advanced.heading;
     let boxes = &input.track.boxes;
@@ -123,10 +124,17 @@ pub(super) fn static_headings(
         ground.heading_of(&along) + angle
     };
     let saturation = input.options.advanced.box_fit.saturation_chi2;
+    let information = input.prior.information();
     let chi2 = |angle: f64| -> f64 {
         let one = |b: &&TrackBox| {
             let fit = input.box_fit(&input.grounds[b.frame]);
-            let view = fit.locate(&b.observed, local(b.frame, angle), &input.prior)?;
+            let start = fit_in_frame(earlier, b.frame);
+            let view = fit.locate_sized(
+                &b.observed,
+                local(b.frame, angle),
+                (&input.prior.mean, &information),
+                start,
+            )?;
             Some(view.chi2_with_size(&input.prior).min(saturation))
         };
         // Prior of the orientation: along the road, else across it, seldom oblique.
@@ -142,7 +150,7 @@ pub(super) fn static_headings(
     let position = states.first().map_or(Vector3::zeros(), |s| s.position);
     let in_camera = middle.world_from_camera.inverse().transform_point(&Point3::from(position));
     let left_m = in_camera.coords.dot(&middle.left());
-    let oncoming = match side {
+    let oncoming = match input.options.traffic_side {
         TrafficSide::Right => left_m > options.roadside_m,
         TrafficSide::Left => left_m < -options.roadside_m,
     };

@@ -60,7 +60,7 @@ impl TrackHypothesis {
                 let search = || match external {
                     Some(external) if by_keypoints(input) => parked_headings(input, &states, external),
                     Some(external) => external.to_vec(),
-                    None => static_headings(input, &states, input.options.traffic_side),
+                    None => static_headings(input, &states, &views.boxes),
                 };
                 parked.get_or_insert_with(search).clone()
             };

@@ -51,10 +51,17 @@ impl<'a> TrackInput<'a> {
         let one = |b: &TrackBox| {
             let heading = headings.get(b.frame - self.start)?;
             let fit = self.box_fit(self.grounds.get(b.frame)?);
-            let start =
-                earlier.binary_search_by_key(&b.frame, |(frame, _)| *frame).ok().map(|k| &earlier[k].1);
+            let start = fit_in_frame(earlier, b.frame);
             Some((b.frame, fit.locate_sized(&b.observed, *heading, (mean, size_information), start)?))
         };
         self.track.boxes.iter().filter_map(one).collect()
     }
+}
+
+/// The fit of a frame among those in order of frames.
+pub(super) fn fit_in_frame(fits: &[(usize, SingleView)], frame: usize) -> Option<&SingleView> {
+    fits.binary_search_by_key(&frame, |(frame, _)| *frame)
+        .ok()
+        .and_then(|k| fits.get(k))
+        .map(|(_, view)| view)
 }

@@ -45,7 +45,7 @@ pub use parts::estimate_consistently;
 /// Where the detector's votes on the class disagree, or the boxes fit a vehicle of that class badly, the other classes are tried
 /// too: a van that is called a car is placed too near by its size.
 ///
-/// The states of a vehicle that may stand or move are those of the more probable hypothesis and have the other one beside them.
+/// The states are those of the more probable one of two hypotheses, that the vehicle stands or moves, and have the other one beside them.
 pub fn estimate_track(
     camera: &PinholeCamera,
     grounds: &[GroundFrame],
@@ -114,7 +114,7 @@ fn best_headings(input: &TrackInput<'_>, times: &[f64]) -> Option<TrackHypothesi
     if given.is_some() || stands || best.views.inflation <= 1.0 {
         return Some(best);
     }
-    let headings = static_headings(input, &best.states, options.traffic_side);
+    let headings = static_headings(input, &best.states, &best.views.boxes);
     let preference = options.advanced.hypothesis.preference_chi2;
     let second = TrackHypothesis::new(input, times, None, headings, None, &best.views.boxes);
     Some(second.filter(|s| s.views.chi2 + preference < best.views.chi2).unwrap_or(best))

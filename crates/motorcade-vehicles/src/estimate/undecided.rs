@@ -26,7 +26,7 @@ pub(super) fn with_rival(mut probable: VehicleTrajectory, rival: &[VehicleState]
         let mut covariance = other.covariance;
         let mut position = covariance.fixed_view_mut::<3, 3>(3, 3);
         position.copy_from(&(turn * position.clone_owned() * turn.transpose()));
-        state.rival = Some(RivalState {
+        let rival = RivalState {
             probability,
             offset_m: (state.world_from_vehicle.inverse() * other.world_from_vehicle).translation(),
             turn_rad: turn[(1, 0)].atan2(turn[(0, 0)]),
@@ -34,7 +34,9 @@ pub(super) fn with_rival(mut probable: VehicleTrajectory, rival: &[VehicleState]
             speed_mps: other.speed_mps,
             speed_sigma_mps: other.speed_sigma_mps,
             yaw_rate_radps: other.yaw_rate_radps,
-        });
+        };
+        // An improbable hypothesis may fail where the probable one does not.
+        state.rival = rival.is_finite().then_some(rival);
     }
     probable
 }
@@ -69,6 +71,15 @@ mod tests {
             assert!((state.covariance[(3, 3)] - 31.0).abs() < 1e-9 && state.covariance[(4, 4)] < 1.0 + 1e-9);
             assert!((state.speed_sigma_mps - (0.01_f64 + 0.3 * 64.0).sqrt()).abs() < 1e-9);
         }
+    }
+
+    #[test]
+    fn a_rival_that_failed_leaves_the_probable_hypothesis_alone() {
+        let stands = car_ahead(1, 2.0, 30.0);
+        let mut moves = stands.states.clone();
+        moves[0].covariance[(3, 3)] = f64::NAN;
+        let both = with_rival(stands, &moves);
+        assert!(both.states[0].rival.is_none() && both.states[1].rival.is_some());
     }
 
     #[test]

@@ -46,8 +46,7 @@ impl Views {
     ) -> Option<Self> {
         let sizes = &input.options.advanced.size;
         let fit_all = |prior: &SizePrior, earlier: &[(usize, SingleView)]| {
-            let information = Matrix3::from_diagonal(&prior.sigma.to_vector().map(|s| 1.0 / (s * s)));
-            input.fit_boxes(headings, &prior.mean, &information, earlier)
+            input.fit_boxes(headings, &prior.mean, &prior.information(), earlier)
         };
         let first = fit_all(&input.prior, earlier);
         let independent = input.independent_views(first.len(), span(&first), sizes.independent_views);

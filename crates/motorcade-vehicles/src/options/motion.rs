@@ -83,8 +83,9 @@ pub struct KinematicStateOptions {
     /// P(moving) above which the headings of a vehicle follow its travel and its states move; at or below it stands. At 0.5 either error costs
     /// the same; a larger one lets more slow vehicles stand. Outputs and drawings tell moving from standing at 0.5 whatever this is.
     pub moving_from: f64,
-    /// P(moving) from which on, and up to 1 less this, an estimate over the last seconds mixes the states of both hypotheses, and one of a drive as a
-    /// whole, which has seen enough to decide, has the less probable one in its covariance; 0.5 does neither. Above `off_road_factor`, which is P(moving) of what surely stands beside the road. A smaller one makes
+    /// P(moving) from which on, and up to 1 less this, an estimate over the last seconds is the mean of the states of both hypotheses and is no part of the
+    /// graph; at 0.5 none is. All others, and those of a drive as a whole, are the more probable one, with the other one in their covariance. Above
+    /// `off_road_factor`, which is P(moving) of what surely stands beside the road. A smaller one makes
     /// errors of wrong decisions smaller and those of right ones larger: rendered oncoming traffic at 25 frames/s, 0.25, 0.15 and 0.1: 0.82, 0.70
     /// and 0.66 m, 1.77 m without; at 0.1 crossing traffic gets worse (1.6 -> 4.7 m).
     pub undecided_from: f64,
