@@ -18,6 +18,7 @@ from motorcade_training.vehicle.decode import decode_heading, decode_keypoints
 from motorcade_training.vehicle.fit import Prior, fit, linearised
 from motorcade_training.vehicle.layout import BODIES, HEADING_BINS, MARGIN, MIRROR, OUTSIDE, VISIBLE
 from motorcade_training.vehicle.loss import heading_targets, losses
+from motorcade_training.vehicle.mirror import with_mirrored
 from motorcade_training.vehicle.model import VehicleNet
 
 COLUMNS = [
@@ -151,6 +152,26 @@ def test_decoding_finds_peaks_and_the_heading_between_bins():
     two[0], two[12] = 1.0, 0.5
     best, rival = decode_heading(two)
     assert abs(best.angle_rad) < 0.01 and abs(abs(rival.angle_rad) - math.pi) < 0.01 and rival.share > 0.3
+
+
+def test_a_crop_in_doubt_and_its_mirror_image_mean_the_same():
+    model = VehicleNet().eval()
+
+    @torch.no_grad()
+    def infer(crops: np.ndarray) -> list[np.ndarray]:
+        return [output.numpy() for output in model(torch.from_numpy(crops))]
+
+    crops = np.random.default_rng(1).standard_normal((2, 4, 64, 64)).astype(np.float32)
+    reversed_crops = np.ascontiguousarray(crops[..., ::-1])
+    # An untrained network is sure of nothing.
+    heat, visibility, heading, *_ = with_mirrored(infer)(crops)
+    seen_heat, seen_visibility, seen_heading, *_ = with_mirrored(infer)(reversed_crops)
+    assert np.allclose(heat, seen_heat[:, MIRROR, :, ::-1], atol=1e-5)
+    assert np.allclose(visibility, seen_visibility[:, MIRROR], atol=1e-5)
+    assert np.allclose(heading[:, 1], seen_heading[:, -1], atol=1e-5)
+    # One that is sure is seen once.
+    alone, *_ = with_mirrored(infer, sure=0.0)(crops)
+    assert np.array_equal(alone, infer(crops)[0]) and not np.allclose(alone, heat, atol=1e-5)
 
 
 def test_the_fit_finds_heading_and_place():

@@ -14,6 +14,7 @@ from motorcade_training.common import checkpoint
 from motorcade_training.vehicle import calibration, crop, kitti, picture
 from motorcade_training.vehicle.decode import Keypoints, decode_heading, decode_keypoints
 from motorcade_training.vehicle.fit import Prior, fit
+from motorcade_training.vehicle.mirror import with_mirrored
 from motorcade_training.vehicle.model import VehicleNet
 
 #: Below this height a vehicle is told separately [px].
@@ -88,6 +89,7 @@ def run(options: argparse.Namespace) -> None:
     if not options.prior:
         raise ValueError("--kitti needs --prior")
     prior = Prior.read(options.prior)
+    infer = with_mirrored(infer)
     judged, tiles = [], []
     for drive in options.drives:
         sequence, _, index = drive.partition(":")

@@ -12,6 +12,9 @@ pub struct CropOptions {
     pub presence: CropChoice,
     /// Overlap (IoU) with a box cropped before from which it is the same vehicle.
     pub same_iou: f64,
+    /// Probability of the heading of a crop below which the network sees the crop in a mirror too, and the mean of both counts: what it errs by in one
+    /// alone goes. At 0.85 a fifth of the crops of KITTI 0005 and 0003. A larger one costs more time, up to twice that of a crop.
+    pub sure_heading: f64,
 }
 
 /// Limits of the boxes that are cropped for one purpose.
@@ -56,6 +59,6 @@ impl Default for CropOptions {
             max_crops: 2,
             interval_s: 0.5,
         };
-        Self { keypoints, presence, same_iou: 0.5 }
+        Self { keypoints, presence, same_iou: 0.5, sure_heading: 0.85 }
     }
 }

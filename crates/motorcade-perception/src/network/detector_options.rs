@@ -62,6 +62,7 @@ impl DetectorOptions {
             ("min_score", self.min_score),
             ("masking_score", self.masking_score),
             ("advanced.crops.same_iou", crops.same_iou),
+            ("advanced.crops.sure_heading", crops.sure_heading),
             ("advanced.crops.keypoints.min_score", crops.keypoints.min_score),
             ("advanced.crops.presence.min_score", crops.presence.min_score),
             ("advanced.suppression.same_class_iou", suppression.same_class_iou),

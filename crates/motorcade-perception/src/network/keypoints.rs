@@ -8,6 +8,7 @@ use rten_tensor::{Layout as _, NdTensor, Tensor};
 
 use super::crop::{CropFrame, INPUT_PX};
 use super::crop_options::{CropChoice, CropOptions};
+use super::crop_outputs::{CELLS, CropOutputs, POINTS, mirror_image};
 use super::engine::Network;
 use crate::detection::{BoundingBox, Detection, VehicleClass};
 use crate::detectors::KeypointDetector;
@@ -15,12 +16,6 @@ use crate::error::Result;
 use crate::keypoints::VehicleKeypoints;
 use crate::manifest::{KeypointVariance, PresenceWeights};
 
-/// Keypoints of `car-36`.
-const POINTS: usize = Layout::Car36.count();
-/// Cells of a heat map along each axis.
-const CELLS: usize = 16;
-/// Bins of the heading over the full turn.
-const HEADING_BINS: usize = 24;
 /// Cells on each side of the peak that its position is the mean of.
 const REACH: usize = 2;
 
@@ -78,7 +73,7 @@ impl KeypointNetwork {
 
     /// Boxes to look at, without those looked at a moment ago: those with keypoints, then the others, each largest first.
     fn chosen<'d>(&mut self, timestamp_ns: i64, detections: &'d [Detection]) -> Vec<&'d Detection> {
-        let CropOptions { keypoints, presence, same_iou } = self.options;
+        let CropOptions { keypoints, presence, same_iou, .. } = self.options;
         let with_keypoints = detections.iter().filter(|d| self.options.has_keypoints(d));
         let mut chosen = self.recent.due(timestamp_ns, with_keypoints, &keypoints, same_iou);
         if self.presence.is_some() {
@@ -108,22 +103,17 @@ impl KeypointDetector for KeypointNetwork {
         let crops: Vec<CropFrame> = chosen.iter().map(|d| CropFrame::of_box(&d.bbox)).collect();
         let mut data = Vec::with_capacity(crops.len() * 4 * INPUT_PX * INPUT_PX);
         crops.iter().for_each(|crop| crop.append(&image, &mut data));
-        let outputs =
-            self.network.run_all(NdTensor::from_data([crops.len(), 4, INPUT_PX, INPUT_PX], data))?;
-        let [heat, visibility, heading] = self.checked(&outputs, crops.len())?;
-        let presence = self.presence(&outputs, &chosen)?;
+        let (outputs, presence) = self.outputs(&chosen, data)?;
         let vehicle = |(k, crop): (usize, &CropFrame)| {
-            let map_of = |point: usize| &heat[(k * POINTS + point) * CELLS * CELLS..][..CELLS * CELLS];
-            let point = |i: usize| self.point(crop, map_of(i), f64::from(visibility[k * POINTS + i]));
+            let point = |i: usize| self.point(crop, outputs.map(k, i), f64::from(outputs.visibility(k, i)));
             let known = self.options.has_keypoints(chosen[k]);
-            let bins = || HeadingEvidence::new(softmax(&heading[k * HEADING_BINS..][..HEADING_BINS]));
             VehicleKeypoints {
                 layout: Layout::Car36,
                 points: (0..POINTS)
                     .map(|i| if known { point(i) } else { ObservedKeypoint::missing() })
                     .collect(),
                 bbox: chosen[k].bbox,
-                heading: known.then(bins).flatten(),
+                heading: known.then(|| HeadingEvidence::new(outputs.heading(k))).flatten(),
                 presence: presence.get(k).copied(),
             }
         };
@@ -140,19 +130,25 @@ impl KeypointDetector for KeypointNetwork {
 }
 
 impl KeypointNetwork {
-    /// Heat maps, visibilities and headings of this many crops, with their shapes checked.
-    fn checked(&self, outputs: &[Tensor<f32>], crops: usize) -> Result<[Vec<f32>; 3]> {
-        let shapes: [&[usize]; 3] =
-            [&[crops, POINTS, CELLS, CELLS], &[crops, POINTS], &[crops, HEADING_BINS]];
-        if outputs.len() < shapes.len() {
-            return Err(self.network.wrong_output(&[outputs.len()], "heat maps, visibility, heading"));
+    /// Outputs for some crops; those whose heading is in doubt are seen in a mirror too.
+    fn outputs(&mut self, chosen: &[&Detection], data: Vec<f32>) -> Result<(CropOutputs, Vec<f64>)> {
+        let one = 4 * INPUT_PX * INPUT_PX;
+        let sure = self.options.sure_heading;
+        let run = |network: &mut Network, data: Vec<f32>| -> Result<(CropOutputs, Vec<Tensor<f32>>)> {
+            let count = data.len() / one;
+            let all = network.run_all(NdTensor::from_data([count, 4, INPUT_PX, INPUT_PX], data))?;
+            Ok((CropOutputs::new(network, &all, count)?, all))
+        };
+        let (mut outputs, all) = run(&mut self.network, data.clone())?;
+        let presence = self.presence(&all, chosen)?;
+        let in_doubt = |k: &usize| self.options.has_keypoints(chosen[*k]) && outputs.heading_share(*k) < sure;
+        let doubtful: Vec<usize> = (0..chosen.len()).filter(in_doubt).collect();
+        if !doubtful.is_empty() {
+            let mirrored = doubtful.iter().flat_map(|k| mirror_image(&data[k * one..][..one])).collect();
+            let (mirrored, _) = run(&mut self.network, mirrored)?;
+            doubtful.iter().enumerate().for_each(|(of, k)| outputs.average_with_mirrored(*k, &mirrored, of));
         }
-        for (output, shape) in outputs.iter().zip(shapes) {
-            if output.shape() != shape {
-                return Err(self.network.wrong_output(output.shape(), &format!("{shape:?}")));
-            }
-        }
-        Ok([outputs[0].to_vec(), outputs[1].to_vec(), outputs[2].to_vec()])
+        Ok((outputs, presence))
     }
 
     /// Log odds that each box shows a vehicle; none where the manifest has no weights for them.
@@ -183,11 +179,6 @@ impl KeypointNetwork {
         ObservedKeypoint::new(Point2::new(u, v), 1.0 / (1.0 + (-visibility).exp()))
             .with_sigma_px(Vector2::from(sigma_px))
     }
-}
-
-fn softmax(logits: &[f32]) -> Vec<f64> {
-    let most = logits.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-    logits.iter().map(|l| f64::from(l - most).exp()).collect()
 }
 
 /// The peak of a heat map, in shares of the map's extent.

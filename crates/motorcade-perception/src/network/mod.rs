@@ -3,6 +3,7 @@
 mod boxes;
 mod crop;
 mod crop_options;
+mod crop_outputs;
 mod detector_options;
 mod engine;
 mod keypoints;
