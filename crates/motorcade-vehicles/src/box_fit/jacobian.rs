@@ -38,7 +38,7 @@ pub(super) fn edge_by_point(camera: &PinholeCamera, edge: usize, p: &Point3<f64>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::outline::{extreme_points, upright_pose};
+    use crate::outline::{extreme_points, upright_axes};
     use motorcade_geometry::numeric::jacobian_error;
     use motorcade_perception::{BoxConvention, VehicleClass};
     use motorcade_testing::CAMERA;
@@ -49,8 +49,7 @@ mod tests {
     fn derivatives_match_differences() {
         let outline = (VehicleClass::Car, BoxConvention::VisibleExtent);
         let ground = crate::box_fit::tests::ground();
-        let rotation =
-            upright_pose(&Point3::origin(), &ground.direction_of(0.4), &ground.up).rotation_matrix();
+        let rotation = upright_axes(&ground.direction_of(0.4), &ground.up);
         let x = Vector6::new(14.0, 3.0, 0.1, 4.2, 1.8, 1.5);
         let at = |x: &Vector6<f64>| {
             let position = ground.point(x[0], x[1], x[2]).coords;

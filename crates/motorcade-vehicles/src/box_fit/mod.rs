@@ -40,6 +40,13 @@ pub struct BoxFit<'a> {
     pub options: &'a BoxFitOptions,
 }
 
+/// Offset of a predicted edge from the measured one, and its standard deviation \[px\].
+#[derive(Clone, Copy)]
+struct EdgeOffset {
+    px: f64,
+    sigma_px: f64,
+}
+
 /// Normal equations of the edges and the road at a state.
 struct Linearised {
     h: Matrix6<f64>,
@@ -47,8 +54,8 @@ struct Linearised {
     g_by_heading: Vector6<f64>,
     chi2: f64,
     cost: f64,
-    /// Offsets of the edges that count and their standard deviations \[px\].
-    edges: [Option<(f64, f64)>; 4],
+    /// Edges that count.
+    edges: [Option<EdgeOffset>; 4],
     /// Weight of the road's height there \[1/m²\].
     height_weight: f64,
 }
@@ -58,10 +65,10 @@ impl Linearised {
     /// on the state, and a step that makes them larger explains nothing better.
     fn objective(&self, noise: &Self, height_m: f64, cauchy_scale: f64) -> f64 {
         let squared = cauchy_scale.powi(2);
-        let one = |(own, held): (&Option<(f64, f64)>, &Option<(f64, f64)>)| {
-            let (offset_px, sigma_px) = (*own)?;
-            let sigma_px = held.map_or(sigma_px, |(_, sigma_px)| sigma_px);
-            Some(squared * ((offset_px / sigma_px).powi(2) / squared).ln_1p())
+        let one = |(own, held): (&Option<EdgeOffset>, &Option<EdgeOffset>)| {
+            let own = (*own)?;
+            let sigma_px = held.map_or(own.sigma_px, |held| held.sigma_px);
+            Some(squared * ((own.px / sigma_px).powi(2) / squared).ln_1p())
         };
         let edges: f64 = self.edges.iter().zip(&noise.edges).filter_map(one).sum();
         edges + height_m * height_m * noise.height_weight
@@ -188,7 +195,7 @@ impl BoxFit<'_> {
             g += j * (r * w);
             chi2 += r * r;
             cost += options.cauchy_scale.powi(2) * softened.ln() + 2.0 * s.ln();
-            edges[edge] = Some((offset_px, s));
+            edges[edge] = Some(EdgeOffset { px: offset_px, sigma_px: s });
         }
         let height_weight = 1.0 / road_height_sigma_m(ground, x[0], x[1], options).powi(2);
         cost += x[2] * x[2] * height_weight - height_weight.ln();

@@ -1,7 +1,7 @@
 //! Fits to exact, occluded and truncated boxes.
 
 use super::*;
-use crate::outline::image_box;
+use crate::outline::{image_box, upright_pose};
 use crate::size_prior::size_prior;
 use motorcade_geometry::numeric::jacobian_error;
 use motorcade_geometry::{Pose, mahalanobis_squared};
@@ -113,6 +113,30 @@ fn derivative_by_heading_matches_differences() {
     assert!(error.unwrap() < 0.05);
     // Turned further it shows more of its side: a box of the same width is then further away.
     assert!(slope.z > 5.0, "{slope}");
+}
+
+/// Also where the noise depends on the state: a half-hidden edge weighs less on the side where the vehicle may end.
+#[test]
+fn an_earlier_fit_is_a_start_and_nothing_else() {
+    let prior = size_prior(VehicleClass::Car);
+    let (ground, options) = (ground(), BoxFitOptions::default());
+    let fit = BoxFit { camera: &CAMERA, ground: &ground, options: &options };
+    for (ahead, left) in [(12.0, -2.5), (18.0, 3.0), (40.0, -6.0)] {
+        let truth = ground.point(ahead, left, 0.0);
+        let pose = upright_pose(&truth, &ground.direction_of(0.1), &ground.up);
+        let bbox =
+            image_box(&CAMERA, &pose, VehicleClass::Car, BoxConvention::VisibleExtent, &prior.mean).unwrap();
+        for edges in [[true; 4], [false, true, true, true], [true, true, true, false]] {
+            let observed = ObservedBox { edges, ..observe(&car(bbox)) };
+            let located = |heading: f64, earlier: Option<&SingleView>| {
+                fit.locate_sized(&observed, heading, (&prior.mean, &prior.information()), earlier).unwrap()
+            };
+            let alone = located(0.1, None);
+            let from_another = located(0.1, Some(&located(0.9, None)));
+            let off_m = (alone.position_in_camera - from_another.position_in_camera).norm();
+            assert!(off_m < 0.02, "{ahead} m ahead, {edges:?}: {off_m} m");
+        }
+    }
 }
 
 /// Hidden at both sides it may be a little aside, but not on the other side of the road, where no box would be.
