@@ -49,7 +49,9 @@ mod trajectory;
 pub use box_fit::{BoxFit, SingleView};
 pub use clutter::without_clutter;
 pub use doubles::without_doubles;
-pub use estimate::{estimate_consistently, estimate_track, join_continued, join_interleaved};
+pub use estimate::{
+    SizeOfClass, estimate_consistently, estimate_track, join_continued, join_interleaved, sizes_by_class,
+};
 pub use external::{
     ExternalTrack, ExternalView, KeypointFitters, KeypointTrack, KeypointViews, SizeDependence,
     external_tracks,

@@ -82,6 +82,13 @@ pub(crate) fn boxes_of(track: &Track, vehicle: &VehicleTrajectory) -> Option<Tra
 pub struct ClassVotes([f64; VehicleClass::ALL.len()]);
 
 impl ClassVotes {
+    /// One vote.
+    pub(crate) fn of(class: VehicleClass) -> Self {
+        let mut votes = Self::default();
+        votes.add_score(class, 1.0);
+        votes
+    }
+
     /// Adds the vote of a box, whose weight is its score or `least`.
     pub(crate) fn add(&mut self, seen: &TrackBox, least: f64) {
         self.add_score(seen.observed.class, seen.score.max(least));

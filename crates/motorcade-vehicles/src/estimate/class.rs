@@ -72,6 +72,31 @@ pub(super) fn spread(
     if variance.is_finite() { (variance - own.variance).max(0.0) } else { 0.0 }
 }
 
+/// Size of vehicles of one class among those that the detector calls another one.
+#[derive(Clone, Copy, Debug)]
+pub struct SizeOfClass {
+    /// Probability of the class.
+    pub probability: f64,
+    /// Logarithm of its mean size over that of what the detector calls it.
+    pub log_factor: f64,
+    /// Variance of the logarithm of its size.
+    pub variance: f64,
+}
+
+/// Sizes of the vehicles that the detector calls `called`: a van called a car is a fifth larger than cars.
+pub fn sizes_by_class(called: VehicleClass, options: &ClassOptions) -> Vec<SizeOfClass> {
+    let votes = ClassVotes::of(called);
+    let one = |class: VehicleClass| {
+        let scale = Scale::of(class, called);
+        let probability = log_prior(&votes, class, options)?.exp();
+        Some(SizeOfClass { probability, log_factor: scale.mean, variance: scale.variance })
+    };
+    let mut all: Vec<SizeOfClass> = CLASSES.into_iter().filter_map(one).collect();
+    let sum: f64 = all.iter().map(|size| size.probability).sum();
+    all.iter_mut().for_each(|size| size.probability /= sum);
+    all
+}
+
 /// Logarithm of the size of vehicles of a class over the mean size of another one.
 #[derive(Clone, Copy)]
 struct Scale {
@@ -136,6 +161,14 @@ mod tests {
         assert!((sigma(Some(by_road(0.0, 10.0))) - sigma(None)).abs() < 1e-3);
         assert!(sigma(Some(by_road(0.0, 0.02))) < 0.002, "{}", sigma(Some(by_road(0.0, 0.02))));
         assert!(sigma(Some(by_road(0.0, 0.2))) < 0.8 * sigma(None));
+        // Of what is called a car one in sixteen is a van.
+        let sizes = sizes_by_class(VehicleClass::Car, &options);
+        assert!((sizes.iter().map(|size| size.probability).sum::<f64>() - 1.0).abs() < 1e-12);
+        assert!(
+            sizes[0].log_factor.abs() < 1e-12 && (0.18..0.24).contains(&sizes[1].log_factor),
+            "{sizes:?}"
+        );
+        assert!((0.05..0.08).contains(&sizes[1].probability), "{sizes:?}");
         // A motorcycle is no car.
         votes.add_score(VehicleClass::Motorcycle, 0.1);
         assert!(others(&votes, VehicleClass::Car, &options).is_empty());

@@ -31,6 +31,7 @@ use hypothesis::TrackHypothesis;
 use input::TrackInput;
 use states::assemble;
 
+pub use class::{SizeOfClass, sizes_by_class};
 pub use continued::join_continued;
 pub use interleaved::join_interleaved;
 pub use parts::estimate_consistently;

@@ -5,7 +5,7 @@
 
 use motorcade_geometry::robust::median;
 use motorcade_perception::VehicleClass;
-use motorcade_vehicles::VehicleTrajectory;
+use motorcade_vehicles::{ClassOptions, SizeOfClass, VehicleTrajectory, sizes_by_class};
 
 use crate::estimator_options::VehicleHeightOptions;
 
@@ -25,12 +25,14 @@ pub struct HeightByVehicles {
 
 impl HeightByVehicles {
     /// The height by vehicles whose size is known by the road, where `assumed_m` was taken for it; `None` when there are none.
-    /// Outliers (other classes, wrong headings, parts of vehicles) have little weight: a mean with Cauchy weights from the median
-    /// on. So have boxes of low scores, many of which are no vehicles.
+    /// What is called a car may be a van or a lorry: each vehicle is a mixture of the classes, whose probabilities are estimated with the height
+    /// (expectation maximisation). Outliers (wrong headings, parts of vehicles) have little weight: Student's t about each class. So have boxes of low
+    /// scores, many of which are no vehicles.
     pub fn new(
         vehicles: &[VehicleTrajectory],
         assumed_m: f64,
         options: &VehicleHeightOptions,
+        classes: &ClassOptions,
     ) -> Option<Self> {
         let scores: Vec<f64> = vehicles.iter().map(mean_score).collect();
         let best = scores.iter().copied().fold(0.0, f64::max);
@@ -41,19 +43,20 @@ impl HeightByVehicles {
             let level_sigma = options.advanced.cross_fall_sigma_rad * size.beside_m / assumed_m;
             let variance = size.variance + options.advanced.vehicle_sigma.powi(2) + level_sigma.powi(2);
             let certainty = if best > 0.0 { (score / best).powi(2) } else { 1.0 };
-            (enough && certainty > 0.0).then_some((size.log_factor, variance, certainty))
+            let sized = Sized { log_factor: size.log_factor, variance, certainty };
+            (enough && certainty > 0.0).then_some(sized)
         };
-        let sizes: Vec<(f64, f64, f64)> = vehicles.iter().zip(&scores).filter_map(sized).collect();
-        let mut factors: Vec<f64> = sizes.iter().map(|(factor, ..)| *factor).collect();
+        let sizes: Vec<Sized> = vehicles.iter().zip(&scores).filter_map(sized).collect();
+        let classes = sizes_by_class(VehicleClass::Car, classes);
+        let mut factors: Vec<f64> = sizes.iter().map(|size| size.log_factor).collect();
         let mut mean = median(&mut factors)?;
         let mut sum = 0.0;
         for _ in 0..ROUNDS {
-            let weight = |(factor, variance, certainty): &(f64, f64, f64)| {
-                let off = (factor - mean) / options.advanced.kernel_sigmas;
-                certainty / (variance + off * off)
-            };
-            sum = sizes.iter().map(weight).sum();
-            mean = sizes.iter().map(|s| weight(s) * s.0).sum::<f64>() / sum;
+            let all =
+                sizes.iter().flat_map(|size| size.by_class(mean, &classes, options.advanced.kernel_sigmas));
+            let (weights, weighted) =
+                all.fold((0.0, 0.0), |(w, x), (weight, at)| (w + weight, x + weight * at));
+            (mean, sum) = (weighted / weights, weights);
         }
         let advanced = &options.advanced;
         let few = if sizes.len() < advanced.least_vehicles { advanced.few_vehicles_factor } else { 1.0 };
@@ -102,6 +105,34 @@ impl HeightByVehicles {
     pub fn metres(&self, assumed_m: f64) -> (f64, f64) {
         let height_m = assumed_m * self.log_factor.exp();
         (height_m, height_m * self.sigma)
+    }
+}
+
+/// Size of a vehicle by the road.
+struct Sized {
+    /// Logarithm of the factor on the mean size of cars.
+    log_factor: f64,
+    /// Variance of it about the mean of all, were it a car.
+    variance: f64,
+    /// Weight by the score of its boxes.
+    certainty: f64,
+}
+
+impl Sized {
+    /// For each class that it may be of its weight and the factor that cars then have, near `mean`. Student's t of `kernel_sigmas`² degrees of freedom.
+    fn by_class(&self, mean: f64, classes: &[SizeOfClass], kernel_sigmas: f64) -> Vec<(f64, f64)> {
+        let dof = kernel_sigmas * kernel_sigmas;
+        let car = classes.first().map_or(0.0, |car| car.variance);
+        let one = |class: &SizeOfClass| {
+            let variance = self.variance + (class.variance - car).max(0.0);
+            let at = self.log_factor - class.log_factor;
+            let tail = 1.0 + (at - mean).powi(2) / (dof * variance);
+            let density = class.probability * tail.powf(-0.5 * (dof + 1.0)) / variance.sqrt();
+            (density, self.certainty / (variance * tail), at)
+        };
+        let all: Vec<(f64, f64, f64)> = classes.iter().map(one).collect();
+        let sum: f64 = all.iter().map(|(density, ..)| density).sum();
+        all.into_iter().map(|(density, weight, at)| (weight * density / sum, at)).collect()
     }
 }
 
@@ -160,7 +191,7 @@ mod tests {
         let mut cars: Vec<VehicleTrajectory> =
             (0..14).map(|k| car(k, 0.3 + 0.02 * (k % 5) as f64 - 0.04)).collect();
         cars.extend([car(14, 1.4), car(15, -0.9)]);
-        let found = HeightByVehicles::new(&cars, 1.65, &options).unwrap();
+        let found = HeightByVehicles::new(&cars, 1.65, &options, &ClassOptions::default()).unwrap();
         assert!((found.log_factor + 0.3).abs() < 0.03, "{found:?}");
         let (height_m, sigma_m) = found.metres(1.65);
         assert!((height_m - 1.65 * (-0.3_f64).exp()).abs() < sigma_m, "{found:?}");
@@ -182,7 +213,7 @@ mod tests {
             };
             let cars: Vec<VehicleTrajectory> =
                 (0..4).map(|k| scored(car(k, 0.0), 0.85)).chain((4..8).map(odd)).collect();
-            HeightByVehicles::new(&cars, 1.65, &options).unwrap()
+            HeightByVehicles::new(&cars, 1.65, &options, &ClassOptions::default()).unwrap()
         };
         let (same, doubtful, distant) = (with(0.85, 0.0), with(0.3, 0.0), with(0.85, 12.0));
         assert!(same.log_factor > 0.1, "{same:?}");
@@ -205,7 +236,7 @@ mod tests {
         let options = VehicleHeightOptions::default();
         let by = |count: usize| {
             let cars: Vec<VehicleTrajectory> = (0..count).map(|k| car(k, 0.3)).collect();
-            HeightByVehicles::new(&cars, options.guess_m, &options)
+            HeightByVehicles::new(&cars, options.guess_m, &options, &ClassOptions::default())
                 .unwrap()
                 .with_guess(options.guess_m, &options)
         };
@@ -218,9 +249,9 @@ mod tests {
     #[test]
     fn no_vehicles_and_right_heights_say_nothing() {
         let options = VehicleHeightOptions::default();
-        assert_eq!(HeightByVehicles::new(&[], 1.65, &options), None);
+        assert_eq!(HeightByVehicles::new(&[], 1.65, &options, &ClassOptions::default()), None);
         let cars: Vec<VehicleTrajectory> = (0..12).map(|k| car(k, 0.06)).collect();
-        let found = HeightByVehicles::new(&cars, 1.65, &options).unwrap();
+        let found = HeightByVehicles::new(&cars, 1.65, &options, &ClassOptions::default()).unwrap();
         assert_eq!(found.disagreement(1.2, &options), None);
     }
 }

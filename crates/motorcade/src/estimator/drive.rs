@@ -150,12 +150,13 @@ fn height_by_vehicles(
     settings: &Settings,
     stop: &dyn Fn() -> bool,
 ) -> (Settings, Option<HeightByVehicles>) {
+    let classes = &settings.config.vehicles.advanced.class;
     let mut known = settings.clone();
     let mut found = None;
     for _ in 0..settings.config.scale.height.advanced.rounds {
         let ego = by_road(record, &known);
         let vehicles = vehicles_of_drive(record, &ego, &known, stop);
-        let height = HeightByVehicles::new(&vehicles, known.height_m, &settings.config.scale.height);
+        let height = HeightByVehicles::new(&vehicles, known.height_m, &settings.config.scale.height, classes);
         let Some(mut height) = height else { break };
         if settings.height_unknown {
             height = height.with_guess(known.height_m, &settings.config.scale.height);
@@ -169,7 +170,11 @@ fn height_by_vehicles(
 /// A warning where vehicles contradict the stated height.
 fn doubt(vehicles: &[VehicleTrajectory], settings: &Settings) -> Option<String> {
     let options = &settings.config.scale.height;
-    let found = HeightByVehicles::new(vehicles, settings.height_m, options).filter(|_| !settings.metric())?;
+    let classes = &settings.config.vehicles.advanced.class;
+    let found = HeightByVehicles::new(vehicles, settings.height_m, options, classes)?;
+    if settings.metric() {
+        return None;
+    }
     found.disagreement(settings.height_m, options)
 }
 
