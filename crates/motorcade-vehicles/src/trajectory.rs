@@ -79,7 +79,7 @@ impl RivalState {
 
 impl VehicleState {
     /// Takes the rival into the covariance: the second moment of both hypotheses about the state, which stays. For a drive as a whole, which has
-    /// seen enough to decide.
+    /// seen enough to decide, and for vehicles whose last seconds decide.
     pub fn include_rival(&mut self) {
         let Some(RivalState { probability, offset_m, turn_rad, speed_mps, .. }) = self.rival.take() else {
             return;

@@ -12,8 +12,8 @@ pub struct CropOptions {
     pub presence: CropChoice,
     /// Overlap (IoU) with a box cropped before from which it is the same vehicle.
     pub same_iou: f64,
-    /// Probability of the heading of a crop below which the network sees the crop in a mirror too, and the mean of both counts: what it errs by in one
-    /// alone goes. At 0.85 a fifth of the crops of KITTI 0005 and 0003. A larger one costs more time, up to twice that of a crop.
+    /// Probability of the heading of a crop below which the network sees the crop in a mirror too, and the mean of both counts: the errors of one are not
+    /// those of the other. At 0.85 a fifth of the crops of KITTI 0005 and 0003. A larger one costs more time, up to that of every crop again.
     pub sure_heading: f64,
 }
 
