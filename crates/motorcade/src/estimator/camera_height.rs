@@ -25,7 +25,7 @@ pub struct HeightByVehicles {
 
 impl HeightByVehicles {
     /// The height by vehicles whose size is known by the road, where `assumed_m` was taken for it; `None` when there are none.
-    /// What is called a car may be a van or a lorry: each vehicle is a mixture of the classes, whose probabilities are estimated with the height
+    /// A vehicle called a car may be a van or a lorry: each is a mixture of the classes, whose probabilities are estimated with the height
     /// (expectation maximisation). Outliers (wrong headings, parts of vehicles) have little weight: Student's t about each class. So have boxes of low
     /// scores, many of which are no vehicles.
     pub fn new(
