@@ -14,7 +14,9 @@ pub fn evaluate_result(result: &RunResult, context: &RunContext, kitti: &Path) -
         world_from_camera: result.ego.frames.iter().map(|f| f.world_from_camera).collect(),
         covariances: Some(result.ego.frames.iter().map(|f| f.covariance).collect()),
         tracks: Some(output::track_labels(result, context.camera_from_cam0, &context.config.outputs)),
-    };
+        deviations: None,
+    }
+    .with_track_table(&output::tracks_csv(result))?;
     let sequence = context.input.sequence.clone().unwrap_or_default();
     let camera = context.input.camera.unwrap_or(2);
     let first = result.frames.first().map_or(0, |f| f.number);

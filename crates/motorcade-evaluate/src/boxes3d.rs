@@ -1,7 +1,5 @@
 //! Average precision of 3D boxes by KITTI's rules: 40 recall positions, classes car against car.
 
-use std::collections::BTreeMap;
-
 use motorcade_dataset::Label;
 
 use crate::cuboid::{Cuboid, Overlap};
@@ -64,12 +62,9 @@ struct Frame {
     estimates: Vec<(Label, Vec<Overlap>)>,
 }
 
-/// Average precision over frames of `labels` (of all kinds, boxes in the processed camera) and `estimates`; `None` when no label counts.
-pub(crate) fn evaluate(
-    labels: &BTreeMap<u64, Vec<Label>>,
-    estimates: impl Fn(u64) -> Vec<Label>,
-) -> Option<Boxes3dReport> {
-    let frames: Vec<Frame> = labels.iter().map(|(number, all)| Frame::new(all, estimates(*number))).collect();
+/// Average precision over frames with labels (of all kinds, boxes in the processed camera) and estimates; `None` when no label counts.
+pub(crate) fn evaluate(frames: &[(&[Label], &[Label])]) -> Option<Boxes3dReport> {
+    let frames: Vec<Frame> = frames.iter().map(|(labels, estimates)| Frame::new(labels, estimates)).collect();
     let count = |difficulty: &Difficulty| {
         frames.iter().flat_map(|f| &f.cars).filter(|car| difficulty.includes(car)).count()
     };
@@ -97,12 +92,12 @@ impl Difficulty {
 }
 
 impl Frame {
-    fn new(labels: &[Label], mut estimates: Vec<Label>) -> Self {
+    fn new(labels: &[Label], estimates: &[Label]) -> Self {
         let of = |classes: &[&str]| -> Vec<Label> {
             labels.iter().filter(|label| classes.contains(&label.class.as_str())).cloned().collect()
         };
         let (cars, others) = (of(&[CLASS]), of(&IGNORED));
-        estimates.retain(|e| e.class == CLASS);
+        let mut estimates: Vec<Label> = estimates.iter().filter(|e| e.class == CLASS).cloned().collect();
         // Stable: equal scores keep the order of the file.
         estimates.sort_by(|a, b| score(b).total_cmp(&score(a)));
         let cuboids: Vec<Cuboid> = cars.iter().map(Cuboid::of).collect();

@@ -7,6 +7,7 @@ use motorcade_dataset::{Error as InputError, Label, read_labels, read_trajectory
 use motorcade_geometry::{Camera, Pose, World};
 use nalgebra::Matrix6;
 
+use crate::deviations::{VehicleDeviations, parse_deviations, read_deviations};
 use crate::error::Result;
 
 /// Estimates of a run, one row a frame.
@@ -18,10 +19,13 @@ pub struct Estimates {
     pub covariances: Option<Vec<Matrix6<f64>>>,
     /// Vehicles as KITTI tracking results, when the run has them. Frames are the input's own numbers, or rows of the run.
     pub tracks: Option<Vec<Label>>,
+    /// Standard deviations of these vehicles, when the run has them.
+    pub deviations: Option<Vec<VehicleDeviations>>,
 }
 
 impl Estimates {
-    /// Reads a run directory: `ego.kitti.txt` or `ego.tum`, and `ego_covariance.csv` and `tracks.kitti.txt` where they exist.
+    /// Reads a run directory: `ego.kitti.txt` or `ego.tum`, and `ego_covariance.csv`, `tracks.kitti.txt` and `tracks.csv`
+    /// where they exist.
     ///
     /// # Errors
     /// A directory without a trajectory, a file that does not read, and anything but a regular file under one of these names.
@@ -42,7 +46,16 @@ impl Estimates {
             world_from_camera: read_trajectory(&ego)?.poses,
             covariances: existing("ego_covariance.csv")?.map(|path| read_covariances(&path)).transpose()?,
             tracks: existing("tracks.kitti.txt")?.map(|path| read_labels(&path)).transpose()?,
+            deviations: existing("tracks.csv")?.map(|path| read_deviations(&path)).transpose()?.flatten(),
         })
+    }
+
+    /// Takes the deviations of a `tracks.csv` in memory.
+    ///
+    /// # Errors
+    /// A row that does not read.
+    pub fn with_track_table(self, table: &[u8]) -> Result<Self> {
+        Ok(Self { deviations: parse_deviations(Path::new("tracks.csv"), table)?, ..self })
     }
 }
 

@@ -19,24 +19,34 @@
 //! # Ok::<(), motorcade_evaluate::Error>(())
 //! ```
 
+mod assignment;
 mod boxes3d;
 mod cuboid;
+mod deviations;
+mod drive;
 mod ego;
 mod error;
 mod estimates;
 mod ground_truth;
 mod matching;
+mod moving;
 mod nees;
 mod run;
 mod statistics;
 mod table;
+mod tracking;
+mod vehicle_nees;
 mod vehicles;
 
 pub use boxes3d::{AveragePrecision, Boxes3dReport};
+pub use deviations::VehicleDeviations;
 pub use ego::{EgoReport, ScalePoint, evaluate_trajectory};
 pub use error::{Error, Result};
 pub use estimates::Estimates;
 pub use ground_truth::GroundTruth;
+pub use moving::{MovingReport, MovingRow};
 pub use nees::{ConsistencyReport, evaluate_consistency, nees};
 pub use run::{Report, evaluate, evaluate_run};
+pub use tracking::{Tracking2dReport, Tracking3d, Tracking3dReport};
+pub use vehicle_nees::{NeesReport, VehicleConsistency};
 pub use vehicles::{VehicleMeans, VehicleReport};

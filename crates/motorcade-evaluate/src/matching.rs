@@ -23,6 +23,11 @@ pub(crate) fn by_frame(labels: impl IntoIterator<Item = Label>) -> ByFrame {
     frames
 }
 
+/// Objects of a frame.
+pub(crate) fn in_frame(all: &ByFrame, frame: u64) -> &[Label] {
+    all.get(&frame).map_or(&[], Vec::as_slice)
+}
+
 /// One-to-one assignment, largest overlap first: index into `estimates` for each of `labels`.
 pub(crate) fn assign(labels: &[Label], estimates: &[Label]) -> Vec<Option<usize>> {
     let mut pairs = Vec::new();

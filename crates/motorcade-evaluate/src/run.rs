@@ -3,13 +3,16 @@
 use std::path::Path;
 
 use crate::boxes3d::{self, Boxes3dReport};
+use crate::drive::Drive;
 use crate::ego::{AlignedTrajectories, EgoReport, report};
 use crate::error::Result;
 use crate::estimates::Estimates;
 use crate::ground_truth::GroundTruth;
-use crate::matching::by_frame;
+use crate::moving::MovingReport;
 use crate::nees::{ConsistencyReport, consistency};
-use crate::vehicles::{VehicleMeans, VehicleReport, Vehicles, frame_shift};
+use crate::tracking::{self, Tracking2dReport, Tracking3dReport, TrackingFrame};
+use crate::vehicle_nees::VehicleConsistency;
+use crate::vehicles::{VehicleMeans, VehicleReport};
 
 /// Errors of a run.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -28,8 +31,16 @@ pub struct Report {
     pub vehicles: Option<Vec<VehicleReport>>,
     /// Their means; none when no labelled vehicle has an estimate.
     pub vehicles_mean: Option<VehicleMeans>,
+    /// Consistency of the vehicles with their deviations; none without tracks.csv or labels.
+    pub vehicles_consistency: Option<VehicleConsistency>,
+    /// Reliability of P(moving); none without tracks.csv or labels.
+    pub moving: Option<MovingReport>,
     /// Average precision of the 3D boxes of cars by KITTI's rules; none without tracks, or without labels of the camera.
     pub boxes3d: Option<Boxes3dReport>,
+    /// 3D tracking of cars by AB3DMOT's definition; none as above.
+    pub tracking3d: Option<Tracking3dReport>,
+    /// Tracking of the boxes of cars in the image by TrackEval's definition; none as above.
+    pub tracking2d: Option<Tracking2dReport>,
     /// True positions of the camera, one a row, in the camera of row 0 \[m\]: the world of a run. Not part of the JSON.
     #[serde(skip)]
     pub truth_path_m: Vec<[f64; 3]>,
@@ -50,25 +61,12 @@ pub fn evaluate_run(run: &Path, kitti_root: &Path, sequence: &str, camera: u8, f
 pub fn evaluate(estimates: &Estimates, truth: &GroundTruth) -> Result<Report> {
     let estimate = &estimates.world_from_camera;
     let aligned = AlignedTrajectories::new(estimate, truth.poses(estimate.len())?)?;
-    let tracks = estimates.tracks.as_ref().map(|tracks| by_frame(tracks.iter().cloned()));
-    let vehicles = tracks.as_ref().zip(truth.labels.as_ref()).map(|(tracks, labels)| {
-        let drive = Vehicles {
-            labels,
-            boxes: truth.moved.as_ref().unwrap_or(labels),
-            estimates: tracks,
-            camera_from_cam0: truth.camera_from_cam0,
-            first: truth.first,
-            fps: truth.fps,
-        };
-        drive.evaluate(&aligned)
-    });
-    let boxes3d = tracks.as_ref().zip(truth.all.as_ref()).and_then(|(tracks, all)| {
-        let shift = frame_shift(tracks, truth.first);
-        let end = truth.first + estimate.len() as u64;
-        let labels = all.range(truth.first..end).map(|(frame, of)| (*frame, of.clone())).collect();
-        boxes3d::evaluate(&labels, |frame| tracks.get(&(frame - shift)).cloned().unwrap_or_default())
-    });
-    let (vehicles, vehicles_mean) = vehicles.map_or((None, None), |(all, mean)| (Some(all), mean));
+    let drive = Drive::new(estimates, truth);
+    let vehicles = drive.vehicles(&aligned);
+    let (vehicles, vehicles_mean, vehicles_consistency) =
+        vehicles.map_or((None, None, None), |v| (Some(v.reports), v.means, v.consistency));
+    let cars = drive.cars().unwrap_or_default();
+    let tracked: Vec<_> = cars.iter().map(|(labels, found)| TrackingFrame::new(labels, found)).collect();
     Ok(Report {
         sequence: truth.sequence.clone(),
         camera: truth.camera,
@@ -77,7 +75,11 @@ pub fn evaluate(estimates: &Estimates, truth: &GroundTruth) -> Result<Report> {
         consistency: estimates.covariances.as_ref().and_then(|all| consistency(&aligned, all)),
         vehicles_mean,
         vehicles,
-        boxes3d,
+        vehicles_consistency,
+        moving: drive.moving(&aligned),
+        boxes3d: boxes3d::evaluate(&cars),
+        tracking3d: tracking::evaluate_3d(&tracked),
+        tracking2d: tracking::evaluate_2d(&tracked),
         truth_path_m: aligned.truth.iter().map(|pose| pose.translation().into()).collect(),
     })
 }

@@ -8,9 +8,11 @@ use motorcade_geometry::robust::{median_midpoint, quantile};
 use motorcade_geometry::{Camera, Pose, Vehicle, World};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
+use crate::deviations::VehicleDeviations;
 use crate::ego::AlignedTrajectories;
-use crate::matching::{ByFrame, assign};
+use crate::matching::{ByFrame, assign, in_frame};
 use crate::statistics::{mean, rms};
+use crate::vehicle_nees::{VehicleConsistency, VehicleNees};
 
 /// Labelled vehicles farther away than this are not evaluated \[m\].
 const MAX_RANGE_M: f64 = 50.0;
@@ -18,6 +20,10 @@ const MAX_RANGE_M: f64 = 50.0;
 const MIN_HEIGHT_PX: f64 = 40.0;
 /// Errors of depth are those of vehicles up to this distance \[m\].
 const DEPTH_RANGE_M: f64 = 40.0;
+/// Labelled vehicles that get less far from their first place stand: labels wander \[m\].
+const MOVES_FAR_M: f64 = 5.0;
+/// Way over which the error of a motion is given per length \[m\].
+const MOTION_PATH_M: f64 = 1.0;
 /// Vehicles that are evaluated for a shorter time are not reported \[s\]: ten frames of KITTI.
 const MIN_TIME_S: f64 = 1.0;
 
@@ -48,6 +54,10 @@ pub struct VehicleReport {
     pub motion_error_m: Option<f64>,
     /// The same of the rotation \[deg\].
     pub motion_error_deg: Option<f64>,
+    /// RMS of the error of its motion over a metre of its true path, translation \[m/m\]; none for a vehicle that stands.
+    pub rpe_m_per_m: Option<f64>,
+    /// The same of the rotation \[deg/m\].
+    pub rpe_deg_per_m: Option<f64>,
 }
 
 /// Means over the vehicles with an estimate; coverage over all, weighted by frames.
@@ -75,6 +85,10 @@ pub struct VehicleMeans {
     pub motion_error_m: Option<f64>,
     /// The same of the rotation \[deg\].
     pub motion_error_deg: Option<f64>,
+    /// Mean of the moving vehicles' errors of motion over a metre of their path, translation \[m/m\].
+    pub rpe_m_per_m: Option<f64>,
+    /// The same of the rotation \[deg/m\].
+    pub rpe_deg_per_m: Option<f64>,
 }
 
 /// Ground truth and estimates of a drive.
@@ -84,11 +98,21 @@ pub(crate) struct Vehicles<'a> {
     /// The same labels with boxes in the processed camera.
     pub boxes: &'a ByFrame,
     pub estimates: &'a ByFrame,
+    /// Deviations of the estimates by their frame and identity; none when the run gives none.
+    pub deviations: Option<&'a BTreeMap<(u64, i64), VehicleDeviations>>,
     pub camera_from_cam0: Pose<Camera, Cam0>,
     /// Frame number of row 0.
     pub first: u64,
     /// Frames per second.
     pub fps: f64,
+}
+
+/// Errors of the labelled vehicles.
+pub(crate) struct VehicleErrors {
+    pub(crate) reports: Vec<VehicleReport>,
+    pub(crate) means: Option<VehicleMeans>,
+    /// None when the run gives no deviations.
+    pub(crate) consistency: Option<VehicleConsistency>,
 }
 
 /// One matched frame of one vehicle.
@@ -101,6 +125,7 @@ struct Sample {
     heading_rad: f64,
     depth_m: f64,
     row: usize,
+    nees: Option<VehicleNees>,
     /// True and estimated pose, each in its own world.
     world_from_vehicle: [Pose<World, Vehicle>; 2],
 }
@@ -112,16 +137,13 @@ struct Track {
 }
 
 impl Vehicles<'_> {
-    /// Reports of the vehicles, and their means.
-    pub(crate) fn evaluate(&self, ego: &AlignedTrajectories) -> (Vec<VehicleReport>, Option<VehicleMeans>) {
-        let shift = frame_shift(self.estimates, self.first);
+    pub(crate) fn evaluate(&self, ego: &AlignedTrajectories) -> VehicleErrors {
         let mut tracks: BTreeMap<i64, Track> = BTreeMap::new();
-        let of = |frames: &'_ ByFrame, frame: u64| frames.get(&frame).cloned().unwrap_or_default();
         for row in 0..ego.truth.len() {
             let frame = self.first + row as u64;
-            let (labels, boxes) = (of(self.labels, frame), of(self.boxes, frame));
-            let estimates = of(self.estimates, frame - shift);
-            for (shown, assigned) in boxes.iter().zip(assign(&boxes, &estimates)) {
+            let (labels, boxes) = (in_frame(self.labels, frame), in_frame(self.boxes, frame));
+            let estimates = in_frame(self.estimates, frame);
+            for (shown, assigned) in boxes.iter().zip(assign(boxes, estimates)) {
                 let label = labels.iter().find(|label| label.track == shown.track).unwrap_or(shown);
                 if !is_evaluated(label, shown) {
                     continue;
@@ -137,9 +159,10 @@ impl Vehicles<'_> {
         let long = tracks.into_iter().filter(|(_, track)| track.frames >= least_frames);
         let long: Vec<(i64, Track)> = long.collect();
         let reports: Vec<VehicleReport> = long.iter().map(|(label, track)| track.report(*label)).collect();
-        let depths = long.iter().flat_map(|(_, track)| &track.samples).filter_map(Sample::depth_error_pct);
-        let means = means(&reports, depths.collect());
-        (reports, means)
+        let samples = || long.iter().flat_map(|(_, track)| &track.samples);
+        let means = means(&reports, samples().filter_map(Sample::depth_error_pct).collect());
+        let nees: Vec<VehicleNees> = samples().filter_map(|sample| sample.nees).collect();
+        VehicleErrors { reports, means, consistency: VehicleConsistency::of(&nees) }
     }
 
     fn sample(&self, ego: &AlignedTrajectories, row: usize, label: &Label, estimate: &Label) -> Sample {
@@ -147,12 +170,15 @@ impl Vehicles<'_> {
         let estimate_in_world = (ego.estimate[row] * self.camera_from_cam0).transform_point(&estimated);
         let truth_in_world = (ego.truth[row] * self.camera_from_cam0).transform_point(&labelled);
         let turn = (estimate.ry_rad - label.ry_rad + PI).rem_euclid(2.0 * PI) - PI;
+        let in_camera = estimated - labelled;
+        let deviations = self.deviations.and_then(|all| all.get(&(estimate.frame, estimate.track)));
         Sample {
             id: estimate.track,
+            nees: deviations.and_then(|d| VehicleNees::new(estimate, &in_camera, turn, d)),
             truth_in_world,
             in_world: estimate_in_world - truth_in_world,
             in_aligned_world: ego.se3.transform_point(&estimate_in_world) - truth_in_world,
-            in_camera: estimated - labelled,
+            in_camera,
             heading_rad: turn.abs(),
             depth_m: label.location_m[2],
             row,
@@ -162,12 +188,6 @@ impl Vehicles<'_> {
             ],
         }
     }
-}
-
-/// Difference of the labels' frame numbers and those of results, which may number frames by the run's rows.
-pub(crate) fn frame_shift(estimates: &ByFrame, first: u64) -> u64 {
-    let numbered_by_row = estimates.keys().next().is_some_and(|frame| *frame < first);
-    if numbered_by_row { first } else { 0 }
 }
 
 fn is_evaluated(label: &Label, shown: &Label) -> bool {
@@ -190,11 +210,14 @@ impl Sample {
         near.then(|| 100.0 * self.in_camera.z.abs() / self.depth_m)
     }
 
-    /// Error of the motion to the next sample, in the vehicle's frame, when that is the next frame and the same estimate.
-    fn motion_error(&self, next: &Self) -> Option<Pose<Vehicle, Vehicle>> {
-        let motion = |k: usize| self.world_from_vehicle[k].inverse() * next.world_from_vehicle[k];
-        let consecutive = next.row == self.row + 1 && next.id == self.id;
-        consecutive.then(|| motion(1).inverse() * motion(0))
+    /// Error of the motion to a later sample, in the vehicle's frame.
+    fn motion_error(&self, later: &Self) -> Pose<Vehicle, Vehicle> {
+        let motion = |k: usize| self.world_from_vehicle[k].inverse() * later.world_from_vehicle[k];
+        motion(1).inverse() * motion(0)
+    }
+
+    fn is_followed_by(&self, next: &Self) -> bool {
+        next.row == self.row + 1 && next.id == self.id
     }
 }
 
@@ -204,7 +227,12 @@ impl Track {
         let depths = samples.iter().map(|sample| sample.depth_m);
         let nearest = depths.clone().min_by(f64::total_cmp);
         let farthest = depths.max_by(f64::total_cmp);
-        let motions: Vec<_> = samples.windows(2).filter_map(|pair| pair[0].motion_error(&pair[1])).collect();
+        let over_metres = self.motion_errors_per_m();
+        let motions: Vec<_> = samples
+            .windows(2)
+            .filter(|pair| pair[0].is_followed_by(&pair[1]))
+            .map(|pair| pair[0].motion_error(&pair[1]))
+            .collect();
         VehicleReport {
             label,
             frames: self.frames,
@@ -218,7 +246,29 @@ impl Track {
             heading_error_deg: mean(samples.iter().map(|sample| sample.heading_rad.to_degrees())),
             motion_error_m: rms(motions.iter().map(Pose::translation)),
             motion_error_deg: rms(motions.iter().map(|m| m.rotation().scaled_axis())).map(f64::to_degrees),
+            rpe_m_per_m: rms(over_metres.iter().map(|[shift, _]| *shift)),
+            rpe_deg_per_m: rms(over_metres.iter().map(|[_, turn]| *turn)).map(f64::to_degrees),
         }
+    }
+
+    /// Errors of the motion between samples that are a metre and more of true path apart, per metre: translation and rotation.
+    fn motion_errors_per_m(&self) -> Vec<[Vector3<f64>; 2]> {
+        let Some(mut from) = self.samples.first().filter(|_| self.moves()) else { return Vec::new() };
+        let (mut path_m, mut errors) = (0.0, Vec::new());
+        for pair in self.samples.windows(2) {
+            path_m += (pair[1].truth_in_world - pair[0].truth_in_world).norm();
+            if path_m >= MOTION_PATH_M {
+                let error = from.motion_error(&pair[1]);
+                errors.push([error.translation(), error.rotation().scaled_axis()].map(|e| e / path_m));
+                (from, path_m) = (&pair[1], 0.0);
+            }
+        }
+        errors
+    }
+
+    fn moves(&self) -> bool {
+        let far = |sample: &Sample| (sample.truth_in_world - self.samples[0].truth_in_world).norm();
+        self.samples.iter().map(far).fold(0.0, f64::max) >= MOVES_FAR_M
     }
 }
 
@@ -239,5 +289,7 @@ fn means(reports: &[VehicleReport], mut depths: Vec<f64>) -> Option<VehicleMeans
         depth_error_pct_p90: quantile(&mut depths, 0.9),
         motion_error_m: of(|report| report.motion_error_m),
         motion_error_deg: of(|report| report.motion_error_deg),
+        rpe_m_per_m: of(|report| report.rpe_m_per_m),
+        rpe_deg_per_m: of(|report| report.rpe_deg_per_m),
     })
 }

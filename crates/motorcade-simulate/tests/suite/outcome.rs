@@ -161,6 +161,7 @@ fn run_with(case: &Case, fps: f64, online: bool, [readout_s, assumed_s]: [f64; 2
         world_from_camera: result.ego.frames.iter().map(|f| f.world_from_camera).collect(),
         covariances: None,
         tracks: Some(output::track_labels(&result, camera_from_cam0, &config.outputs)),
+        ..Estimates::default()
     };
     let truth = GroundTruth::read_kitti(&written.training, &written.sequence, 2, 0).unwrap().with_fps(fps);
     let report = evaluate(&estimates, &truth).unwrap();

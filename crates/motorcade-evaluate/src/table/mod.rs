@@ -1,5 +1,7 @@
 //! Reports as text tables.
 
+mod tracking;
+
 use std::fmt::{self, Display};
 
 use crate::boxes3d::Boxes3dReport;
@@ -86,6 +88,21 @@ impl Display for Report {
             );
             writeln!(f, "  {:<24}{text}", "NEES of the poses")?;
         }
+        self.write_vehicles(f)?;
+        let parts: [Option<&dyn Display>; 5] = [
+            self.vehicles_consistency.as_ref().map(|part| part as &dyn Display),
+            self.moving.as_ref().map(|part| part as &dyn Display),
+            self.boxes3d.as_ref().map(|part| part as &dyn Display),
+            self.tracking3d.as_ref().map(|part| part as &dyn Display),
+            self.tracking2d.as_ref().map(|part| part as &dyn Display),
+        ];
+        parts.into_iter().flatten().try_for_each(|part| write!(f, "{part}"))
+    }
+}
+
+impl Report {
+    /// The table of the labelled vehicles.
+    fn write_vehicles(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Some(vehicles) = &self.vehicles else {
             return writeln!(f, "\nvehicles: the run gives no tracks");
         };
@@ -124,15 +141,17 @@ impl Display for Report {
         )?;
         writeln!(
             f,
-            "  error of depth within 40 m: median {} %, 90th percentile {} %; of motion from frame to frame {} m, {} deg",
+            "  error of depth within 40 m: median {} %, 90th percentile {} %",
             cell(mean.depth_error_pct_median, 1),
-            cell(mean.depth_error_pct_p90, 1),
-            cell(mean.motion_error_m, 3),
-            cell(mean.motion_error_deg, 2)
+            cell(mean.depth_error_pct_p90, 1)
         )?;
-        match &self.boxes3d {
-            Some(boxes) => write!(f, "{boxes}"),
-            None => Ok(()),
-        }
+        writeln!(
+            f,
+            "  error of motion from frame to frame: {} m, {} deg; of those that move, over a metre: {} m, {} deg",
+            cell(mean.motion_error_m, 3),
+            cell(mean.motion_error_deg, 2),
+            cell(mean.rpe_m_per_m, 3),
+            cell(mean.rpe_deg_per_m, 2)
+        )
     }
 }
