@@ -50,6 +50,45 @@ equal("evo, ATE after SE(3) alignment [m]", ape.get_statistic(metrics.Statistics
 for file in (run / "vehicles").glob("*.tum"):
     assert file_interface.read_tum_trajectory_file(file).num_poses > 0, file
 
+# evo: the motion of the vehicles from frame to frame and over a metre, of labels with the one track that shows them.
+def object_pose(line):
+    x, y, z, ry = map(float, line[13:17])
+    pose = np.eye(4)
+    pose[:3, :3] = [[np.cos(ry), 0, np.sin(ry)], [0, 1, 0], [-np.sin(ry), 0, np.cos(ry)]]
+    pose[:3, 3] = x, y, z
+    return pose
+
+
+def overlap(a, b):
+    a, b = (np.array(line[6:10], float) for line in (a, b))
+    sides = np.minimum(a[2:], b[2:]) - np.maximum(a[:2], b[:2])
+    both = np.prod(sides) if (sides > 0).all() else 0.0
+    return both / (np.prod(a[2:] - a[:2]) + np.prod(b[2:] - b[:2]) - both)
+
+
+of_frame = {"true": {}, "found": {}}
+for name, path in (("true", labels), ("found", run / "tracks.kitti.txt")):
+    for line in map(str.split, path.read_text().splitlines()):
+        of_frame[name].setdefault(int(line[0]), []).append(line)
+compared = 0
+for vehicle in told["vehicles"]:
+    pairs = []
+    for frame in range(frames):
+        for line in of_frame["true"].get(frame, []):
+            seen = float(line[9]) - float(line[7]) >= 40 and float(line[3]) <= 0 and float(line[4]) <= 0 and float(line[15]) <= 50
+            found = max(of_frame["found"].get(frame, []), key=lambda other: overlap(line, other), default=None)
+            if int(line[1]) == vehicle["label"] and seen and found and overlap(line, found) >= 0.5:
+                pairs.append((frame, found[1], truth.poses_se3[frame] @ object_pose(line), kitti.poses_se3[frame] @ object_pose(found)))
+    if vehicle["rpe_m_per_m"] is None or len({track for _, track, _, _ in pairs}) != 1 or [p[0] for p in pairs] != list(range(pairs[0][0], pairs[-1][0] + 1)):
+        continue
+    of_truth, of_run = (trajectory.PosePath3D(poses_se3=[p[k] for p in pairs]) for k in (2, 3))
+    for relation, name, unit in ((metrics.PoseRelation.translation_part, "motion_error_m", "m"), (metrics.PoseRelation.rotation_angle_deg, "motion_error_deg", "deg")):
+        rpe = metrics.RPE(relation, 1, metrics.Unit.frames, all_pairs=False)
+        rpe.process_data((of_truth, of_run))
+        equal(f"evo, vehicle {vehicle['label']}, error of motion [{unit}]", rpe.get_statistic(metrics.StatisticsType.rmse), vehicle[name], 2e-3)
+    compared += 1
+assert compared >= 2, compared
+
 # GTSAM: every vertex and edge of the graph, and no lower cost by its own optimiser.
 graph, values = gtsam.readG2o(str(run / "graph.g2o"), is3D=True)
 lines = (run / "graph.g2o").read_text().splitlines()
@@ -93,6 +132,11 @@ with tempfile.TemporaryDirectory() as folder:
     with contextlib.redirect_stdout(talk):
         results, _ = trackeval.Evaluator(quiet).evaluate([dataset], scores)
     car = results["Kitti2DBox"]["motorcade"]["COMBINED_SEQ"]["car"]
+own = told["tracking2d"]
+for name, theirs in {"hota": "HOTA", "det_a": "DetA", "ass_a": "AssA", "loc_a": "LocA"}.items():
+    equal(f"TrackEval, {theirs} [%]", 100 * np.mean(car["HOTA"][theirs]), own[name], 1e-6)
+for name, (theirs, unit) in {"mota": ("MOTA", 100), "recall": ("CLR_Re", 100), "id_switches": ("IDSW", 1), "fragmentations": ("Frag", 1)}.items():
+    equal(f"TrackEval, {theirs}", unit * car["CLEAR"][theirs], own[name], 1e-6)
 hota, mota, switches = 100 * np.mean(car["HOTA"]["HOTA"]), 100 * car["CLEAR"]["MOTA"], car["CLEAR"]["IDSW"]
 print(f"TrackEval, cars: HOTA {hota:.1f}, MOTA {mota:.1f}, {switches} identity switches, {car['CLEAR']['CLR_TP']} of {car['CLEAR']['CLR_TP'] + car['CLEAR']['CLR_FN']} found")
 if not (hota > 50 and mota > 50):

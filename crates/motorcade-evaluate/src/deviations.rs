@@ -6,6 +6,17 @@ use motorcade_dataset::{Error as InputError, regular_file};
 
 use crate::error::Result;
 
+/// Columns without which the table tells nothing.
+const NEEDED: [&str; 7] = [
+    "frame",
+    "id",
+    "sigma_relative_forward_m",
+    "sigma_relative_left_m",
+    "sigma_relative_up_m",
+    "sigma_heading_rad",
+    "p_moving",
+];
+
 /// What a run states of a vehicle in a frame: standard deviations, and whether it moves.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
 pub struct VehicleDeviations {
@@ -41,25 +52,28 @@ pub(crate) fn read_deviations(path: &Path) -> Result<Option<Vec<VehicleDeviation
 
 /// As [`read_deviations`], of a table in memory; `path` is what errors name.
 pub(crate) fn parse_deviations(path: &Path, table: &[u8]) -> Result<Option<Vec<VehicleDeviations>>> {
-    let problem = |e: csv::Error| InputError::Line {
-        path: path.to_path_buf(),
-        line: e.position().map_or(1, |p| usize::try_from(p.line()).unwrap_or(usize::MAX)),
-        expected: "a row of tracks.csv".to_owned(),
-        found: e.to_string(),
-    };
     let mut reader = csv::Reader::from_reader(table);
-    let known = reader.headers().map_err(problem)?;
-    let needed = [
-        "frame",
-        "id",
-        "sigma_relative_forward_m",
-        "sigma_relative_left_m",
-        "sigma_relative_up_m",
-        "sigma_heading_rad",
-        "p_moving",
-    ];
-    if !needed.iter().all(|name| known.iter().any(|column| column == *name)) {
+    let head = reader.headers().map_err(|e| problem(path, &e, "the names of columns".into()))?.clone();
+    if !NEEDED.iter().all(|name| head.iter().any(|column| column == *name)) {
         return Ok(None);
     }
-    Ok(Some(reader.deserialize().collect::<std::result::Result<_, _>>().map_err(problem)?))
+    let rows: std::result::Result<Vec<VehicleDeviations>, csv::Error> = reader.deserialize().collect();
+    Ok(Some(rows.map_err(|e| {
+        let column = match e.kind() {
+            csv::ErrorKind::Deserialize { err, .. } => {
+                err.field().and_then(|k| head.get(usize::try_from(k).ok()?))
+            }
+            _ => None,
+        };
+        problem(
+            path,
+            &e,
+            column.map_or_else(|| "a row of tracks.csv".into(), |name| format!("a number as {name}")),
+        )
+    })?))
+}
+
+fn problem(path: &Path, error: &csv::Error, expected: String) -> InputError {
+    let line = error.position().map_or(1, |p| usize::try_from(p.line()).unwrap_or(usize::MAX));
+    InputError::Line { path: path.to_path_buf(), line, expected, found: error.to_string() }
 }

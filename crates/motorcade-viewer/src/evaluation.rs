@@ -52,7 +52,40 @@ pub(crate) fn evaluation(report: &Report) -> String {
         }
         out += "</table></div>\n";
     }
-    out + "</section>\n"
+    out + &tracking(report) + "</section>\n"
+}
+
+/// What tells how well the vehicles were told apart, placed and known; nothing without tracks.
+fn tracking(report: &Report) -> String {
+    let mut rows: Vec<(String, String)> = Vec::new();
+    if let Some(boxes) = &report.boxes3d {
+        rows.push((
+            "3D average precision of cars, moderate, IoU 0.5 and 0.7 [%]".into(),
+            format!("{:.1}, {:.1}", boxes.ap3d_50.moderate, boxes.ap3d_70.moderate),
+        ));
+    }
+    if let Some(of) = report.tracking3d.map(|t| t.iou_25) {
+        rows.push((
+            "3D tracking of cars, IoU 0.25: sAMOTA, AMOTA [%]".into(),
+            format!("{:.1}, {:.1}", of.samota, of.amota),
+        ));
+    }
+    if let Some(of) = &report.tracking2d {
+        rows.push(("2D tracking of cars: HOTA [%]".into(), number(of.hota, 1)));
+        rows.push(("identity switches (TrackEval)".into(), of.id_switches.to_string()));
+    }
+    if let Some(of) = &report.vehicles_consistency {
+        for (name, nees) in [("depth", of.depth), ("heading", of.heading)] {
+            let value = format!("{:.0} %, {:.1} σ", 100.0 * nees.within_two_sigma, nees.largest_sigma);
+            rows.push((format!("errors of {name} below twice their deviation; the largest"), value));
+        }
+    }
+    if rows.is_empty() {
+        return String::new();
+    }
+    let rows: String =
+        rows.iter().map(|(name, value)| format!("<tr><td>{name}</td><td>{value}</td></tr>\n")).collect();
+    format!("<table><tbody>\n{rows}</tbody></table>\n")
 }
 
 fn row(vehicle: &VehicleReport) -> String {
