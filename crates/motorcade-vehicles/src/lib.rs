@@ -50,7 +50,8 @@ pub use box_fit::{BoxFit, SingleView};
 pub use clutter::without_clutter;
 pub use doubles::without_doubles;
 pub use estimate::{
-    SizeOfClass, estimate_consistently, estimate_track, join_continued, join_interleaved, sizes_by_class,
+    SizeOfClass, estimate_consistently, estimate_track, explain_boxes, join_continued, join_interleaved,
+    sizes_by_class,
 };
 pub use external::{
     ExternalTrack, ExternalView, KeypointFitters, KeypointTrack, KeypointViews, SizeDependence,
@@ -71,8 +72,10 @@ pub use options::{
 };
 pub use outline::{image_box, upright_pose};
 pub use size_prior::size_prior;
-pub use track::{Track, TrackBox};
-pub use tracker::{AdvancedTrackerOptions, Tracker, TrackerOptions, TrackerState, track_vehicles};
+pub use track::{Track, TrackBox, boxes_of};
+pub use tracker::{
+    AdvancedTrackerOptions, Tracker, TrackerOptions, TrackerState, track_both_ways, track_vehicles,
+};
 pub use trajectory::{
     PoseObservation, RivalState, Scaling, Source, VehicleMeasurement, VehicleState, VehicleTrajectory,
 };

@@ -67,7 +67,7 @@ impl Track {
 }
 
 /// The boxes of a track that a vehicle was made from; `None` for a vehicle of another track.
-pub(crate) fn boxes_of(track: &Track, vehicle: &VehicleTrajectory) -> Option<Track> {
+pub fn boxes_of(track: &Track, vehicle: &VehicleTrajectory) -> Option<Track> {
     let first = vehicle.states.first()?.frame;
     let is_own = |b: &&TrackBox| {
         let state = b.frame.checked_sub(first).and_then(|k| vehicle.states.get(k));

@@ -10,7 +10,7 @@ use motorcade_perception::{BoundingBox, BoxConvention, Detection, VehicleClass};
 use motorcade_testing::{CAMERA, CAMERA_HEIGHT_M, Drive};
 use motorcade_vehicles::{
     Dimensions, ExternalTrack, ExternalView, GroundFrame, Source, Track, TrackerOptions, VehicleOptions,
-    estimate_track, image_box, size_prior, track_vehicles, upright_pose,
+    estimate_track, image_box, size_prior, track_both_ways, track_vehicles, upright_pose,
 };
 use nalgebra::{Matrix3, Vector3};
 use street::{car, car_below, detected, grounds, grounds_of, outline};
@@ -404,4 +404,30 @@ fn a_van_called_a_car_stands_where_it_is() {
         let error = in_camera.translation().z / ahead_m(state.frame) - 1.0;
         assert!(error.abs() < 0.06, "frame {}: {error}", state.frame);
     }
+}
+
+#[test]
+fn both_ways_give_one_track_where_they_agree() {
+    let both = |seen: &dyn Fn(usize) -> Vec<Detection>| {
+        let detections: Vec<Vec<Detection>> = (0..60).map(seen).collect();
+        let (tracker, vehicles) = (TrackerOptions::default(), VehicleOptions::default());
+        track_both_ways(&CAMERA, &grounds(60, CAMERA_HEIGHT_M), &detections, &tracker, &vehicles, &|| false)
+    };
+    let agreed = both(&|k| {
+        let t = 0.1 * k as f64;
+        [car(20.0, 0.0), car(70.0 - 25.0 * t, 3.5), car(55.0 - 10.0 * t, -4.0)]
+            .into_iter()
+            .flatten()
+            .collect()
+    });
+    assert_eq!(agreed.len(), 3);
+    // Boxes too weak to start a track, before the clear ones: backwards they go on with the track of these.
+    let weak = both(&|k| {
+        let score = if k < 20 { 0.2 } else { 0.8 };
+        car(30.0, 0.0).map(|c| Detection { score, ..c }).into_iter().collect()
+    });
+    let spans: Vec<(usize, usize, usize)> =
+        weak.iter().map(|t| (t.id, t.boxes[0].frame, t.boxes.len())).collect();
+    assert_eq!(spans, [(1, 20, 40), (2, 0, 60)]);
+    assert!(weak[1].boxes.windows(2).all(|b| b[0].frame < b[1].frame));
 }

@@ -11,15 +11,14 @@ use crate::outline::image_box;
 use crate::track::{Track, TrackBox};
 use crate::trajectory::VehicleTrajectory;
 
-/// For each box of a track whether the estimate explains it: the projected vehicle overlaps it by `least_iou`.
-pub(super) fn explained(
+/// For each box of a track the overlap of the projected vehicle with it; 1 where there is nothing to compare it with.
+pub(super) fn overlaps(
     overlap: fn(&BoundingBox, &ObservedBox) -> f64,
     camera: &PinholeCamera,
     grounds: &[GroundFrame],
     track: &Track,
     found: &VehicleTrajectory,
-    least_iou: f64,
-) -> Vec<bool> {
+) -> Vec<f64> {
     let first = found.states.first().map_or(0, |s| s.frame);
     let one = |b: &TrackBox| {
         let state = found.states.get(b.frame.checked_sub(first)?)?;
@@ -27,14 +26,15 @@ pub(super) fn explained(
             grounds.get(b.frame)?.world_from_camera.inverse() * state.world_from_vehicle;
         let (class, convention) = (found.class, b.observed.convention);
         match image_box(camera, &camera_from_vehicle, class, convention, &found.size) {
-            Some(projected) => Some(overlap(&projected, &b.observed) >= least_iou),
+            Some(projected) => Some(overlap(&projected, &b.observed)),
             // One wholly behind the camera is not what the picture shows; one beside it has no box to compare with.
-            None => Some(
-                camera_from_vehicle.translation().z > -0.5 * found.size.length_m.hypot(found.size.width_m),
-            ),
+            None => {
+                let reach_m = 0.5 * found.size.length_m.hypot(found.size.width_m);
+                Some(if camera_from_vehicle.translation().z > -reach_m { 1.0 } else { 0.0 })
+            }
         }
     };
-    track.boxes.iter().map(|b| one(b).unwrap_or(true)).collect()
+    track.boxes.iter().map(|b| one(b).unwrap_or(1.0)).collect()
 }
 
 /// IoU of their columns: neighbours stand beside each other, and the road's slope moves both up and down.
@@ -60,7 +60,7 @@ mod tests {
         let shown = track_of(&car_ahead(1, 0.0, 20.0), [true; 4]);
         let explained_by = |z_m: f64| {
             let found = car_ahead(1, 0.0, z_m);
-            explained(overlap, &CAMERA, &grounds, &shown, &found, 0.3).into_iter().all(|own| own)
+            overlaps(overlap, &CAMERA, &grounds, &shown, &found).into_iter().all(|own| own >= 0.3)
         };
         assert!(explained_by(20.0) && !explained_by(40.0) && !explained_by(-8.0));
         // Beside the camera it has no box to compare with.

@@ -2,7 +2,7 @@
 
 use motorcade_geometry::{BoundingBox, PinholeCamera};
 
-use super::consistency::explained;
+use super::consistency::overlaps;
 use super::estimate_track;
 use crate::external::ExternalTrack;
 use crate::ground::GroundFrame;
@@ -35,6 +35,16 @@ impl<V: Fn(&Track) -> ExternalTrack> Drive<'_, V> {
         estimate_track(self.camera, self.grounds, track, &(self.views)(track), self.options)
     }
 
+    /// For each box of a track how much a vehicle overlaps it.
+    pub(super) fn overlaps(
+        &self,
+        overlap: fn(&BoundingBox, &ObservedBox) -> f64,
+        track: &Track,
+        vehicle: &VehicleTrajectory,
+    ) -> Vec<f64> {
+        overlaps(overlap, self.camera, self.grounds, track, vehicle)
+    }
+
     /// For each box of a track whether a vehicle overlaps it by `least_iou`.
     pub(super) fn explained(
         &self,
@@ -43,7 +53,7 @@ impl<V: Fn(&Track) -> ExternalTrack> Drive<'_, V> {
         vehicle: &VehicleTrajectory,
         least_iou: f64,
     ) -> Vec<bool> {
-        explained(overlap, self.camera, self.grounds, track, vehicle, least_iou)
+        self.overlaps(overlap, track, vehicle).into_iter().map(|iou| iou >= least_iou).collect()
     }
 
     /// True when boxes are enough for a vehicle.

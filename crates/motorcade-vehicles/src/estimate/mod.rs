@@ -5,6 +5,7 @@ mod class;
 mod consistency;
 mod continued;
 mod drive;
+mod explanation;
 mod headings;
 mod hypothesis;
 mod input;
@@ -33,6 +34,7 @@ use states::assemble;
 
 pub use class::{SizeOfClass, sizes_by_class};
 pub use continued::join_continued;
+pub use explanation::explain_boxes;
 pub use interleaved::join_interleaved;
 pub use parts::estimate_consistently;
 

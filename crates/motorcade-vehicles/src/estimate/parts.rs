@@ -91,7 +91,7 @@ fn parted(
 }
 
 /// True when the boxes of a part of a track are in at least half of its frames: scattered ones are errors of the detector.
-fn dense(boxes: &[TrackBox]) -> bool {
+pub(super) fn dense(boxes: &[TrackBox]) -> bool {
     let frames = boxes.first().zip(boxes.last()).map_or(0, |(first, last)| last.frame - first.frame + 1);
     2 * boxes.len() >= frames
 }

@@ -5,6 +5,7 @@
 
 mod active_track;
 mod association;
+mod both_ways;
 mod localizer;
 mod options;
 mod standing;
@@ -21,6 +22,7 @@ use active_track::ActiveTrack;
 use association::{Candidate, by_overlap, greedy};
 use localizer::Localizer;
 
+pub use both_ways::track_both_ways;
 pub use options::{AdvancedTrackerOptions, TrackerOptions};
 pub use state::TrackerState;
 
@@ -36,10 +38,21 @@ pub fn track_vehicles(
     vehicles: &VehicleOptions,
     stop: &dyn Fn() -> bool,
 ) -> Vec<Track> {
-    let least_standing_overlap = options.advanced.least_standing_overlap;
-    let mut tracker = Tracker { least_standing_overlap, ..Tracker::new(*camera, *options, vehicles) };
+    let frames = 0..grounds.len().min(detections.len());
+    linked(Tracker::of_drive(camera, options, vehicles), frames, grounds, detections, stop)
+}
+
+/// Links the boxes of frames in this order.
+fn linked(
+    mut tracker: Tracker,
+    frames: impl Iterator<Item = usize>,
+    grounds: &[GroundFrame],
+    detections: &[Vec<Detection>],
+    stop: &dyn Fn() -> bool,
+) -> Vec<Track> {
     let mut tracks = Vec::new();
-    for (frame, (ground, found)) in grounds.iter().zip(detections).enumerate().take_while(|_| !stop()) {
+    for frame in frames.take_while(|_| !stop()) {
+        let (ground, found) = (&grounds[frame], &detections[frame]);
         tracks.extend(tracker.advance(frame, ground, found, |k| grounds.get(k).copied()));
     }
     tracks.extend(tracker.finish());
@@ -70,6 +83,12 @@ impl Tracker {
             hiding_score_ratio: options.advanced.hiding_score_ratio,
         };
         Self { localizer, options, least_standing_overlap: 0.0, active: Vec::new(), next_id: 1 }
+    }
+
+    /// A tracker for whole drives.
+    fn of_drive(camera: &PinholeCamera, options: &TrackerOptions, vehicles: &VehicleOptions) -> Self {
+        let least_standing_overlap = options.advanced.least_standing_overlap;
+        Self { least_standing_overlap, ..Self::new(*camera, *options, vehicles) }
     }
 
     /// Takes the boxes of the next frame; returns the tracks that ended. `ground_of` gives the present estimate of an earlier

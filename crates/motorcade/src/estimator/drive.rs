@@ -4,7 +4,7 @@ use motorcade_graph::{GraphError, Report, Stop};
 use motorcade_multibody::{MultibodyGraph, WindowFrames};
 use motorcade_odometry::{EgoTrajectory, OdometryTrajectory};
 use motorcade_vehicles::{
-    AdvancedVehicleOptions, VehicleState, VehicleTrajectory, join_met_again, track_vehicles,
+    AdvancedVehicleOptions, VehicleState, VehicleTrajectory, join_met_again, track_both_ways,
 };
 
 use super::camera_height::HeightByVehicles;
@@ -223,7 +223,7 @@ fn vehicles_of_drive(
     };
     let track = || {
         let (tracker, vehicles) = (&settings.config.tracker, &settings.config.vehicles);
-        track_vehicles(&settings.camera, &grounds, detections.kept(), tracker, vehicles, stop)
+        track_both_ways(&settings.camera, &grounds, detections.kept(), tracker, vehicles, stop)
     };
     estimate_vehicles(&input, settings, None, stop, track)
 }

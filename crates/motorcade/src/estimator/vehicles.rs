@@ -7,8 +7,9 @@ use motorcade_odometry::{EgoFrame, EgoTrajectory};
 use motorcade_perception::{Detection, VehicleKeypoints};
 use motorcade_vehicles::{
     ExternalTrack, GroundFrame, KeypointFitters, KeypointTrack, KeypointViews, KinematicStateOptions, Track,
-    VehicleState, VehicleTrajectory, estimate_consistently, estimate_track, external_tracks, join_continued,
-    join_in_one_place, join_interleaved, with_hiding_checked, without_clutter, without_doubles,
+    VehicleState, VehicleTrajectory, boxes_of, estimate_consistently, estimate_track, explain_boxes,
+    external_tracks, join_continued, join_in_one_place, join_interleaved, with_hiding_checked,
+    without_clutter, without_doubles,
 };
 
 use crate::record::FrameInfo;
@@ -77,11 +78,20 @@ pub(crate) fn estimate_vehicles(
         }
     };
     let mut next_id = tracks.iter().map(|t| t.id + 1).max().unwrap_or(0);
-    let mut vehicles = Vec::with_capacity(tracks.len());
+    let mut found: Vec<(VehicleTrajectory, Track)> = Vec::with_capacity(tracks.len());
     for track in tracks.iter().take_while(|_| !stop()) {
         let next_id = whole_drive.then_some(&mut next_id);
-        vehicles.extend(estimate_consistently(camera, grounds, track, &views, options, next_id));
+        for vehicle in estimate_consistently(camera, grounds, track, &views, options, next_id) {
+            let boxes =
+                boxes_of(track, &vehicle).unwrap_or_else(|| Track { boxes: Vec::new(), ..track.clone() });
+            found.push((vehicle, boxes));
+        }
     }
+    let (mut vehicles, tracks) = if whole_drive {
+        explain_boxes((camera, grounds), found, &views, options, stop)
+    } else {
+        found.into_iter().unzip()
+    };
     if whole_drive && !stop() {
         let again =
             |track: &Track| estimate_consistently(camera, grounds, track, &views, options, None).pop();
