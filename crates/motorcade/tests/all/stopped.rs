@@ -47,9 +47,9 @@ fn described(result: &RunResult) -> String {
 fn a_drive_stopped_among_its_vehicles_or_in_the_graph_has_the_rest() {
     let whole = estimate_drive(drive(FRAMES), &settings(Config::default()), &NoProgress);
     assert!(whole.graph.is_some() && whole.vehicles.len() > 1 && !whole.interrupted);
-    // Looks before every frame and every track, and within the graph.
+    // Looks before every frame, forwards and backwards, before every track, and within the graph.
     let none = stopped("vehicles", 0);
-    let some = stopped("vehicles", FRAMES + 1);
+    let some = stopped("vehicles", 2 * FRAMES + 1);
     let (before_graph, in_graph) = (stopped("graph", 0), stopped("graph", 1));
     assert_eq!(none.vehicles.len(), 0);
     assert!((1..whole.vehicles.len()).contains(&some.vehicles.len()), "{}", some.vehicles.len());
