@@ -16,6 +16,15 @@ pub struct TrackBox {
     pub score: f64,
 }
 
+/// Identifies a box of a drive: its frame and the bits of its edges.
+pub(crate) type BoxKey = (usize, [u64; 4]);
+
+impl TrackBox {
+    pub(crate) fn key(&self) -> BoxKey {
+        (self.frame, self.observed.bbox.to_array().map(f64::to_bits))
+    }
+}
+
 /// The boxes of one vehicle, in order of time.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Track {

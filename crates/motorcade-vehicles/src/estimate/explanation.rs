@@ -4,7 +4,7 @@
 //! that most boxes fit well stays, and others keep what it leaves of theirs (greedy weighted set packing).
 
 use std::cmp::Ordering;
-use std::collections::{BTreeMap, BinaryHeap};
+use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 
 use motorcade_geometry::PinholeCamera;
 
@@ -15,7 +15,7 @@ use super::parts::{dense, estimate_consistently};
 use crate::external::ExternalTrack;
 use crate::ground::GroundFrame;
 use crate::options::VehicleOptions;
-use crate::track::{Track, TrackBox};
+use crate::track::{BoxKey, Track, TrackBox};
 use crate::trajectory::VehicleTrajectory;
 
 /// Chooses of vehicles that may share boxes those that fit them best, so that each box is that of one, with identities from 1 on in order of time. A
@@ -70,13 +70,6 @@ impl Candidate {
     }
 }
 
-/// Identifies a box: its frame and edges.
-type BoxKey = (usize, [u64; 4]);
-
-fn key(b: &TrackBox) -> BoxKey {
-    (b.frame, b.observed.bbox.to_array().map(f64::to_bits))
-}
-
 /// Candidates that are not decided yet.
 struct Choice<'a, V> {
     drive: Drive<'a, V>,
@@ -93,7 +86,7 @@ impl<V: Fn(&Track) -> ExternalTrack> Choice<'_, V> {
         let index = self.open.len();
         self.ranks.push(Rank { value: candidate.value, index });
         for b in &candidate.boxes.boxes {
-            self.holders.entry(key(b)).or_default().push(index);
+            self.holders.entry(b.key()).or_default().push(index);
         }
         self.open.push(Some(candidate));
     }
@@ -111,9 +104,9 @@ impl<V: Fn(&Track) -> ExternalTrack> Choice<'_, V> {
     /// The candidate with what others can give it; none of them has a box of it afterwards.
     fn decide(&mut self, mut best: Candidate) -> Candidate {
         while let Some(other) = self.take_sharing(&best) {
-            let own: std::collections::BTreeSet<BoxKey> = best.boxes.boxes.iter().map(key).collect();
+            let own: BTreeSet<BoxKey> = best.boxes.boxes.iter().map(TrackBox::key).collect();
             let rest: Vec<TrackBox> =
-                other.boxes.boxes.iter().filter(|b| !own.contains(&key(b))).copied().collect();
+                other.boxes.boxes.iter().filter(|b| !own.contains(&b.key())).copied().collect();
             if rest.is_empty() || (self.stop)() {
                 continue;
             }
@@ -132,7 +125,7 @@ impl<V: Fn(&Track) -> ExternalTrack> Choice<'_, V> {
 
     /// The open candidate of the largest value among those that share boxes with one.
     fn take_sharing(&mut self, best: &Candidate) -> Option<Candidate> {
-        let holders = best.boxes.boxes.iter().filter_map(|b| self.holders.get(&key(b))).flatten();
+        let holders = best.boxes.boxes.iter().filter_map(|b| self.holders.get(&b.key())).flatten();
         let ranks = holders.filter_map(|index| {
             let value = self.open[*index].as_ref()?.value;
             Some(Rank { value, index: *index })

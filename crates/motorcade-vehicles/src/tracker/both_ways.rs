@@ -12,7 +12,7 @@ use super::options::TrackerOptions;
 use super::{Tracker, linked, track_vehicles};
 use crate::ground::GroundFrame;
 use crate::options::VehicleOptions;
-use crate::track::Track;
+use crate::track::{BoxKey, Track};
 
 /// The tracks of [`track_vehicles`], and those of the same boxes linked backwards in time that differ from them. Boxes may be in two tracks, one a way;
 /// [`explain_boxes`](crate::explain_boxes) chooses between their vehicles. Identities are unique.
@@ -32,14 +32,13 @@ pub fn track_both_ways(
     let mut others =
         linked(Tracker::of_drive(camera, options, vehicles), frames, &backwards, detections, stop);
     others.iter_mut().for_each(|track| track.boxes.reverse());
-    let first_frame = |track: &Track| track.boxes.first().map(|b| b.frame);
-    let mut known: BTreeMap<Option<usize>, Vec<usize>> = BTreeMap::new();
+    let mut known: BTreeMap<BoxKey, usize> = BTreeMap::new();
     for (k, track) in tracks.iter().enumerate() {
-        known.entry(first_frame(track)).or_default().push(k);
+        known.extend(track.boxes.first().map(|b| (b.key(), k)));
     }
     others.retain(|other| {
-        let same = |k: &usize| tracks[*k].boxes == other.boxes;
-        !known.get(&first_frame(other)).is_some_and(|ks| ks.iter().any(same))
+        let same = other.boxes.first().and_then(|b| known.get(&b.key()));
+        same.is_none_or(|k| tracks[*k].boxes != other.boxes)
     });
     let mut next_id = tracks.iter().map(|track| track.id + 1).max().unwrap_or(1);
     for mut other in others {
