@@ -8,10 +8,12 @@
 
 mod bad_light;
 mod cases;
+mod driven;
 mod frame_rates;
 mod nees;
 mod outcome;
 mod rolling;
+mod vehicles;
 
 use cases::{Case, FULL, SHORT};
 use outcome::{Outcome, run};
@@ -105,6 +107,18 @@ fn every_scenario_stays_within_its_bounds() {
     let chosen: Vec<Case> =
         FULL.iter().filter(|c| only.as_ref().is_none_or(|name| name == c.name)).copied().collect();
     within_bounds(&chosen);
+}
+
+#[test]
+#[ignore = "a minute: five drives, rendered and run with networks"]
+fn every_scenario_of_vehicles_from_pixels_stays_within_its_bounds() {
+    let outcomes = vehicles::outcomes();
+    println!("{}", vehicles::HEAD);
+    for (case, report) in &outcomes {
+        println!("{}", vehicles::row(case, report));
+    }
+    let problems: Vec<String> = outcomes.iter().filter_map(|(c, r)| vehicles::problem(c, r)).collect();
+    assert!(problems.is_empty(), "{}", problems.join("\n"));
 }
 
 #[test]

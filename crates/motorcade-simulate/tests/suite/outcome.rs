@@ -1,13 +1,12 @@
-//! One scenario rendered, run and evaluated.
+//! Errors of one scenario.
 
-use motorcade::{Config, Motorcade, NoProgress, output, push_sequence};
-use motorcade_dataset::{Sequence, SequenceOptions};
-use motorcade_evaluate::{Estimates, GroundTruth, evaluate, evaluate_trajectory};
-use motorcade_perception::{ModelSource, Perception, PerceptionOptions};
-use motorcade_simulate::{RenderOptions, Scenario, SensorOptions, Weather, WriteOptions, Written, simulate};
+use motorcade_evaluate::evaluate_trajectory;
+use motorcade_perception::{ModelSource, PerceptionOptions};
+use motorcade_simulate::{RenderOptions, Weather, Written};
 use motorcade_vehicles::VehicleTrajectory;
 
 use super::cases::Case;
+use super::driven::{Driven, Way, asked, drive};
 use super::nees::{Nees, nees};
 
 const SEED: u64 = 1;
@@ -77,20 +76,9 @@ impl Outcome {
     }
 }
 
-/// `MOTORCADE_SUITE_WIDTH` and `MOTORCADE_SUITE_SEED` select others than those of the bounds.
-fn asked<T: std::str::FromStr>(what: &str, usual: T) -> T {
-    std::env::var(format!("MOTORCADE_SUITE_{what}")).ok().and_then(|v| v.parse().ok()).unwrap_or(usual)
-}
-
-/// `MOTORCADE_SUITE_SET="stage.key=value ..."` selects other settings than those of the bounds.
-fn settings() -> Config {
-    let asked = std::env::var("MOTORCADE_SUITE_SET").unwrap_or_default();
-    asked.split_whitespace().fold(Config::default(), |config, set| config.set(set).unwrap())
-}
-
 /// Source of boxes and road: the simulator's detector and masks, whose errors are known, or with
 /// `MOTORCADE_SUITE_PERCEPTION=networks` the networks inside the program, on the rendered pixels.
-fn perception(written: &Written) -> PerceptionOptions {
+pub fn perception(written: &Written) -> PerceptionOptions {
     match std::env::var("MOTORCADE_SUITE_PERCEPTION").as_deref() {
         Ok(asked) => {
             assert_eq!(asked, "networks", "MOTORCADE_SUITE_PERCEPTION");
@@ -126,48 +114,12 @@ pub fn run_at(case: &Case, fps: f64, online: bool, seed: u64) -> Outcome {
     run_with(case, fps, online, [0.0; 2], seed)
 }
 
-fn run_with(case: &Case, fps: f64, online: bool, [readout_s, assumed_s]: [f64; 2], seed: u64) -> Outcome {
-    let scenario = Scenario::by_name(case.name).unwrap();
-    let usual = RenderOptions::default();
-    let sensor = SensorOptions { readout_s, ..usual.sensor };
-    let frames = (case.frames as f64 * fps / usual.fps).round() as usize;
-    let render = RenderOptions { weather: case.weather, fps, sensor, ..usual }
-        .with_width(asked("WIDTH", case.width_px));
-    let drive = simulate(&scenario, frames, seed, &render).unwrap();
-    let folder = tempfile::tempdir().unwrap();
-    let written = drive.write_kitti(folder.path(), &WriteOptions::default(), &|_| {}).unwrap();
-
-    let options = SequenceOptions {
-        sequence: Some(written.sequence.clone()),
-        camera: Some(2),
-        fps: Some(fps),
-        ..SequenceOptions::default()
-    };
-    let sequence = Sequence::open(&written.training, &options).unwrap();
-    let perception = Perception::open(&perception(&written), sequence.size()).unwrap();
-    let config = settings();
-    let height_m = scenario.plan.rig.height_m;
-    let camera_from_cam0 = sequence.camera_from_cam0();
-    let mut slam = Motorcade::builder(sequence.camera().unwrap())
-        .height_m(height_m)
-        .readout_s(assumed_s)
-        .config(config)
-        .perception(perception)
-        .build()
-        .unwrap();
-    push_sequence(&mut slam, &sequence, 1, &NoProgress, &mut |_, _| ()).unwrap();
-    let result = if online { slam.finish_online(&NoProgress) } else { slam.finish() };
-    let estimates = Estimates {
-        world_from_camera: result.ego.frames.iter().map(|f| f.world_from_camera).collect(),
-        covariances: None,
-        tracks: Some(output::track_labels(&result, camera_from_cam0, &config.outputs)),
-        ..Estimates::default()
-    };
-    let truth = GroundTruth::read_kitti(&written.training, &written.sequence, 2, 0).unwrap().with_fps(fps);
-    let report = evaluate(&estimates, &truth).unwrap();
-    let true_poses = drive.world_from_camera();
+fn run_with(case: &Case, fps: f64, online: bool, shutter_s: [f64; 2], seed: u64) -> Outcome {
+    let Driven { result, report, true_poses } =
+        drive(case, &Way { fps, online, shutter_s, seed }, perception);
+    let estimated: Vec<_> = result.ego.frames.iter().map(|f| f.world_from_camera).collect();
     let first = result.ego.frames.iter().position(|f| f.scale_measured).unwrap_or(0);
-    let in_metres = evaluate_trajectory(&estimates.world_from_camera[first..], &true_poses[first..]).unwrap();
+    let in_metres = evaluate_trajectory(&estimated[first..], &true_poses[first..]).unwrap();
     let means = report.vehicles_mean;
     let count = result.ego.frames.len().max(1) as f64;
     let sigmas = result.ego.frames.iter().map(|f| f.scale_sigma.hypot(f.scale_bias_sigma));

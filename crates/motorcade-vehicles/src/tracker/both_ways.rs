@@ -40,11 +40,7 @@ pub fn track_both_ways(
         let same = other.boxes.first().and_then(|b| known.get(&b.key()));
         same.is_none_or(|k| tracks[*k].boxes != other.boxes)
     });
-    let mut next_id = tracks.iter().map(|track| track.id + 1).max().unwrap_or(1);
-    for mut other in others {
-        other.id = next_id;
-        next_id += 1;
-        tracks.push(other);
-    }
+    let next_id = tracks.iter().map(|track| track.id + 1).max().unwrap_or(1);
+    tracks.extend((next_id..).zip(others).map(|(id, other)| Track { id, ..other }));
     tracks
 }
