@@ -169,13 +169,13 @@ fn height_by_vehicles(
 
 /// A warning where vehicles contradict the stated height.
 fn doubt(vehicles: &[VehicleTrajectory], settings: &Settings) -> Option<String> {
-    let options = &settings.config.scale.height;
-    let classes = &settings.config.vehicles.advanced.class;
-    let found = HeightByVehicles::new(vehicles, settings.height_m, options, classes)?;
     if settings.metric() {
         return None;
     }
-    found.disagreement(settings.height_m, options)
+    let options = &settings.config.scale.height;
+    let classes = &settings.config.vehicles.advanced.class;
+    HeightByVehicles::new(vehicles, settings.height_m, options, classes)?
+        .disagreement(settings.height_m, options)
 }
 
 /// What there is to say of the distances of another sensor.
