@@ -16,6 +16,7 @@ use crate::external::ExternalTrack;
 use crate::ground::GroundFrame;
 use crate::options::VehicleOptions;
 use crate::track::{BoxKey, Track, TrackBox};
+use crate::tracker::TrackerOptions;
 use crate::trajectory::VehicleTrajectory;
 
 /// Chooses of vehicles that may share boxes those that fit them best, so that each box is that of one, with identities from 1 on in order of time. A
@@ -25,18 +26,19 @@ pub fn explain_boxes(
     (camera, grounds): (&PinholeCamera, &[GroundFrame]),
     vehicles: Vec<(VehicleTrajectory, Track)>,
     views: &impl Fn(&Track) -> ExternalTrack,
-    options: &VehicleOptions,
+    (options, tracker): (&VehicleOptions, &TrackerOptions),
     stop: &dyn Fn() -> bool,
 ) -> (Vec<VehicleTrajectory>, Vec<Track>) {
     let mut choice = Choice {
         drive: Drive { camera, grounds, views, options },
+        begin_score: tracker.begin_score,
         stop,
         open: Vec::with_capacity(vehicles.len()),
         ranks: BinaryHeap::new(),
         holders: BTreeMap::new(),
     };
     for (vehicle, boxes) in vehicles {
-        choice.add(Candidate::new(&choice.drive, vehicle, boxes));
+        choice.add(choice.candidate(vehicle, boxes));
     }
     let mut found = Vec::new();
     while let Some(best) = choice.take_best() {
@@ -53,26 +55,15 @@ pub fn explain_boxes(
 struct Candidate {
     vehicle: VehicleTrajectory,
     boxes: Track,
-    /// Sum over its boxes of the overlap beyond that of a box which speaks neither for nor against it.
+    /// How well its boxes fit.
     value: f64,
-}
-
-impl Candidate {
-    fn new<V: Fn(&Track) -> ExternalTrack>(
-        drive: &Drive<'_, V>,
-        vehicle: VehicleTrajectory,
-        boxes: Track,
-    ) -> Self {
-        let neutral = drive.hypothesis().neutral_overlap;
-        let overlaps = drive.overlaps(overlap_of_columns, &boxes, &vehicle);
-        let value = overlaps.into_iter().map(|overlap| overlap - neutral).sum();
-        Self { vehicle, boxes, value }
-    }
 }
 
 /// Candidates that are not decided yet.
 struct Choice<'a, V> {
     drive: Drive<'a, V>,
+    /// Score from which a box may start a track.
+    begin_score: f64,
     stop: &'a dyn Fn() -> bool,
     /// `None` for those that are decided.
     open: Vec<Option<Candidate>>,
@@ -89,6 +80,22 @@ impl<V: Fn(&Track) -> ExternalTrack> Choice<'_, V> {
             self.holders.entry(b.key()).or_default().push(index);
         }
         self.open.push(Some(candidate));
+    }
+
+    /// Its value is the sum over its boxes of the overlap beyond that of a box which speaks neither for nor against it. Boxes before the first and after
+    /// the last one that could start a track count against it alone: a vehicle that moves follows weak boxes wherever they are.
+    fn candidate(&self, vehicle: VehicleTrajectory, boxes: Track) -> Candidate {
+        let neutral = self.drive.hypothesis().neutral_overlap;
+        let clear = |b: &TrackBox| b.score >= self.begin_score;
+        let first = boxes.boxes.iter().position(clear).unwrap_or(boxes.boxes.len());
+        let last = boxes.boxes.iter().rposition(clear).unwrap_or(0);
+        let overlaps = self.drive.overlaps(overlap_of_columns, &boxes, &vehicle);
+        let one = |(k, overlap): (usize, f64)| {
+            let beyond = overlap - neutral;
+            if (first..=last).contains(&k) { beyond } else { beyond.min(0.0) }
+        };
+        let value = overlaps.into_iter().enumerate().map(one).sum();
+        Candidate { vehicle, boxes, value }
     }
 
     /// The open candidate of the largest value.
@@ -117,7 +124,7 @@ impl<V: Fn(&Track) -> ExternalTrack> Choice<'_, V> {
                 && dense(&rest.boxes)
                 && let Some(vehicle) = self.estimate(&rest)
             {
-                self.add(Candidate::new(&self.drive, vehicle, rest));
+                self.add(self.candidate(vehicle, rest));
             }
         }
         best
@@ -153,7 +160,7 @@ impl<V: Fn(&Track) -> ExternalTrack> Choice<'_, V> {
         if !explains(&best.boxes) || !explains(&others) {
             return None;
         }
-        let one = Candidate::new(&self.drive, vehicle, both);
+        let one = self.candidate(vehicle, both);
         (one.value >= best.value).then_some(one)
     }
 
@@ -218,7 +225,8 @@ mod tests {
         let none = |_: &Track| ExternalTrack::default();
         let estimate = |t: &Track| estimate_track(&CAMERA, &grounds, t, &none(t), &options).unwrap();
         let vehicles = tracks.iter().map(|track| (estimate(track), track.clone())).collect();
-        let (found, boxes) = explain_boxes((&CAMERA, &grounds), vehicles, &none, &options, &|| false);
+        let all = (&options, &TrackerOptions::default());
+        let (found, boxes) = explain_boxes((&CAMERA, &grounds), vehicles, &none, all, &|| false);
         let one = |(vehicle, track): (&VehicleTrajectory, &Track)| {
             assert_eq!(vehicle.id, track.id);
             let place = vehicle.states[0].world_from_vehicle.translation();
@@ -244,6 +252,28 @@ mod tests {
         assert_eq!(explained(&driving), [(1, 0, 50, 0.0)]);
         // Without a box in common they are left to those who join by place and motion.
         assert_eq!(explained(&[standing(1, 0..20, -1.5), standing(2, 25..45, -1.5)]).len(), 2);
+    }
+
+    #[test]
+    fn weak_boxes_at_the_ends_count_for_no_vehicle() {
+        let (grounds, options) = (level_grounds(60), VehicleOptions::default());
+        let none = |_: &Track| ExternalTrack::default();
+        let drive = Drive { camera: &CAMERA, grounds: &grounds, views: &none, options: &options };
+        let (open, ranks, holders) = (Vec::new(), BinaryHeap::new(), BTreeMap::new());
+        let choice = Choice { drive, begin_score: 0.5, stop: &|| false, open, ranks, holders };
+        let value = |weak: &dyn Fn(usize) -> bool| {
+            let mut track = standing(1, 0..20, 0.0);
+            for b in &mut track.boxes {
+                b.score = if weak(b.frame) { 0.2 } else { 0.8 };
+            }
+            choice.candidate(choice.drive.estimate(&track).unwrap(), track).value
+        };
+        let all = value(&|_| false);
+        // Each of its boxes fits as the others do.
+        assert!(all > 20.0 * 0.3, "{all}");
+        assert!((value(&|frame| !(5..15).contains(&frame)) - 0.5 * all).abs() < 0.01 * all);
+        assert!((value(&|frame| (5..15).contains(&frame)) - all).abs() < 0.01 * all);
+        assert!(value(&|_| true).abs() < 1e-12);
     }
 
     #[test]

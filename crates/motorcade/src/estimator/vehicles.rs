@@ -88,7 +88,7 @@ pub(crate) fn estimate_vehicles(
         }
     }
     let (mut vehicles, tracks) = if whole_drive {
-        explain_boxes((camera, grounds), found, &views, options, stop)
+        explain_boxes((camera, grounds), found, &views, (options, &config.tracker), stop)
     } else {
         found.into_iter().unzip()
     };
