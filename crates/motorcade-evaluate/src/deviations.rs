@@ -17,7 +17,7 @@ const NEEDED: [&str; 7] = [
     "p_moving",
 ];
 
-/// What a run states of a vehicle in a frame: standard deviations, and whether it moves.
+/// Statements of a run on a vehicle in a frame: standard deviations, and whether it moves.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
 pub struct VehicleDeviations {
     /// The input's own frame number.

@@ -73,7 +73,7 @@ impl<'a> Drive<'a> {
     }
 }
 
-/// What the frames of results lack of the labels' numbers: they may be counted from the run's first row.
+/// Number to add to the frames of results for those of the labels: they may be counted from the run's first row.
 fn frame_shift(frames: impl Iterator<Item = u64>, first: u64) -> u64 {
     let numbered_by_row = frames.min().is_some_and(|frame| frame < first);
     if numbered_by_row { first } else { 0 }

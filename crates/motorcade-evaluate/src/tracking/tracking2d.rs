@@ -36,11 +36,11 @@ pub struct Tracking2dReport {
     pub recall: f64,
     /// Changes of identity, at an overlap of 0.5.
     pub id_switches: usize,
-    /// How often a labelled vehicle is found anew, at an overlap of 0.5.
+    /// Times that a labelled vehicle is found anew, at an overlap of 0.5.
     pub fragmentations: usize,
 }
 
-/// What counts of a frame: identities of labels and of estimates, and the overlap of each with each.
+/// Labels and estimates of a frame that count: their identities, and the overlap of each with each.
 struct Counted {
     labels: Vec<i64>,
     estimates: Vec<i64>,

@@ -31,7 +31,7 @@ pub struct Tracking3d {
     pub recall: f64,
     /// Of the same tracks: changes of the identity from one frame with an estimate to the next.
     pub id_switches: usize,
-    /// Of the same tracks: how often a labelled vehicle is found anew or by another track.
+    /// Of the same tracks: times that a labelled vehicle is found anew or by another track.
     pub fragmentations: usize,
 }
 

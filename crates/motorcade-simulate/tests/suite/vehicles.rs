@@ -75,7 +75,7 @@ pub fn row(case: &VehicleCase, report: &Report) -> String {
     )
 }
 
-/// What is worse than its bound, in words.
+/// Row of a case of which a figure is worse than its bound, in words.
 pub fn problem(case: &VehicleCase, report: &Report) -> Option<String> {
     let Some(([ap_50, ..], switches, [below, ..])) = figures(report) else {
         return Some(format!("{}: no labelled vehicle was found", case.name));

@@ -55,7 +55,7 @@ pub fn explain_boxes(
 struct Candidate {
     vehicle: VehicleTrajectory,
     boxes: Track,
-    /// How well its boxes fit.
+    /// Measure of the fit of its boxes.
     value: f64,
 }
 
