@@ -50,7 +50,7 @@ equal("evo, ATE after SE(3) alignment [m]", ape.get_statistic(metrics.Statistics
 for file in (run / "vehicles").glob("*.tum"):
     assert file_interface.read_tum_trajectory_file(file).num_poses > 0, file
 
-# evo: the motion of the vehicles from frame to frame and over a metre, of labels with the one track that shows them.
+# evo: the motion of the vehicles from frame to frame, of labels that one track shows without a gap.
 def object_pose(line):
     x, y, z, ry = map(float, line[13:17])
     pose = np.eye(4)

@@ -27,11 +27,11 @@ impl<'a> Drive<'a> {
     pub(crate) fn new(estimates: &Estimates, truth: &'a GroundTruth) -> Self {
         let tracks = estimates.tracks.as_ref().map(|tracks| {
             let shift = frame_shift(tracks.iter().map(|t| t.frame), truth.first);
-            by_frame(tracks.iter().map(|t| Label { frame: t.frame + shift, ..t.clone() }))
+            by_frame(tracks.iter().map(|t| Label { frame: t.frame.saturating_add(shift), ..t.clone() }))
         });
         let deviations = estimates.deviations.as_ref().map(|all| {
             let shift = frame_shift(all.iter().map(|d| d.frame), truth.first);
-            all.iter().map(|d| ((d.frame + shift, d.id), *d)).collect()
+            all.iter().map(|d| ((d.frame.saturating_add(shift), d.id), *d)).collect()
         });
         Self { truth, tracks, deviations, frames: estimates.world_from_camera.len() as u64 }
     }

@@ -1,5 +1,6 @@
 //! Reliability of the probability that a vehicle moves.
 
+use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 use motorcade_dataset::Cam0;
@@ -58,9 +59,10 @@ impl<'a> Motion<'a> {
         &self,
         deviations: impl Iterator<Item = &'a VehicleDeviations>,
     ) -> Option<MovingReport> {
-        let p_moving: BTreeMap<i64, f64> = deviations.map(|d| (d.id, d.p_moving)).collect();
+        let stated = deviations.filter(|d| (0.0..=1.0).contains(&d.p_moving));
+        let p_moving: BTreeMap<i64, f64> = stated.map(|d| (d.id, d.p_moving)).collect();
         let told = self.pairs().into_iter().filter_map(|(estimate, rows)| {
-            let (label, rows) = rows.into_iter().max_by_key(|(label, rows)| (rows.len(), -label))?;
+            let (label, rows) = rows.into_iter().max_by_key(|(label, rows)| (rows.len(), Reverse(*label)))?;
             Some((*p_moving.get(&estimate)?, self.moves(label, &rows)?))
         });
         MovingReport::of(&told.collect::<Vec<(f64, bool)>>())

@@ -55,7 +55,7 @@ pub(crate) fn evaluation(report: &Report) -> String {
     out + &tracking(report) + "</section>\n"
 }
 
-/// What tells how well the vehicles were told apart, placed and known; nothing without tracks.
+/// Table of how well the vehicles were told apart, placed and known; nothing without tracks.
 fn tracking(report: &Report) -> String {
     let mut rows: Vec<(String, String)> = Vec::new();
     if let Some(boxes) = &report.boxes3d {

@@ -33,8 +33,8 @@ pub struct HypothesisOptions {
     /// neighbour in a row by a third.
     pub least_standing_iou: f64,
     /// Overlap (IoU of the columns) of a box with its vehicle that speaks neither for nor against it, where boxes that are linked forwards and backwards
-    /// make different vehicles. Those of a vehicle's own boxes are 0.7 to 0.9, those of a neighbour's 0.3 to 0.5; on KITTI 0005 and 0003 0.6 to 0.7 do
-    /// as well.
+    /// make different vehicles. Chosen on KITTI 0005 and 0003, where 0.6 to 0.7 do as well: a neighbour in a row overlaps by about a third, and a smaller
+    /// one lets boxes in doubt count for a vehicle.
     pub neutral_overlap: f64,
     /// Overlap (IoU) of a box with the projected vehicle, or with what nearer ones leave of that, below which it does not show the vehicle where it was
     /// placed. Chosen on KITTI 0005 and 0003, where boxes of vehicles overlap by 0.6 to 0.9 and those of clutter by 0.1 to 0.45. A larger one takes
