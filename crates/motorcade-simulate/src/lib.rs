@@ -42,6 +42,7 @@ mod scenario;
 mod scenery;
 mod simulate;
 mod site;
+mod trailer;
 mod training;
 mod vehicle;
 mod visit;
@@ -52,7 +53,7 @@ pub use error::{Error, Result};
 pub use measure::{
     KeypointMeasurement, KeypointOptions, MeasureOptions, Measurements, PointObservation, RoadMatch,
 };
-pub use motion::{Bend, Grade, Road, RoadPlan, RoadPoint, SpeedPlan};
+pub use motion::{Bend, Grade, Paved, Road, RoadKind, RoadPlan, RoadPoint, SpeedPlan};
 pub use options::{DetectorOptions, Look, RenderOptions, SensorOptions};
 pub use output::{DRIVE_RECORD, WriteOptions, Written};
 pub use plan::{Driver, Plan, Rig, Route, Side, Staging, Twins};
@@ -61,6 +62,7 @@ pub use render::{Picture, Renderer, VehicleView};
 pub use scenario::{Scenario, scenarios};
 pub use simulate::{simulate, simulate_again};
 pub use site::Site;
+pub use trailer::TrailerKind;
 pub use training::{VehicleCropOptions, write_vehicle_crops, write_vehicle_crops_until};
-pub use vehicle::SimulatedVehicle;
+pub use vehicle::{Body, SimulatedVehicle};
 pub use weather::Weather;

@@ -27,7 +27,7 @@ pub(crate) enum Part {
     Cargo,
     Tyre,
     Hub,
-    /// Mirrors and rails; only with varied appearance.
+    /// Mirrors and rails, with varied appearance; frames and drawbars.
     Trim,
 }
 

@@ -3,6 +3,7 @@
 use motorcade_perception::VehicleClass;
 
 use crate::motion::{RoadPlan, SpeedPlan};
+use crate::trailer::TrailerKind;
 
 /// Left or right of the direction of the road.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,6 +77,22 @@ pub enum Route {
         /// Side of its kerb; it faces in the direction of the traffic of that side.
         side: Side,
     },
+    /// Through points, straight in the road's (s, d) from one to the next, and on beyond the last.
+    Through {
+        /// (s, d) \[m\].
+        points_m: Vec<[f64; 2]>,
+        /// Way from the first point to the start \[m\].
+        start_m: f64,
+    },
+    /// Standing anywhere.
+    Standing {
+        /// Along the road \[m\].
+        s_m: f64,
+        /// To the left of its centre line \[m\].
+        d_m: f64,
+        /// Heading relative to the road's direction \[rad\], positive to the left.
+        turned_rad: f64,
+    },
 }
 
 /// A vehicle of the plan.
@@ -85,8 +102,10 @@ pub struct Driver {
     pub class: VehicleClass,
     /// Its route.
     pub route: Route,
-    /// Its speed over time; unused when parked.
+    /// Its speed over time; unused where it stands.
     pub speed: SpeedPlan,
+    /// Its trailer.
+    pub towing: Option<TrailerKind>,
 }
 
 /// The camera on its car.

@@ -21,7 +21,7 @@ use crate::route::LANE_M;
 use crate::scenery::kerb_height_m;
 use crate::simulate::{MARGIN_M, standing};
 use crate::site::Site;
-use crate::vehicle::{SimulatedVehicle, draw_colour};
+use crate::vehicle::{Body, SimulatedVehicle, draw_colour};
 
 /// Options of a reenactment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -174,6 +174,7 @@ fn vehicles(
             size,
             body_type,
             blueprint: None,
+            body: Body::Usual,
             colour,
             poses,
             speeds_m_s,

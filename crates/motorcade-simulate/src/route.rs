@@ -61,6 +61,8 @@ pub(crate) fn path(road: &Road, route: &Route, width_m: f64) -> Result<(Path, f6
             join(&mut points, line(arm.s + corner, to, |s| road.point(s, -LANE_M).xy()));
             (points, 12.0)
         }
+        Route::Through { points_m, start_m } => (through(road, points_m), *start_m),
+        Route::Standing { s_m, d_m, .. } => (line(s_m - 12.0, *s_m, |s| road.point(s, *d_m).xy()), 12.0),
         Route::Parked { s_m, side } => {
             let d = side.sign() * (road.half_width_m - PARKING_INSET_M - 0.5 * width_m);
             (line(s_m - 12.0, *s_m, |s| road.point(s, d).xy()), 12.0)
@@ -114,7 +116,7 @@ impl<'a> Arm<'a> {
 }
 
 /// Adds `rest` after a rounded corner (quadratic Bézier between the two ends, with their intersection as control point).
-fn join(points: &mut Vec<Point2<f64>>, rest: Vec<Point2<f64>>) {
+pub(crate) fn join(points: &mut Vec<Point2<f64>>, rest: Vec<Point2<f64>>) {
     if let ([.., a, b], [c, d, ..]) = (points.as_slice(), rest.as_slice()) {
         let (b, c) = (*b, *c);
         let (u, v) = ((b - a).normalize(), (c - d).normalize());
@@ -136,6 +138,17 @@ fn join(points: &mut Vec<Point2<f64>>, rest: Vec<Point2<f64>>) {
 fn line(from: f64, to: f64, point: impl Fn(f64) -> Point2<f64>) -> Vec<Point2<f64>> {
     let count = ((to - from) / STEP_M).ceil().max(0.0) as usize;
     (0..=count).map(|i| point(from + i as f64 * STEP_M)).collect()
+}
+
+/// Points along straight lines in (s, d).
+fn through(road: &Road, points_m: &[[f64; 2]]) -> Vec<Point2<f64>> {
+    let between = |pair: &[[f64; 2]]| {
+        let [a, b] = [pair[0], pair[1]].map(Point2::from);
+        let steps = ((b - a).norm() / STEP_M).ceil().max(1.0) as usize;
+        (0..steps).map(move |i| a + (b - a) * (i as f64 / steps as f64))
+    };
+    let last = points_m.last().map(|p| Point2::from(*p));
+    points_m.windows(2).flat_map(between).chain(last).map(|p| road.point(p.x, p.y).xy()).collect()
 }
 
 /// Smoothstep between knots: the direction is continuous.

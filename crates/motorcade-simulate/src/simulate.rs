@@ -11,13 +11,14 @@ use rand_chacha::ChaCha8Rng;
 use crate::drive::Drive;
 use crate::error::{Error, Result};
 use crate::form::{Form, body_type};
-use crate::motion::{Axles, Road, follow};
+use crate::motion::{Axles, PlanarState, Road, follow, tow};
 use crate::options::RenderOptions;
 use crate::plan::{Driver, Plan, Rig, Route, Side};
 use crate::route::{self, PARKING_INSET_M};
 use crate::scenario::Scenario;
 use crate::site::Site;
-use crate::vehicle::{SimulatedVehicle, draw_colour, draw_size};
+use crate::trailer::TrailerKind;
+use crate::vehicle::{Body, SimulatedVehicle, draw_colour, draw_size};
 
 /// Road before the start and after the end of the camera's path \[m\]: its ends must be out of sight.
 pub(crate) const MARGIN_M: (f64, f64) = (70.0, 260.0);
@@ -79,7 +80,12 @@ fn driven(
     let mut vehicles = Vec::new();
     for driver in plan.drivers.iter().cloned().chain(parked(plan, &road, &mut rng)) {
         let vehicle = drive(&road, &driver, vehicles.len() as u32, frames, render.fps, &mut rng)?;
+        let trailer = match driver.towing {
+            Some(kind) => Some(trailer(&road, &driver, (&vehicle, kind), frames, render.fps, &mut rng)?),
+            None => None,
+        };
         vehicles.push(vehicle);
+        vehicles.extend(trailer);
     }
     Ok(Drive {
         name: scenario.name.clone(),
@@ -103,32 +109,93 @@ fn drive(
     fps: f64,
     rng: &mut ChaCha8Rng,
 ) -> Result<SimulatedVehicle> {
-    let size = draw_size(driver.class, rng);
+    let drawn = draw_size(driver.class, rng);
+    let size = driver.towing.and_then(TrailerKind::towing_size).unwrap_or(drawn);
     let body_type = body_type(driver.class, &size, rng.random());
     let (form, colour) = (Form::of(driver.class, body_type, &size), draw_colour(driver.class, rng));
-    let (poses, speeds_m_s) = if let Route::Parked { s_m, side } = driver.route {
-        let d = side.sign()
-            * (road.half_width_m - PARKING_INSET_M - 0.5 * size.width_m + rng.random_range(-0.08..0.08));
-        let turned = if side == Side::Left { std::f64::consts::PI } else { 0.0 };
-        let heading = road.at(s_m).heading_rad + turned + rng.random_range(-0.02..0.02);
-        (vec![Some(standing(road, &road.point(s_m, d).xy(), heading)); frames], vec![0.0; frames])
-    } else {
-        let (path, start_m) = route::path(road, &driver.route, size.width_m)?;
-        let axles = Axles {
-            wheelbase_m: (form.front_axle - form.rear_axle) * size.length_m,
-            rear_to_centre_m: -form.rear_axle * size.length_m,
-        };
-        let states = follow(&path, start_m, axles, &driver.speed, frames, fps);
-        let pose = |s: &crate::motion::PlanarState| Some(standing(road, &s.centre, s.heading_rad));
-        (states.iter().map(pose).collect(), states.iter().map(|s| s.speed_m_s).collect())
+    let place = match driver.route {
+        Route::Parked { s_m, side } => {
+            let d = side.sign()
+                * (road.half_width_m - PARKING_INSET_M - 0.5 * size.width_m + rng.random_range(-0.08..0.08));
+            let turned = if side == Side::Left { std::f64::consts::PI } else { 0.0 };
+            Some((s_m, d, turned + rng.random_range(-0.02..0.02)))
+        }
+        Route::Standing { s_m, d_m, turned_rad } => {
+            Some((s_m, d_m + rng.random_range(-0.12..0.12), turned_rad + rng.random_range(-0.03..0.03)))
+        }
+        _ => None,
     };
+    let states = match place {
+        Some((s_m, d_m, turned_rad)) => {
+            let heading_rad = road.at(s_m).heading_rad + turned_rad;
+            vec![PlanarState { centre: road.point(s_m, d_m).xy(), heading_rad, speed_m_s: 0.0 }; frames]
+        }
+        None => {
+            let (path, start_m) = route::path(road, &driver.route, size.width_m)?;
+            follow(&path, start_m, axles(&form, size.length_m), &driver.speed, frames, fps)
+        }
+    };
+    let (poses, speeds_m_s) = on_road(road, &states);
     Ok(SimulatedVehicle {
         id,
         class: driver.class,
         size,
         body_type,
         blueprint: None,
+        body: if driver.towing.is_some_and(|t| t.towing_size().is_some()) {
+            Body::Tractor
+        } else {
+            Body::Usual
+        },
         colour,
+        poses,
+        speeds_m_s,
+    })
+}
+
+fn axles(form: &Form, length_m: f64) -> Axles {
+    Axles {
+        wheelbase_m: (form.front_axle - form.rear_axle) * length_m,
+        rear_to_centre_m: -form.rear_axle * length_m,
+    }
+}
+
+/// Poses and speeds of states \[m/s\].
+fn on_road(road: &Road, states: &[PlanarState]) -> (Vec<Option<Pose<Site, Vehicle>>>, Vec<f64>) {
+    let pose = |s: &PlanarState| Some(standing(road, &s.centre, s.heading_rad));
+    (states.iter().map(pose).collect(), states.iter().map(|s| s.speed_m_s).collect())
+}
+
+/// The trailer of a driver's vehicle; in its first frame its axle is on the path.
+fn trailer(
+    road: &Road,
+    driver: &Driver,
+    (towing, kind): (&SimulatedVehicle, TrailerKind),
+    frames: usize,
+    fps: f64,
+    rng: &mut ChaCha8Rng,
+) -> Result<SimulatedVehicle> {
+    // The steps of the towing vehicle's own motion: a trailer is integrated along them.
+    const STEPS_PER_S: f64 = 100.0;
+    let steps = (STEPS_PER_S / fps).round().max(1.0) as usize;
+    let form = towing.form();
+    let (path, start_m) = route::path(road, &driver.route, towing.size.width_m)?;
+    let motion = axles(&form, towing.size.length_m);
+    let count = frames.saturating_sub(1) * steps + 1;
+    let leading = follow(&path, start_m, motion, &driver.speed, count, fps * steps as f64);
+    let hitch = kind.hitch(towing.size.length_m, &form);
+    let axle = path.at(start_m + hitch.ahead_m - hitch.to_axle_m).0;
+    let states: Vec<PlanarState> = tow(&leading, &hitch, axle).into_iter().step_by(steps).collect();
+    let (poses, speeds_m_s) = on_road(road, &states);
+    let class = kind.detected_as();
+    Ok(SimulatedVehicle {
+        id: towing.id + 1,
+        class,
+        size: kind.size(),
+        body_type: None,
+        blueprint: None,
+        body: Body::Trailer { kind, towed_by: towing.id },
+        colour: draw_colour(class, rng),
         poses,
         speeds_m_s,
     })
@@ -153,7 +220,7 @@ fn parked(plan: &Plan, road: &Road, rng: &mut ChaCha8Rng) -> Vec<Driver> {
             });
             if taken && free && road.to_crossing_m(s_m) > 14.0 && !near_other_stretch(road, s_m, side) {
                 let speed = crate::motion::SpeedPlan::constant(0.0);
-                drivers.push(Driver { class, route: Route::Parked { s_m, side }, speed });
+                drivers.push(Driver { class, route: Route::Parked { s_m, side }, speed, towing: None });
             }
         }
     }

@@ -10,13 +10,31 @@ use rand::Rng;
 use crate::form::{self, Form};
 use crate::hash;
 use crate::site::Site;
+use crate::trailer::TrailerKind;
+
+/// Body of a vehicle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Body {
+    /// That of its class.
+    #[default]
+    Usual,
+    /// The tractor of a semi-trailer.
+    Tractor,
+    /// A trailer.
+    Trailer {
+        /// Its kind.
+        kind: TrailerKind,
+        /// Identity of the vehicle that tows it.
+        towed_by: u32,
+    },
+}
 
 /// A vehicle with its true path.
 #[derive(Clone, Debug)]
 pub struct SimulatedVehicle {
     /// Identity, 0 and up.
     pub id: u32,
-    /// Class.
+    /// Class; of a trailer the one that a detector gives it.
     pub class: VehicleClass,
     /// True size.
     pub size: Dimensions,
@@ -25,6 +43,8 @@ pub struct SimulatedVehicle {
     pub body_type: Option<BodyType>,
     /// A drawing of its own, of its size; without one, the average of its body type stretched to its size.
     pub blueprint: Option<Blueprint>,
+    /// Its body.
+    pub body: Body,
     /// Body colour, red, green, blue, 0 to 1.
     pub colour: [f32; 3],
     /// `site_from_vehicle` at each frame; `None` where it is absent.
@@ -40,10 +60,16 @@ const UPRIGHT_ROOF_HALF: f64 = 0.43;
 const ROOF_HALF: f64 = 0.345;
 
 impl SimulatedVehicle {
+    /// Class in labels, by KITTI's names: trailers are `Misc`.
+    pub(crate) fn label(&self) -> &'static str {
+        if matches!(self.body, Body::Trailer { .. }) { "Misc" } else { self.class.name() }
+    }
+
     pub(crate) fn form(&self) -> Form {
-        match &self.blueprint {
-            Some(plan) => Form::drawn(plan),
-            None => Form::of(self.class, self.body_type, &self.size),
+        match (&self.blueprint, self.body) {
+            (_, Body::Trailer { kind, .. }) => kind.form(),
+            (Some(plan), _) => Form::drawn(plan),
+            (None, _) => Form::of(self.class, self.body_type, &self.size),
         }
     }
 

@@ -31,7 +31,9 @@ impl Plan {
             | Route::Crossing { .. }
             | Route::TurnOff { .. }
             | Route::TurnIn { .. }
-            | Route::Parked { .. } => {}
+            | Route::Parked { .. }
+            | Route::Through { .. }
+            | Route::Standing { .. } => {}
         }
         plan.ego_speed = plan.ego_speed.times(1.0 + rng.random_range(-FASTER..FASTER));
         for driver in &mut plan.drivers {

@@ -38,7 +38,7 @@ pub(crate) fn of_frame(drive: &Drive, frame: usize, views: &[VehicleView]) -> Ve
         labels.push(Label {
             frame: frame as u64,
             track: i64::from(vehicle.id),
-            class: vehicle.class.name().to_owned(),
+            class: vehicle.label().to_owned(),
             // Hundredths as in KITTI's files; less is no truncation.
             truncated: (100.0 * truncated.clamp(0.0, 1.0)).round() / 100.0,
             occluded: occlusion(view.visible_share()),

@@ -2,6 +2,7 @@
 
 use nalgebra::{Point2, Point3, Vector2, Vector3};
 
+use super::Paved;
 use super::polyline::rounded;
 
 /// A section of constant curvature.
@@ -22,6 +23,16 @@ pub struct Grade {
     pub rise: f64,
 }
 
+/// Markings and surroundings of a road.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum RoadKind {
+    /// One lane each way, kerbs, pavements and houses.
+    #[default]
+    Street,
+    /// Three lanes each way with a planted median between them, hard shoulders, trees and hedges.
+    Motorway,
+}
+
 /// Plan of a road. Before and after it the road is straight and level, or it is closed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoadPlan {
@@ -38,6 +49,10 @@ pub struct RoadPlan {
     /// Corners of the way through a town \[m\], in place of bends and grades; none for other roads. Where two corners follow each other that did
     /// before, the same street is driven again.
     pub corners_m: Vec<[f64; 2]>,
+    /// Paved ground beside the carriageway.
+    pub paved: Vec<Paved>,
+    /// Markings and surroundings.
+    pub kind: RoadKind,
 }
 
 /// A point of the centre line.
@@ -60,6 +75,10 @@ pub struct Road {
     pub half_width_m: f64,
     /// Positions `s` of crossings \[m\].
     pub crossings_m: Vec<f64>,
+    /// Paved ground beside the carriageway.
+    pub(crate) paved: Vec<Paved>,
+    /// Markings and surroundings.
+    pub(crate) kind: RoadKind,
     start_m: f64,
     samples: Vec<RoadPoint>,
     /// `s` of the first and the last point that is driven \[m\], where the road is closed.
@@ -107,6 +126,8 @@ impl Road {
         Self {
             half_width_m: plan.half_width_m,
             crossings_m: plan.crossings_m.clone(),
+            paved: plan.paved.clone(),
+            kind: plan.kind,
             start_m,
             samples,
             rounds_m: None,
@@ -122,7 +143,7 @@ impl Road {
         }
         let road = Self::through(&rounded(&corners, CORNER_M), plan.half_width_m);
         let again = again(&road.samples);
-        Self { start_m, again, ..road }
+        Self { start_m, again, paved: plan.paved.clone(), kind: plan.kind, ..road }
     }
 
     /// True where the street at `s` was driven before, at a smaller `s`.
@@ -172,6 +193,8 @@ impl Road {
         Self {
             half_width_m: plan.half_width_m,
             crossings_m,
+            paved: plan.paved.clone(),
+            kind: plan.kind,
             start_m: 0.0,
             samples,
             rounds_m: Some(rounds_m),
@@ -208,6 +231,8 @@ impl Road {
         Self {
             half_width_m,
             crossings_m: Vec::new(),
+            paved: Vec::new(),
+            kind: RoadKind::default(),
             start_m: 0.0,
             samples,
             rounds_m: None,
@@ -327,16 +352,21 @@ fn averaged(f: &dyn Fn(f64) -> f64, s: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn winding() -> Road {
-        let plan = RoadPlan {
+    fn winding_plan() -> RoadPlan {
+        RoadPlan {
             half_width_m: 4.0,
             bends: vec![Bend { length_m: 60.0, curvature_per_m: 0.02 }],
             grades: vec![Grade { length_m: 80.0, rise: 0.05 }],
             crossings_m: vec![30.0],
             closed: false,
             corners_m: vec![],
-        };
-        Road::build(&plan, -40.0, 160.0)
+            paved: vec![],
+            kind: RoadKind::Street,
+        }
+    }
+
+    fn winding() -> Road {
+        Road::build(&winding_plan(), -40.0, 160.0)
     }
 
     #[test]
@@ -362,14 +392,8 @@ mod tests {
         let bend = |length_m: f64, turn: f64| Bend { length_m, curvature_per_m: turn / length_m };
         let quarter = -std::f64::consts::FRAC_PI_2;
         let bends = [70.0, 50.0, 70.0, 50.0].into_iter().flat_map(|l| [bend(l, 0.0), bend(25.0, quarter)]);
-        let plan = RoadPlan {
-            half_width_m: 5.6,
-            bends: bends.collect(),
-            grades: vec![],
-            crossings_m: vec![20.0],
-            closed: true,
-            corners_m: vec![],
-        };
+        let (bends, crossings_m) = (bends.collect(), vec![20.0]);
+        let plan = RoadPlan { bends, grades: vec![], crossings_m, closed: true, ..winding_plan() };
         let road = Road::build(&plan, -50.0, 800.0);
         assert_eq!(
             (road.round_m(), road.extent_m(), road.driven_m()),
@@ -390,8 +414,7 @@ mod tests {
     fn a_town_is_driven_by_its_corners_and_its_streets_again() {
         let block = [[0.0, 0.0], [150.0, 0.0], [150.0, 120.0], [0.0, 120.0]];
         let corners_m = [&block[..], &block[..2], &[[300.0, 0.0]]].concat();
-        let (bends, grades, crossings_m) = (vec![], vec![], vec![]);
-        let plan = RoadPlan { half_width_m: 5.6, bends, grades, crossings_m, closed: false, corners_m };
+        let plan = RoadPlan { corners_m, grades: vec![], bends: vec![], ..winding_plan() };
         let road = Road::build(&plan, -30.0, 800.0);
         assert!((road.at(0.0).position - Point3::origin()).norm() < 0.6);
         let from = road.extent_m().0;

@@ -5,9 +5,15 @@ use super::coverage::{cover, cover_periodic};
 use super::scene::{Fragment, Scene};
 use super::tile::{Probe, floor};
 use crate::hash;
-use crate::motion::CROSSING_HALF_WIDTH_M;
+use crate::motion::{CROSSING_HALF_WIDTH_M, Road, RoadKind};
 use crate::scenery::{KERB_M, PAVEMENT_M};
 
+/// Half width of a median \[m\].
+const MEDIAN_HALF_M: f32 = 1.5;
+/// Solid lines of a motorway, at the median and at the hard shoulder, from its middle \[m\].
+const MOTORWAY_EDGES_M: [f32; 2] = [2.0, 13.25];
+/// Lines between its lanes \[m\].
+const MOTORWAY_LANES_M: [f32; 2] = [5.75, 9.5];
 /// Width of a kerb stone \[m\].
 const KERB_STONE_M: f32 = 0.16;
 
@@ -35,6 +41,8 @@ pub(super) fn colour(scene: &Scene<'_>, f: &Fragment) -> (Colour, f32) {
     let street = cover(d, -half, half, fd).max(on_crossing);
     let standing_up = f.normal.z < 0.5;
     let street = if standing_up { 0.0 } else { street };
+    let (paved, bare) = (paved(road, [s, d], fs.max(fd)), unpaved(road, [s, d], [fs, fd]));
+    let street = street.max(paved) * (1.0 - bare);
 
     let mut colour = [0.0; 3];
     if street > 0.0 {
@@ -45,8 +53,14 @@ pub(super) fn colour(scene: &Scene<'_>, f: &Fragment) -> (Colour, f32) {
         let stones = half + KERB_STONE_M;
         let edge = half + PAVEMENT_M as f32;
         let across = d.abs();
-        let kerb = if h < KERB_M as f32 * 0.95 { 1.0 } else { cover(across, 0.0, stones, fd) };
-        let pavement = cover(across, stones, edge, fd) * (1.0 - kerb);
+        // Where the whole ground is level, height does not tell kerbs from verges.
+        let level = road.kind == RoadKind::Motorway || !road.paved.is_empty() && !standing_up;
+        let kerb = if level || h >= KERB_M as f32 * 0.95 { cover(across, 0.0, stones, fd) } else { 1.0 };
+        let kerb = if road.kind == RoadKind::Motorway { 0.0 } else { kerb * (1.0 - bare) };
+        let pavement = match road.kind {
+            RoadKind::Street => cover(across, stones, edge, fd) * (1.0 - kerb) * (1.0 - bare),
+            RoadKind::Motorway => 0.0,
+        };
         let verge = (1.0 - kerb - pavement).max(0.0);
         let mut off = [0.0; 3];
         if kerb > 0.0 {
@@ -68,6 +82,45 @@ pub(super) fn colour(scene: &Scene<'_>, f: &Fragment) -> (Colour, f32) {
         colour = added(colour, off, 1.0 - street);
     }
     (colour, street)
+}
+
+/// Share of paved ground beside the carriageway.
+fn paved(road: &Road, [s, d]: [f32; 2], extent: f32) -> f32 {
+    if road.paved.is_empty() {
+        return 0.0;
+    }
+    cover(road.to_paving_m(f64::from(s), f64::from(d)) as f32, -1e6, 0.0, extent)
+}
+
+/// Share of islands and of the median.
+fn unpaved(road: &Road, [s, d]: [f32; 2], [fs, fd]: [f32; 2]) -> f32 {
+    let median = match road.kind {
+        RoadKind::Street => 0.0,
+        RoadKind::Motorway => cover(d, -MEDIAN_HALF_M, MEDIAN_HALF_M, fd),
+    };
+    let off = road.paved.iter().filter_map(|p| p.off_island_m(f64::from(s), f64::from(d)));
+    off.map(|off| cover(off as f32, -1e6, 0.0, fs.max(fd))).fold(median, f32::max)
+}
+
+/// Share of paint on a motorway: edges of the carriageway solid, of the lanes dashed.
+fn motorway_paint(s: f32, d: f32, [fs, fd]: [f32; 2]) -> f32 {
+    let line = |at: f32, half: f32| cover(d.abs(), at - half, at + half, fd);
+    let solid = line(MOTORWAY_EDGES_M[0], 0.1) + line(MOTORWAY_EDGES_M[1], 0.1);
+    let dashed = line(MOTORWAY_LANES_M[0], 0.075) + line(MOTORWAY_LANES_M[1], 0.075);
+    solid + dashed * cover_periodic(s, 0.0, 6.0, 18.0, fs)
+}
+
+/// Share of the dashed middle lines of paved streets.
+fn middle_lines(road: &Road, [s, d]: [f32; 2], [fs, fd]: [f32; 2]) -> f32 {
+    let one = |p: &crate::motion::Paved| {
+        let (along, across) = p.local(f64::from(s), f64::from(d));
+        let inside = cover(along as f32, 3.0, p.length_m() as f32, fs.max(fd));
+        let extent = fs.max(fd);
+        inside
+            * cover(across as f32, -0.07, 0.07, extent)
+            * cover_periodic(along as f32, 0.0, 3.0, 7.0, extent)
+    };
+    road.paved.iter().filter(|p| p.centre_line).map(one).sum()
 }
 
 /// Mix of a and b with a share of b.
@@ -119,8 +172,12 @@ fn asphalt(scene: &Scene<'_>, point: &GroundPoint<'_>) -> Colour {
     // Paint, worn by the noise.
     // The distance to a crossing is infinite on a road without crossings: clamped to a finite one.
     let clear = scene.drive.road.to_crossing_m(f64::from(s)).min(1e5) as f32;
+    let road = &scene.drive.road;
+    let on_paving = if road.paved.is_empty() { 0.0 } else { paved(road, [s, d], fs.max(fd)) };
     let mut paint = 0.0;
-    if clear > 9.0 {
+    if road.kind == RoadKind::Motorway {
+        paint += motorway_paint(s, d, [fs, fd]);
+    } else if clear > 9.0 {
         let open = cover(clear, 9.5, 1e6, fs);
         if d.abs() < 0.1 + fd {
             paint += cover_periodic(s, 0.0, 3.0, 7.0, fs) * cover(d, -0.07, 0.07, fd) * open;
@@ -134,7 +191,8 @@ fn asphalt(scene: &Scene<'_>, point: &GroundPoint<'_>) -> Colour {
         paint += cover(clear, 4.8, 7.8, fs) * stripes;
         paint += cover(clear, 8.6, 9.0, fs) * cover(d.abs(), 0.15, half.min(3.4), fd);
     }
-    let paint = paint.min(1.0) * (1.0 - on_crossing);
+    let paint = paint.min(1.0) * (1.0 - on_crossing) * (1.0 - on_paving);
+    let paint = if on_paving > 0.0 { paint.max(middle_lines(road, [s, d], [fs, fd])) } else { paint };
     if paint > 0.0 {
         let worn = (0.82 + 0.35 * fine + 0.2 * coarse).clamp(0.25, 1.0);
         colour = mixed(colour, [0.86, 0.86, 0.83], paint * worn);

@@ -6,7 +6,8 @@ use nalgebra::Point3;
 
 use crate::form::{Form, Glasshouse};
 use crate::mesh::{Material, Mesh, Part, Vertex};
-use crate::vehicle::SimulatedVehicle;
+use crate::trailer::TrailerKind;
+use crate::vehicle::{Body, SimulatedVehicle};
 
 /// A cross-section of a body: x, lowest and highest z, half width (½ at the widest), all as fractions.
 pub(super) type Station = [f64; 4];
@@ -20,6 +21,18 @@ const CAB: [Station; 4] = [
 ];
 /// Its load.
 const CARGO: [Station; 2] = [[-0.5, 0.22, 1.0, 0.50], [0.25, 0.22, 1.0, 0.50]];
+/// The cab of a tractor, over its whole height.
+const TRACTOR_CAB: [Station; 4] =
+    [[0.13, 0.16, 1.0, 0.475], [0.42, 0.13, 1.0, 0.49], [0.485, 0.12, 0.62, 0.49], [0.5, 0.14, 0.40, 0.47]];
+/// Its frame.
+const TRACTOR_FRAME: [Station; 2] = [[-0.5, 0.15, 0.27, 0.2], [0.13, 0.15, 0.27, 0.2]];
+/// The box of a semi-trailer.
+const SEMI_TRAILER: [Station; 2] = [[-0.5, 0.28, 1.0, 0.50], [0.5, 0.28, 1.0, 0.50]];
+/// The body of a caravan.
+const CARAVAN: [Station; 4] =
+    [[-0.5, 0.18, 0.94, 0.48], [-0.46, 0.14, 1.0, 0.50], [0.22, 0.14, 1.0, 0.50], [0.31, 0.20, 0.72, 0.48]];
+/// Its drawbar.
+const DRAWBAR: [Station; 2] = [[0.30, 0.17, 0.22, 0.06], [0.5, 0.17, 0.21, 0.02]];
 /// A bus.
 const BUS: [Station; 4] =
     [[-0.5, 0.12, 0.96, 0.48], [-0.48, 0.10, 1.0, 0.50], [0.46, 0.10, 1.0, 0.50], [0.5, 0.12, 0.90, 0.47]];
@@ -34,7 +47,25 @@ const MOTORCYCLE: [Station; 5] = [
 
 /// The mesh of a vehicle in its own frame \[m\].
 pub(crate) fn mesh(vehicle: &SimulatedVehicle) -> Mesh {
-    build(vehicle.class, &vehicle.size, &vehicle.form())
+    let mut builder = Builder::new(vehicle.size, vehicle.form());
+    match vehicle.body {
+        Body::Usual => return build(vehicle.class, &vehicle.size, &vehicle.form()),
+        Body::Tractor => {
+            builder.loft(&TRACTOR_CAB, Part::Body, 0.95);
+            builder.loft(&TRACTOR_FRAME, Part::Trim, 1.0);
+            builder.wheels(0.40);
+        }
+        Body::Trailer { kind: TrailerKind::Semi, .. } => {
+            builder.loft(&SEMI_TRAILER, Part::Cargo, 1.0);
+            builder.wheels(0.40);
+        }
+        Body::Trailer { kind: TrailerKind::Caravan, .. } => {
+            builder.loft(&CARAVAN, Part::Body, 0.92);
+            builder.loft(&DRAWBAR, Part::Trim, 1.0);
+            builder.wheels(0.20);
+        }
+    }
+    builder.mesh
 }
 
 fn build(class: VehicleClass, size: &Dimensions, form: &Form) -> Mesh {

@@ -6,7 +6,7 @@ use super::colour::{Colour, mixed, scaled};
 use super::scene::{Fragment, Scene};
 use crate::form::{Form, Glasshouse};
 use crate::mesh::Part;
-use crate::vehicle::SimulatedVehicle;
+use crate::vehicle::{Body, SimulatedVehicle};
 
 /// Colour and reflectance.
 pub(super) struct Paint {
@@ -156,6 +156,12 @@ fn body(vehicle: &SimulatedVehicle, form: &Form, place: &SurfacePoint, grain: f3
             let side = flank * place.within(0, -0.46, 0.44) * place.within(2, 0.42, 0.80) * panes;
             let ends = place.beside(0, 0.465, 1.0) * place.beside(1, 0.0, 0.42) * place.within(2, 0.40, 0.86);
             side.max(ends)
+        }
+        VehicleClass::Van if vehicle.body != Body::Usual => {
+            // A caravan.
+            let side = flank * (place.within(0, -0.40, -0.27) + place.within(0, 0.04, 0.20));
+            let rear = place.within(0, -1.0, -0.47) * place.beside(1, 0.0, 0.33);
+            side.max(rear) * place.within(2, 0.50, 0.76)
         }
         VehicleClass::Car | VehicleClass::Van | VehicleClass::Motorcycle => 0.0,
     };

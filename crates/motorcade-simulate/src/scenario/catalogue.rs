@@ -2,8 +2,10 @@
 
 use motorcade_perception::VehicleClass::{Bus, Car, Truck, Van};
 
+use super::junctions::{junction_turn, roundabout_exits, yard};
 use super::parts::{bend, coming, driver, leading, standing, street};
 use super::seen_again::{block, figure_eight, same_street_opposite, suburb, town, tunnel, twin_houses};
+use super::traffic::{crest, double_parked, motorway, parked_across, trailers};
 use crate::motion::{Grade, SpeedPlan};
 use crate::options::DetectorOptions;
 use crate::plan::{Plan, Route, Side};
@@ -55,6 +57,14 @@ entries! {
     "suburb", suburb, "3.6 km through a town in 454 s, some of its streets again in the same direction: about the length and the loops of KITTI odometry 00";
     "twin-houses", twin_houses, "a straight street in which 40 m of houses stand twice";
     "same-street-opposite", same_street_opposite, "along an avenue, round over both lanes and back";
+    "parked-across", parked_across, "a street with rows of cars across it on both sides, some at 60 degrees, two cars ahead";
+    "yard", yard, "from a street into a car park with rows in all directions, through it slowly and out";
+    "double-parked", double_parked, "round lorries and a van that stand in the lane; cars come from behind them";
+    "roundabout-exits", roundabout_exits, "three quarters round a roundabout of four arms; others enter, go round and leave";
+    "junction-turn", junction_turn, "turning left at a junction; others turn left and right, and wait";
+    "trailers", trailers, "behind an articulated lorry through bends; another one and a car with a caravan come";
+    "motorway", motorway, "30 m/s on a motorway of three lanes each way, overtaken at 50 m/s, past lorries at 22 to 25 m/s";
+    "crest", crest, "over a crest and through a dip, cars coming over them";
 }
 
 /// Errors of the detector in a scenario.

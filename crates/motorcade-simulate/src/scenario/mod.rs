@@ -1,8 +1,11 @@
 //! Named drives.
 
 mod catalogue;
+mod junctions;
 mod parts;
+mod roundabout;
 mod seen_again;
+mod traffic;
 
 use crate::options::DetectorOptions;
 use crate::plan::Plan;

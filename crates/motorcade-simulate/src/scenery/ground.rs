@@ -1,24 +1,30 @@
 //! The ground as strips along the road.
 
 use crate::mesh::{Chunk, Material, Mesh, Vertex};
-use crate::motion::Road;
+use crate::motion::{Road, RoadKind};
 use crate::scenery::{KERB_M, PAVEMENT_M};
 
 /// Half width of the ground \[m\].
 const REACH_M: f64 = 60.0;
+/// The same where traffic leaves the road \[m\].
+const PAVED_REACH_M: f64 = 150.0;
 /// Length of road in one chunk \[m\].
 const CHUNK_M: f64 = 16.0;
 
-/// Height of the pavement above the carriageway \[m\]: 0 at crossings.
+/// Height of the pavement above the carriageway \[m\]: 0 at crossings, beside paved ground and on motorways.
 pub(crate) fn kerb_height_m(road: &Road, s: f64) -> f64 {
-    let t = ((road.to_crossing_m(s) - 4.2) / 2.0).clamp(0.0, 1.0);
-    KERB_M * t
+    if road.kind == RoadKind::Motorway {
+        return 0.0;
+    }
+    let along = (road.to_crossing_m(s) - 4.2).min(road.along_to_paving_m(s));
+    KERB_M * (along / 2.0).clamp(0.0, 1.0)
 }
 
 /// Extent of the ground to a side at `s` \[m\]: not beyond the centre of a bend.
 fn reach(road: &Road, s: f64, side: f64) -> f64 {
     let towards_centre = road.at(s).curvature_per_m * side;
-    let most = if towards_centre > 1e-6 { (0.9 / towards_centre).min(REACH_M) } else { REACH_M };
+    let level = if road.paved.is_empty() { REACH_M } else { PAVED_REACH_M };
+    let most = if towards_centre > 1e-6 { (0.9 / towards_centre).min(level) } else { level };
     if road.meets_itself() { most.min(to_other_stretch(road, s, side, most)) } else { most }
 }
 

@@ -63,6 +63,15 @@ pub(super) fn tree(road: &Road, place: (f64, f64), height_m: f64, rng: &mut ChaC
     Chunk::around(mesh)
 }
 
+/// A low round bush.
+pub(super) fn bush(road: &Road, place: (f64, f64), radius_m: f64, rng: &mut ChaCha8Rng) -> Option<Chunk> {
+    let mut mesh = Mesh::default();
+    let colour = [rng.random_range(0.17..0.27), rng.random_range(0.27..0.34), 0.13];
+    let centre = foot(road, place) + Vector3::z() * (0.5 * radius_m);
+    ball(&mut mesh, centre, radius_m, colour, rng);
+    Chunk::around(mesh)
+}
+
 /// A ball with bumps, lighter above.
 fn ball(mesh: &mut Mesh, centre: Point3<f64>, radius_m: f64, colour: [f32; 3], rng: &mut ChaCha8Rng) {
     const ROUND: usize = 9;

@@ -7,8 +7,11 @@ use rand_chacha::ChaCha8Rng;
 use super::{buildings, plants};
 use crate::drive::Drive;
 use crate::mesh::{Building, Chunk};
-use crate::motion::Road;
+use crate::motion::{Paved, Road, RoadKind};
 use crate::scenery::PAVEMENT_M;
+
+/// Distance of the two hedges of a median from its middle \[m\].
+const MEDIAN_HEDGE_M: f64 = 0.02;
 
 /// Areas kept free: near vehicles, the camera, and the road itself.
 struct Obstacles<'a> {
@@ -18,8 +21,9 @@ struct Obstacles<'a> {
 
 impl Obstacles<'_> {
     fn free(&self, point: &Point2<f64>, radius_m: f64) -> bool {
-        let (_, d) = self.road.locate(point);
+        let (s, d) = self.road.locate(point);
         d.abs() > self.road.half_width_m + radius_m
+            && self.road.to_paving_m(s, d) > radius_m
             && self.points.iter().all(|(p, r)| (p - point).norm() > r + radius_m)
     }
 }
@@ -44,10 +48,22 @@ pub(super) fn place(drive: &Drive, rng: &mut ChaCha8Rng, chunks: &mut Vec<Chunk>
     }
     let obstacles = Obstacles { road, points };
     let (from, to) = road.extent_m();
+    for island in road.paved.iter().filter(|p| p.island_m > 0.0) {
+        plant(road, island, rng, chunks);
+    }
+    if road.kind == RoadKind::Motorway {
+        for half in [-MEDIAN_HEDGE_M, MEDIAN_HEDGE_M] {
+            chunks.extend(plants::hedge(road, (from, to), half, 0.9, rng));
+        }
+    }
     for side in [-1.0, 1.0] {
         let Some(twins) = drive.staging.twins else {
-            row(drive, &obstacles, side, (from, to), rng, chunks, looks);
-            kerbside(&obstacles, side, (from, to), rng, chunks);
+            let back_m = road.half_width_m + PAVEMENT_M;
+            row(drive, &obstacles, (side, back_m), (from, to), rng, chunks, looks);
+            behind(drive, &obstacles, side, rng, chunks, looks);
+            if road.kind == RoadKind::Street {
+                kerbside(&obstacles, side, (from, to), rng, chunks);
+            }
             continue;
         };
         // Both stretches are drawn from the same random numbers.
@@ -62,24 +78,58 @@ pub(super) fn place(drive: &Drive, rng: &mut ChaCha8Rng, chunks: &mut Vec<Chunk>
             ((again[1], to), false),
         ] {
             let mut own = if twin { alike.clone() } else { ChaCha8Rng::seed_from_u64(rng.random()) };
-            row(drive, &obstacles, side, stretch, &mut own, chunks, looks);
+            let back_m = road.half_width_m + PAVEMENT_M;
+            row(drive, &obstacles, (side, back_m), stretch, &mut own, chunks, looks);
             kerbside(&obstacles, side, stretch, &mut own, chunks);
         }
     }
 }
 
-/// Houses and gardens behind the pavement.
-fn row(
+/// Further rows of houses where traffic leaves the road: it would else come out of the town.
+fn behind(
     drive: &Drive,
     obstacles: &Obstacles<'_>,
     side: f64,
+    rng: &mut ChaCha8Rng,
+    chunks: &mut Vec<Chunk>,
+    looks: &mut Vec<Building>,
+) {
+    const ROWS: u32 = 6;
+    const PITCH_M: f64 = 17.0;
+    const ALONG_M: f64 = 70.0;
+    let road = &drive.road;
+    let extents = road.paved.iter().map(Paved::extent_m);
+    let Some((from, to)) = extents.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))) else { return };
+    let (first, last) = road.extent_m();
+    let stretch = ((from - ALONG_M).max(first), (to + ALONG_M).min(last));
+    for k in 1..=ROWS {
+        let back_m = road.half_width_m + PAVEMENT_M + PITCH_M * f64::from(k);
+        row(drive, obstacles, (side, back_m), stretch, rng, chunks, looks);
+    }
+}
+
+/// Bushes round the edge of an island.
+fn plant(road: &Road, island: &Paved, rng: &mut ChaCha8Rng, chunks: &mut Vec<Chunk>) {
+    const BUSHES: u32 = 14;
+    let [s, d] = island.ends_m[0];
+    for i in 0..BUSHES {
+        let (sin, cos) = (f64::from(i) / f64::from(BUSHES) * std::f64::consts::TAU).sin_cos();
+        let out_m = island.island_m - 2.0;
+        chunks.extend(plants::bush(road, (s + out_m * cos, d + out_m * sin), 0.8, rng));
+    }
+}
+
+/// Houses and gardens behind the pavement, or farther from the road: `back_m` from its centre line.
+fn row(
+    drive: &Drive,
+    obstacles: &Obstacles<'_>,
+    (side, back): (f64, f64),
     (from, to): (f64, f64),
     rng: &mut ChaCha8Rng,
     chunks: &mut Vec<Chunk>,
     looks: &mut Vec<Building>,
 ) {
     let road = &drive.road;
-    let back = road.half_width_m + PAVEMENT_M;
     let mut s = from;
     while s < to {
         let width = rng.random_range(7.0..17.0);
@@ -105,7 +155,7 @@ fn row(
             windows_m,
         };
         let corners = plot.outline(road);
-        let room = clear && corners.iter().all(|p| obstacles.free(p, 1.2));
+        let room = clear && road.kind == RoadKind::Street && corners.iter().all(|p| obstacles.free(p, 1.2));
         if wants_house && room {
             chunks.extend(buildings::house(road, &plot, seed, looks));
         } else if clear {
@@ -129,7 +179,8 @@ fn garden(
     let hedge = rng.random_bool(0.7);
     let height = rng.random_range(0.9..1.8);
     let ends = [s + 0.2, s + width - 0.2].map(|s| road.point(s, side * (back + 0.5)).xy());
-    if hedge && ends.iter().all(|p| obstacles.free(p, 0.8)) {
+    let off_paving = (0..=8).all(|k| road.to_paving_m(s + width * f64::from(k) / 8.0, side * back) > 1.5);
+    if hedge && off_paving && ends.iter().all(|p| obstacles.free(p, 0.8)) {
         chunks.extend(plants::hedge(road, (s + 0.2, s + width - 0.2), side * (back + 0.5), height, rng));
     }
     for _ in 0..2 {

@@ -11,14 +11,14 @@ use super::viewpoint::{self, Viewpoint};
 use crate::drive::Drive;
 use crate::hash;
 use crate::mesh::Chunk;
-use crate::motion::{Bend, Grade, Road, RoadPlan};
+use crate::motion::{Bend, Grade, Road, RoadKind, RoadPlan};
 use crate::options::DetectorOptions;
 use crate::options::{Look, RenderOptions, SensorOptions};
 use crate::plan::Staging;
 use crate::scenery;
 use crate::simulate::standing;
 use crate::site::Site;
-use crate::vehicle::SimulatedVehicle;
+use crate::vehicle::{Body, SimulatedVehicle};
 use crate::weather::Weather;
 
 /// Views of one street.
@@ -121,6 +121,8 @@ fn road(rng: &mut ChaCha8Rng) -> Road {
         crossings_m: if rng.random_bool(0.3) { vec![rng.random_range(0.0..80.0)] } else { Vec::new() },
         closed: false,
         corners_m: vec![],
+        paved: vec![],
+        kind: RoadKind::Street,
     };
     Road::build(&plan, EXTENT_M.0 - 40.0, EXTENT_M.1 + 60.0)
 }
@@ -133,6 +135,7 @@ fn vehicle(id: usize, rng: &mut ChaCha8Rng) -> (SimulatedVehicle, usize) {
         size,
         body_type,
         blueprint,
+        body: Body::Usual,
         colour: [0.5; 3],
         poses: Vec::new(),
         speeds_m_s: Vec::new(),

@@ -67,6 +67,32 @@ fn boxes_agree_with_the_instance_map_and_with_the_outline_the_pipeline_uses() {
     assert!(compared >= 2, "{compared} vehicles in full view");
 }
 
+#[test]
+fn paved_ground_beside_the_road_is_carriageway_and_its_islands_are_not() {
+    let drive = drive("roundabout-exits", 61, 414);
+    let (picture, camera) = (picture(&drive, 60), drive.camera());
+    let (mut ring, mut mixed, mut island) = (0, 0, 0);
+    for (x, y, share) in picture.road.enumerate_pixels() {
+        let depth_m = f64::from(picture.depth_m[(y * camera.width + x) as usize]);
+        if picture.instance.get_pixel(x, y).0[0] > 0 || !depth_m.is_finite() {
+            continue;
+        }
+        let ray = camera.ray(&Point2::new(f64::from(x), f64::from(y)));
+        let point = drive.site_from_camera[60].transform_point(&Point3::from(ray * depth_m));
+        // The road is the x axis, the centre of the roundabout 40 m along it; bushes are higher.
+        let from_centre = (point.x - 40.0).hypot(point.y);
+        if point.z.abs() < 0.03 && (11.0..17.0).contains(&from_centre) {
+            ring += 1;
+            // Pixels on the edges of trunks and wheels are mixed.
+            mixed += usize::from(share.0[0] < 250);
+        } else if point.z.abs() < 0.03 && from_centre < 8.0 {
+            island += 1;
+            assert_eq!(share.0[0], 0, "({x}, {y}) at {point}");
+        }
+    }
+    assert!(ring > 500 && 50 * mixed < ring && island > 50, "{ring}, {mixed} and {island} pixels");
+}
+
 /// Bilinear grey level.
 fn level(image: &GrayImage, x: f64, y: f64) -> Option<f64> {
     let (i, j) = (x.floor(), y.floor());

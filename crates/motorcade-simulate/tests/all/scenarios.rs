@@ -2,7 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly too")]
 
-use motorcade_simulate::{Drive, RenderOptions, Scenario, scenarios, simulate, simulate_again};
+use motorcade_simulate::{
+    Body, Drive, MeasureOptions, RenderOptions, Scenario, TrailerKind, scenarios, simulate, simulate_again,
+};
 use nalgebra::{Point2, Point3};
 
 fn driven(name: &str, frames: usize, seed: u64) -> Drive {
@@ -50,6 +52,14 @@ fn nobody_drives_through_anybody() {
             }
             for (i, a) in bodies.iter().enumerate() {
                 for (j, b) in bodies.iter().enumerate().skip(i + 1) {
+                    // A trailer rests on the vehicle that tows it.
+                    let towed_by = match drive.vehicles[j - 1].body {
+                        Body::Trailer { towed_by, .. } => Some(towed_by as usize + 1),
+                        _ => None,
+                    };
+                    if towed_by == Some(i) {
+                        continue;
+                    }
                     let touch = a.iter().any(|(p, r)| b.iter().any(|(q, s)| (p - q).norm() < r + s));
                     assert!(
                         !touch,
@@ -60,6 +70,135 @@ fn nobody_drives_through_anybody() {
             }
         }
     }
+}
+
+/// Position of the axle that does not steer, from the centre, as a share of the length: roughly that of all cars and lorries.
+fn fixed_axle(body: Body) -> f64 {
+    match body {
+        Body::Trailer { kind: TrailerKind::Semi, .. } => -0.184,
+        Body::Trailer { kind: TrailerKind::Caravan, .. } => -0.141,
+        Body::Usual | Body::Tractor => -0.29,
+    }
+}
+
+#[test]
+fn vehicles_move_along_their_heading_with_accelerations_of_traffic() {
+    let options = RenderOptions::default();
+    for scenario in scenarios() {
+        let drive = simulate(&scenario, 150, 5, &options).unwrap();
+        // Cars of `turning` are too fast for their corners; its pictures are kept.
+        let most_aside = if scenario.name == "turning" { 7.5 } else { 4.5 };
+        for vehicle in &drive.vehicles {
+            let axle = Point3::new(fixed_axle(vehicle.body) * vehicle.size.length_m, 0.0, 0.0);
+            for frame in 1..drive.len() {
+                let [before, after] = [frame - 1, frame].map(|k| vehicle.poses[k].unwrap());
+                let moved = after.transform_point(&axle) - before.transform_point(&axle);
+                let [nose, left] = [nalgebra::Vector3::x(), nalgebra::Vector3::y()]
+                    .map(|axis| 0.5 * (before.transform_vector(&axis) + after.transform_vector(&axis)));
+                let at = format!("{}: vehicle {}, frame {frame}", scenario.name, vehicle.id);
+                assert!(
+                    moved.dot(&left).abs() < 0.03 * moved.norm() + 1e-6,
+                    "{at}: {} m aside",
+                    moved.dot(&left)
+                );
+                assert!(moved.dot(&nose) >= -1e-9, "{at}: backwards");
+                let speed = vehicle.speeds_m_s[frame];
+                let faster = (speed - vehicle.speeds_m_s[frame - 1]) * options.fps;
+                let [a, b] = [before, after].map(|p| p.transform_vector(&nalgebra::Vector3::x()));
+                let aside = speed * a.xy().perp(&b.xy()) * options.fps;
+                assert!(faster.abs() < 4.0 && aside.abs() < most_aside, "{at}: {faster}, {aside} m/s²");
+            }
+        }
+    }
+}
+
+#[test]
+fn trailers_hang_on_their_hitches_and_turn_later() {
+    let drive = driven("trailers", 90, 1);
+    let mut found = 0;
+    for trailer in &drive.vehicles {
+        let Body::Trailer { kind, towed_by } = trailer.body else { continue };
+        found += 1;
+        let towing = &drive.vehicles[towed_by as usize];
+        // Rear axle of tractors at 0.29 of the length behind the centre, the kingpin 0.4 m ahead of it and 1.6 m behind the front.
+        let (hitch, front) = match kind {
+            TrailerKind::Semi => (0.4 - 0.29 * towing.size.length_m, 0.5 * trailer.size.length_m - 1.6),
+            TrailerKind::Caravan => (-0.5 * towing.size.length_m, 0.5 * trailer.size.length_m),
+        };
+        let mut widest = 0.0_f64;
+        for frame in 0..drive.len() {
+            let (ahead, behind) = (towing.poses[frame].unwrap(), trailer.poses[frame].unwrap());
+            let apart = ahead.transform_point(&Point3::new(hitch, 0.0, 0.0))
+                - behind.transform_point(&Point3::new(front, 0.0, 0.0));
+            assert!(apart.xy().norm() < 0.02, "{kind:?}, frame {frame}: {apart}");
+            let [a, b] = [ahead, behind].map(|p| p.transform_vector(&nalgebra::Vector3::x()).xy());
+            widest = widest.max(b.perp(&a).abs().asin().to_degrees());
+        }
+        assert!((4.0..35.0).contains(&widest), "{kind:?}: {widest}°");
+    }
+    assert_eq!(found, 4);
+}
+
+#[test]
+fn labels_of_trailers_are_misc() {
+    let all = driven("trailers", 10, 1).measure(&MeasureOptions::default()).unwrap();
+    let class = |track: i64| all.labels.iter().find(|l| l.track == track).map(|l| l.class.as_str());
+    assert_eq!((class(0), class(1)), (Some("Truck"), Some("Misc")));
+    assert!(
+        all.detections.iter().any(|d| d.class == "Truck") && all.detections.iter().all(|d| d.class != "Misc")
+    );
+}
+
+#[test]
+fn traffic_of_a_roundabout_turns_by_a_third_to_more_than_half_a_circle() {
+    let drive = driven("roundabout-exits", 230, 1);
+    // Largest heading relative to the smallest one before it.
+    let turned = |vehicle: usize| {
+        let headings: Vec<_> = drive.vehicles[vehicle]
+            .poses
+            .iter()
+            .map(|p| p.unwrap().transform_vector(&nalgebra::Vector3::x()).xy())
+            .collect();
+        let (mut heading, mut least, mut most) = (0.0_f64, 0.0_f64, 0.0_f64);
+        for pair in headings.windows(2) {
+            heading += pair[0].perp(&pair[1]).atan2(pair[0].dot(&pair[1])).to_degrees();
+            least = least.min(heading);
+            most = most.max(heading - least);
+        }
+        most
+    };
+    for (vehicle, expected) in [(0, 109.0), (1, 109.0), (2, 199.0), (3, 199.0)] {
+        let found = turned(vehicle);
+        assert!((found - expected).abs() < 15.0, "vehicle {vehicle} turned by {found}° of {expected}°");
+    }
+}
+
+#[test]
+fn the_crest_is_one_and_the_dip_is_lower() {
+    let drive = driven("crest", 110, 1);
+    let z: Vec<f64> = drive.site_from_camera.iter().map(|p| p.translation().z).collect();
+    let (highest, lowest) =
+        (z.iter().copied().fold(f64::MIN, f64::max), z.iter().copied().fold(f64::MAX, f64::min));
+    assert!(
+        (1.0..1.8).contains(&(highest - z[0])) && (0.4..1.5).contains(&(z[0] - lowest)),
+        "{highest} {lowest}"
+    );
+}
+
+#[test]
+fn on_the_motorway_some_are_twenty_metres_a_second_faster_and_lorries_slower() {
+    let drive = driven("motorway", 60, 1);
+    let way = |poses: &[Option<motorcade_geometry::Pose<_, motorcade_geometry::Vehicle>>]| {
+        let [a, b]: [motorcade_geometry::Pose<motorcade_simulate::Site, _>; 2] =
+            [poses[0].unwrap(), poses[59].unwrap()];
+        (b.translation() - a.translation()).x / 5.9
+    };
+    let own = drive.length_m() / 5.9;
+    let speeds: Vec<f64> = drive.vehicles.iter().map(|v| way(&v.poses) - own).collect();
+    assert!((own - 30.0).abs() < 0.3 && speeds.iter().any(|v| (v - 20.0).abs() < 0.5));
+    assert!(
+        speeds.iter().filter(|v| (-9.0..-4.0).contains(*v)).count() >= 3 && speeds.iter().any(|v| *v < -55.0)
+    );
 }
 
 #[test]
