@@ -26,13 +26,12 @@ impl Plan {
                 *start_m += later_m;
                 offsets_m.iter_mut().for_each(|(_, d)| *d += aside_m);
             }
-            Route::ThereAndBack { start_m, .. } => *start_m += later_m,
+            Route::ThereAndBack { start_m, .. } | Route::Through { start_m, .. } => *start_m += later_m,
             Route::Oncoming { .. }
             | Route::Crossing { .. }
             | Route::TurnOff { .. }
             | Route::TurnIn { .. }
             | Route::Parked { .. }
-            | Route::Through { .. }
             | Route::Standing { .. } => {}
         }
         plan.ego_speed = plan.ego_speed.times(1.0 + rng.random_range(-FASTER..FASTER));

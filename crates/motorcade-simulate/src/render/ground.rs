@@ -46,7 +46,8 @@ pub(super) fn colour(scene: &Scene<'_>, f: &Fragment) -> (Colour, f32) {
 
     let mut colour = [0.0; 3];
     if street > 0.0 {
-        let point = GroundPoint { s, d, extent: [fs, fd], probe: &probe, fine, coarse, on_crossing };
+        let extent = [fs, fd];
+        let point = GroundPoint { s, d, extent, probe: &probe, fine, coarse, on_crossing, on_paving: paved };
         colour = scaled(asphalt(scene, &point), street);
     }
     if street < 1.0 {
@@ -137,10 +138,11 @@ struct GroundPoint<'a> {
     fine: f32,
     coarse: f32,
     on_crossing: f32,
+    on_paving: f32,
 }
 
 fn asphalt(scene: &Scene<'_>, point: &GroundPoint<'_>) -> Colour {
-    let &GroundPoint { s, d, extent: [fs, fd], probe, fine, coarse, on_crossing } = point;
+    let &GroundPoint { s, d, extent: [fs, fd], probe, fine, coarse, on_crossing, on_paving } = point;
     let half = scene.drive.road.half_width_m as f32;
     // Cracks are thinner than far pixels: they fade out and are skipped there.
     let near = (1.2 - 4.0 * fs.min(fd).max(0.25 * fs.max(fd))).clamp(0.0, 1.0);
@@ -173,7 +175,6 @@ fn asphalt(scene: &Scene<'_>, point: &GroundPoint<'_>) -> Colour {
     // The distance to a crossing is infinite on a road without crossings: clamped to a finite one.
     let clear = scene.drive.road.to_crossing_m(f64::from(s)).min(1e5) as f32;
     let road = &scene.drive.road;
-    let on_paving = if road.paved.is_empty() { 0.0 } else { paved(road, [s, d], fs.max(fd)) };
     let mut paint = 0.0;
     if road.kind == RoadKind::Motorway {
         paint += motorway_paint(s, d, [fs, fd]);

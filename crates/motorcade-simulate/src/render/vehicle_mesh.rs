@@ -259,4 +259,27 @@ mod tests {
             assert!((left + right).abs() < 1e-9 && left <= 0.9 + 1e-9 && left > 0.85, "{class}: {left}");
         }
     }
+
+    #[test]
+    fn tractors_and_trailers_fill_their_boxes_and_stand_on_the_road() {
+        let scenario = crate::Scenario::by_name("trailers").unwrap();
+        let drive = crate::simulate(&scenario, 1, 1, &crate::RenderOptions::default()).unwrap();
+        let coupled = drive.vehicles.iter().filter(|v| v.body != Body::Usual);
+        for vehicle in coupled.clone() {
+            let points: Vec<_> =
+                mesh(vehicle).triangles.iter().flat_map(|t| t.corners.map(|c| c.position)).collect();
+            let size = vehicle.size;
+            for (axis, extent) in [(0, size.length_m), (1, size.width_m), (2, 2.0 * size.height_m)] {
+                let most = points.iter().map(|p| p[axis]).fold(f64::MIN, f64::max);
+                assert!(
+                    (most - 0.5 * extent).abs() < 0.02 * extent,
+                    "{:?}, axis {axis}: {most}",
+                    vehicle.body
+                );
+            }
+            let lowest = points.iter().map(|p| p.z).fold(f64::MAX, f64::min);
+            assert!(lowest.abs() < 1e-9, "{:?}: {lowest}", vehicle.body);
+        }
+        assert_eq!(coupled.count(), 6);
+    }
 }

@@ -33,7 +33,7 @@ pub(super) fn yard() -> Plan {
         (0..=count).filter(move |i| (i * 5 + count) % 7 != 3).map(move |i| {
             let share = f64::from(i) * pitch_m / ds.hypot(dd);
             let class = if i % 6 == 5 { Van } else { Car };
-            // Some are parked backwards.
+            // One car in four, parked backwards.
             let back = if (i * 3 + count) % 4 == 1 { std::f64::consts::PI } else { 0.0 };
             placed(class, s + share * ds, d + share * dd, turned + back)
         })
@@ -48,14 +48,14 @@ pub(super) fn yard() -> Plan {
     .into_iter()
     .flatten()
     .collect();
-    // Between the lanes some stand askew and along.
+    // Vehicles between the lanes, askew and along them.
     plan.drivers.extend([
         placed(Car, 36.5, -24.0, 0.8),
         placed(Truck, 41.5, -18.0, QUARTER),
         placed(Car, 46.5, -24.5, -0.7),
     ]);
-    let out = [[60.0, -52.0], [OUT_M, DEEP_M - 1.0], [OUT_M, -1.75], [150.0, -1.75]];
-    let leaving = through(turning(&out[1..], 7.0), 10.0);
+    let out = [[OUT_M, DEEP_M - 1.0], [OUT_M, -1.75], [150.0, -1.75]];
+    let leaving = through(turning(&out, 7.0), 10.0);
     plan.drivers.push(driver(
         Car,
         leaving,
@@ -88,7 +88,7 @@ pub(super) fn roundabout_exits() -> Plan {
         driver(class, way, SpeedPlan::constant(speed_m_s))
     };
     plan.drivers = vec![
-        // On the roundabout at the start, leaving at the arms in turn.
+        // Arm of entry, arm of exit, way to the entry.
         going(Car, left, right, 6.0, 5.2),
         going(Car, ahead, back, 8.0, 5.2),
         going(Car, left, ahead, 38.0, 5.2),
@@ -115,44 +115,44 @@ pub(super) fn junction_turn() -> Plan {
     };
     let steady = SpeedPlan::constant;
     plan.drivers = vec![
-        // Ahead of the camera, turning right.
+        // Car ahead of the camera, turning right.
         along(&[[-30.0, -1.75], [rightward, -1.75], [rightward, -140.0]], 6.5, 48.0, steady(5.0)),
-        // Oncoming, turning right into the arm the camera turns into.
+        // Oncoming car, turning right into the arm the camera turns into.
         along(
             &[[140.0, 1.75], [leftward, 1.75], [leftward, 140.0]],
             6.5,
             99.0,
             SpeedPlan::through(&[(0.0, 4.8), (4.0, 5.0), (7.0, 9.0)]),
         ),
-        // Oncoming, waiting to turn left until the camera has gone.
+        // Oncoming car, waiting to turn left until the camera has gone.
         along(
             &[[140.0, 1.75], [rightward, 1.75], [rightward, -140.0]],
             8.5,
             91.5,
             SpeedPlan::through(&[(8.0, 0.0), (11.0, 4.5), (14.0, 4.5), (17.0, 8.0)]),
         ),
-        // From the left, waiting, then turning right.
+        // Car from the left, waiting, then turning right.
         along(
             &[[rightward, 140.0], [rightward, 1.75], [-140.0, 1.75]],
             6.5,
             128.0,
             SpeedPlan::through(&[(2.0, 0.0), (5.0, 4.0), (8.0, 4.0), (11.0, 8.0)]),
         ),
-        // From the right, waiting, then turning left behind the camera.
+        // Car from the right, waiting, then turning left behind the camera.
         along(
             &[[leftward, -140.0], [leftward, 1.75], [-140.0, 1.75]],
             8.5,
             127.0,
             SpeedPlan::through(&[(9.5, 0.0), (12.5, 4.5), (16.0, 4.5), (19.0, 8.0)]),
         ),
-        // Later along the arm that the camera turns into.
+        // Car that comes later along the arm that the camera turns into.
         along(
             &[[rightward, 140.0], [rightward, -140.0]],
             6.5,
             60.0,
             SpeedPlan::through(&[(0.0, 6.0), (6.0, 6.0), (9.5, 0.0)]),
         ),
-        // Parked in the arms.
+        // Vehicles parked in the arms.
         placed(Car, AT_M + 4.5, 24.0, QUARTER),
         placed(Van, AT_M - 4.5, 33.0, -QUARTER),
         placed(Car, AT_M + 4.5, 46.0, QUARTER),

@@ -27,7 +27,7 @@ pub(super) fn parked_across() -> Plan {
     for i in 0..41 {
         let s_m = 9.0 + PITCH_M * f64::from(i);
         let class = if i % 9 == 4 { Van } else { Car };
-        // Every third or fourth car stands with its nose to the road; bays are free here and there.
+        // One car in three or four with its nose to the road, and free bays.
         if i % 7 != 3 {
             let turned = if i % 3 == 1 { -QUARTER } else { QUARTER };
             plan.drivers.push(placed(class, s_m, BAY_M, turned));

@@ -93,4 +93,12 @@ pub const FULL: &[Case] = &[
     case("glimpses", 90, Clear, [0.60, 2.5, 0.0, 0.0, 90.0]),
     case("lorries", 90, Clear, [0.30, 1.4, 1.6, 88.0, 90.0]),
     case("jumping-boxes", 90, Clear, [0.30, 1.3, 1.5, 88.0, 90.0]),
+    case("parked-across", 40, Clear, [0.10, 1.0, 0.8, 88.0, 90.0]),
+    case("yard", 110, Clear, [0.10, 0.8, 0.8, 88.0, 90.0]),
+    case("double-parked", 70, Overcast, [0.10, 0.8, 1.3, 88.0, 90.0]),
+    case("roundabout-exits", 80, Clear, [0.10, 1.0, 0.8, 88.0, 90.0]),
+    case("junction-turn", 70, Overcast, [0.10, 1.0, 1.1, 88.0, 90.0]),
+    case("trailers", 50, Clear, [0.10, 0.8, 0.8, 88.0, 90.0]).wide(),
+    case("motorway", 40, Clear, [0.50, 1.2, 1.4, 88.0, 50.0]),
+    case("crest", 50, Clear, [0.95, 5.5, 15.5, 67.0, 80.0]).wide(),
 ];
