@@ -3,6 +3,7 @@
 mod bicycle;
 mod path;
 mod paved;
+mod paving;
 mod polyline;
 mod road;
 mod speed;

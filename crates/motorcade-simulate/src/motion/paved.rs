@@ -2,8 +2,6 @@
 
 use nalgebra::{Point2, Vector2};
 
-use super::Road;
-
 /// Asphalt within a distance of a line in the coordinates (s, d) of a road: an arm of a junction, a row of parking bays, a yard or, where both ends
 /// are one point, a disc. It has the height of the carriageway.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,22 +50,6 @@ impl Paved {
     pub(crate) fn extent_m(&self) -> (f64, f64) {
         let [[a, _], [b, _]] = self.ends_m;
         (a.min(b) - self.half_width_m, a.max(b) + self.half_width_m)
-    }
-}
-
-impl Road {
-    /// Distance of (s, d) from the paved ground beside the carriageway \[m\], negative on it; infinite without any.
-    pub(crate) fn to_paving_m(&self, s: f64, d: f64) -> f64 {
-        self.paved.iter().map(|p| p.outside_m(s, d)).fold(f64::INFINITY, f64::min)
-    }
-
-    /// Distance along the road to the nearest paved ground beside it \[m\], 0 beside one.
-    pub(crate) fn along_to_paving_m(&self, s: f64) -> f64 {
-        let away = |p: &Paved| {
-            let (from, to) = p.extent_m();
-            (from - s).max(s - to).max(0.0)
-        };
-        self.paved.iter().map(away).fold(f64::INFINITY, f64::min)
     }
 }
 
