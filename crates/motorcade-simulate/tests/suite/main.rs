@@ -18,6 +18,7 @@ mod vehicles;
 use cases::{Case, FULL, SHORT};
 use outcome::{Outcome, run};
 use rayon::prelude::*;
+use vehicles::VehicleCase;
 
 /// Every bound that is missed, in words.
 fn missed(case: &Case, outcome: &Outcome) -> Vec<String> {
@@ -109,16 +110,26 @@ fn every_scenario_stays_within_its_bounds() {
     within_bounds(&chosen);
 }
 
-#[test]
-#[ignore = "a minute: five drives, rendered and run with networks"]
-fn every_scenario_of_vehicles_from_pixels_stays_within_its_bounds() {
-    let outcomes = vehicles::outcomes();
+fn vehicles_within_bounds(cases: &'static [VehicleCase]) {
+    let outcomes = vehicles::outcomes(cases);
     println!("{}", vehicles::HEAD);
     for (case, report) in &outcomes {
         println!("{}", vehicles::row(case, report));
     }
     let problems: Vec<String> = outcomes.iter().filter_map(|(c, r)| vehicles::problem(c, r)).collect();
     assert!(problems.is_empty(), "{}", problems.join("\n"));
+}
+
+#[test]
+#[ignore = "minutes: nine drives, rendered and run with networks"]
+fn every_scenario_of_vehicles_from_pixels_stays_within_its_bounds() {
+    vehicles_within_bounds(vehicles::CASES);
+}
+
+#[test]
+#[ignore = "minutes: four drives, rendered and run with networks; not in CI"]
+fn further_scenarios_of_vehicles_from_pixels_stay_within_their_bounds() {
+    vehicles_within_bounds(vehicles::FURTHER);
 }
 
 #[test]
