@@ -59,7 +59,8 @@ pub fn estimate_track(
     let frames = || track.boxes.iter().map(|b| b.frame).chain(external.views.iter().map(|v| v.frame));
     let (start, end) = (frames().min()?, frames().max()?);
     let times: Vec<f64> = grounds.get(start..=end)?.iter().map(|g| g.time_s).collect();
-    let prior = external.size.unwrap_or_else(|| size_prior(track.class));
+    let sizes = &options.advanced.size;
+    let prior = external.size.unwrap_or_else(|| sizes.prior(track.class));
     let input =
         TrackInput { camera, grounds, track, external, external_headings: external, prior, start, options };
     let best = best_headings(&input, &times)?;
@@ -67,7 +68,7 @@ pub fn estimate_track(
     let none = ExternalTrack::default();
     let cost_as = |class: VehicleClass| {
         let track = track.as_class(class);
-        let input = TrackInput { track: &track, external: &none, prior: size_prior(class), ..input };
+        let input = TrackInput { track: &track, external: &none, prior: sizes.prior(class), ..input };
         let found = best_headings(&input, &times)?;
         let vehicle = trajectory(&input, &times, &found);
         Some((class_cost(&input, &found), found, vehicle))
