@@ -1,9 +1,14 @@
 //! `motorcade ablate`: one drive, many configurations, a table of errors.
 
+mod baseline;
+mod cues;
+mod paper;
+mod relative_scale;
 mod scale;
 mod sources;
 mod suites;
 mod table;
+mod vehicles;
 
 use std::path::Path;
 
@@ -36,7 +41,9 @@ pub fn ablate(command: &AblateCommand) -> anyhow::Result<u8> {
     match command {
         AblateCommand::Odometry(arguments) => odometry(arguments),
         AblateCommand::Graph(arguments) => graph(arguments),
+        AblateCommand::Paper(arguments) => paper::paper(arguments),
         AblateCommand::Scale(arguments) => scale::scale(arguments),
+        AblateCommand::Vehicles(arguments) => vehicles::vehicles(arguments),
     }
 }
 

@@ -82,14 +82,25 @@ fn with_percent(vehicle: &VehicleReport) -> String {
     }
 }
 
+/// Columns of `ablation.csv`.
+const COLUMNS: &str = "variant,vehicle,ate_first_pose_m,ate_se3_m,ate_sim3_m,best_scale,coverage,error_in_camera_m,heading_error_deg\n";
+
 /// Everything, a row a variant and vehicle; the camera's row has no vehicle.
 pub fn csv(rows: &[Row]) -> String {
-    let mut out = String::from(
-        "variant,vehicle,ate_first_pose_m,ate_se3_m,ate_sim3_m,best_scale,coverage,error_in_camera_m,heading_error_deg\n",
-    );
+    format!("{COLUMNS}{}", csv_rows("", rows))
+}
+
+/// The same of several tables, with their names in the first column.
+pub fn csv_of_tables(tables: &[(&str, &[Row])]) -> String {
+    let rows = tables.iter().map(|(name, rows)| csv_rows(&format!("{name},"), rows));
+    format!("table,{COLUMNS}{}", rows.collect::<String>())
+}
+
+fn csv_rows(prefix: &str, rows: &[Row]) -> String {
+    let mut out = String::new();
     let number = |v: Option<f64>| v.map_or_else(String::new, |v| format!("{v:.6}"));
     for row in rows {
-        let name = row.name.replace(',', ";");
+        let name = format!("{prefix}{}", row.name.replace(',', ";"));
         let e = &row.ego;
         let (sim3, scale) = (number(e.ate_sim3_m), number(e.best_scale));
         let _ = writeln!(out, "{name},,{:.6},{:.6},{sim3},{scale},,,", e.ate_origin_m, e.ate_se3_m);
