@@ -130,7 +130,9 @@ impl<'a> Ablation<'a> {
     }
 
     fn row(&self, variant: &Variant, config: &Config, result: &RunResult) -> anyhow::Result<Row> {
-        let name = variant.name.clone();
+        let unsolved = config.graph.enabled && result.graph.is_none();
+        let note = if unsolved { " (graph not solved: front end)" } else { "" };
+        let name = format!("{}{note}", variant.name);
         let (ego, vehicles) = match self.truth.kitti {
             Some(kitti) => {
                 let report = evaluate_result(result, &self.drive.context(*config, String::new()), kitti)?;

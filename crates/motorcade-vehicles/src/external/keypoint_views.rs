@@ -312,6 +312,11 @@ mod tests {
         let track = Track::new(1, VehicleClass::Car, boxes);
         let external = views.of_track(&track);
 
+        let mut none = options;
+        none.keypoints.enabled = false;
+        let none = KeypointViews::new(&by_frame, &fitters, &CAMERA, &grounds, &none).of_track(&track);
+        assert!(none.views.is_empty() && none.size.is_none());
+
         let length_m = prior.dimensions(shape).length_m;
         let (found, class) = (external.size.unwrap().mean, size_prior(VehicleClass::Car).mean);
         assert!((found.length_m - length_m).abs() < 0.5 * (class.length_m - length_m).abs(), "{found:?}");
