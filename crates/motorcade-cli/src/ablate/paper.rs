@@ -114,13 +114,13 @@ impl Tables {
         table::csv_of_tables(&[("1", &self.limits), ("2", &self.methods), ("3", &self.edges)])
     }
 
-    /// Scales of the tracks that the baseline's row has on labelled vehicles.
+    /// Scales of the tracks that the front end has on labelled vehicles: those of the first row, which are the same ones.
     fn scales_of_labels(&self) -> String {
         let mut out = String::from(
             "| vehicle | track | sightings | assumption | length over the front end's | standard deviation % | observable |\n\
              |---|---|---|---|---|---|---|\n",
         );
-        for vehicle in self.methods.get(1).map_or(&[][..], |row| &row.vehicles) {
+        for vehicle in self.methods.first().map_or(&[][..], |row| &row.vehicles) {
             let of_label = |scale: &&BaselineScale| vehicle.estimates.contains(&(scale.track as i64));
             for scale in self.scales.iter().filter(of_label) {
                 let assumption = scale.found.map_or("–", |found| match found.assumption {

@@ -10,7 +10,7 @@ use motorcade_geometry::robust::sigma_from_absolute;
 use nalgebra::Vector3;
 
 /// Time between the ends of a displacement \[s\]. Longer ones raise the displacement over the noise of positions, but
-/// fewer of them are an arc. Tracks shorter than twice this take half of their duration. Chosen.
+/// fewer of them are an arc. Tracks shorter than three times this take a third of their duration. Chosen.
 const BASELINE_S: f64 = 2.0;
 /// Error that all headings of a track share \[rad\]: 3°, the least deviation that a heading by keypoints has.
 const COMMON_HEADING_RAD: f64 = 0.05;
@@ -82,7 +82,8 @@ struct Equation {
 /// better determined one of those in front of the camera. `None` with too few sightings for either.
 pub fn relative_scale(sightings: &[Sighting]) -> Option<RelativeScale> {
     let duration_s = sightings.last()?.time_s - sightings.first()?.time_s;
-    let baseline_s = BASELINE_S.min(0.5 * duration_s);
+    // Constant velocity spans two baselines, and needs several equations.
+    let baseline_s = BASELINE_S.min(duration_s / 3.0);
     let independent = (duration_s / baseline_s).max(1.0);
     let of = |assumption, equations: &[Equation]| {
         let (scale, sigma) = solve(equations, independent)?;

@@ -50,8 +50,7 @@ pub fn graph(rows: &[Row]) -> String {
     out.push('\n');
     for row in rows {
         let e = &row.ego;
-        let ates: Vec<f64> = row.vehicles.iter().filter_map(|v| v.ate_origin_m).collect();
-        let mean = (!ates.is_empty()).then(|| ates.iter().sum::<f64>() / ates.len() as f64);
+        let mean = mean_of_vehicles(&row.vehicles);
         let _ = write!(
             out,
             "| {} | {:.2} | {:.2} ({:.1}) | {} |",
@@ -59,7 +58,7 @@ pub fn graph(rows: &[Row]) -> String {
             e.ate_se3_m,
             e.ate_origin_m,
             100.0 * e.ate_origin_m / e.length_m.max(1e-9),
-            cell(mean, 2)
+            mean
         );
         for label in &labels {
             let vehicle = row.vehicles.iter().find(|v| v.label == *label);
@@ -68,6 +67,14 @@ pub fn graph(rows: &[Row]) -> String {
         out.push('\n');
     }
     out
+}
+
+/// Mean over the vehicles with an estimate, and their number where some have none.
+fn mean_of_vehicles(vehicles: &[VehicleReport]) -> String {
+    let ates: Vec<f64> = vehicles.iter().filter_map(|v| v.ate_origin_m).collect();
+    let mean = (!ates.is_empty()).then(|| ates.iter().sum::<f64>() / ates.len() as f64);
+    let mean = cell(mean, 2);
+    if ates.len() == vehicles.len() { mean } else { format!("{mean} ({} of {})", ates.len(), vehicles.len()) }
 }
 
 /// A standing vehicle has no way to take a share of.
