@@ -1,9 +1,14 @@
 //! `motorcade ablate`: one drive, many configurations, a table of errors.
 
+mod baseline;
+mod cues;
+mod paper;
+mod relative_scale;
 mod scale;
 mod sources;
 mod suites;
 mod table;
+mod vehicles;
 
 use std::path::Path;
 
@@ -36,7 +41,9 @@ pub fn ablate(command: &AblateCommand) -> anyhow::Result<u8> {
     match command {
         AblateCommand::Odometry(arguments) => odometry(arguments),
         AblateCommand::Graph(arguments) => graph(arguments),
+        AblateCommand::Paper(arguments) => paper::paper(arguments),
         AblateCommand::Scale(arguments) => scale::scale(arguments),
+        AblateCommand::Vehicles(arguments) => vehicles::vehicles(arguments),
     }
 }
 
@@ -123,7 +130,9 @@ impl<'a> Ablation<'a> {
     }
 
     fn row(&self, variant: &Variant, config: &Config, result: &RunResult) -> anyhow::Result<Row> {
-        let name = variant.name.clone();
+        let unsolved = config.graph.enabled && result.graph.is_none();
+        let note = if unsolved { " (graph not solved: front end)" } else { "" };
+        let name = format!("{}{note}", variant.name);
         let (ego, vehicles) = match self.truth.kitti {
             Some(kitti) => {
                 let report = evaluate_result(result, &self.drive.context(*config, String::new()), kitti)?;

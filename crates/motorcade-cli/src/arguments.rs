@@ -18,7 +18,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use motorcade_dataset::{ClockOffset, Format, FrameRange};
 
-pub use self::ablate::{AblateArguments, AblateCommand, ScaleAblateArguments};
+pub use self::ablate::{AblateArguments, AblateCommand, ScaleAblateArguments, VehiclesAblateArguments};
 pub use self::batch::BatchArguments;
 pub use self::calibrate::CalibrateArguments;
 pub use self::draw::DrawArguments;
@@ -145,7 +145,7 @@ pub struct ConfigArguments {
 }
 
 /// Input and selection of its frames.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub struct InputArguments {
     /// KITTI tracking split, KITTI odometry or raw folder, folder of images, or video file. For `run --online` also a live source:
     /// `-` (a video on standard input), an address such as rtsp://HOST/PATH, or a camera such as /dev/video0.
@@ -201,7 +201,7 @@ impl InputArguments {
 }
 
 /// `motorcade run`.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   motorcade run drive.mp4 --calibration camera.toml --height 1.4 --out runs/drive
   motorcade run frames/ --calibration camera.yaml --height 1.2 --detections boxes.txt --out runs/frames

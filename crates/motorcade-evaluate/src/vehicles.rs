@@ -1,7 +1,7 @@
 //! Errors of the vehicles' trajectories.
 
 use std::collections::BTreeMap;
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use motorcade_dataset::{Cam0, Label};
 use motorcade_geometry::robust::{median_midpoint, quantile};
@@ -24,6 +24,8 @@ const DEPTH_RANGE_M: f64 = 40.0;
 const MOVES_FAR_M: f64 = 5.0;
 /// Way over which the error of a motion is given per length \[m\].
 const MOTION_PATH_M: f64 = 1.0;
+/// Headings that err by more are the wrong way round \[rad\].
+const REVERSED_RAD: f64 = FRAC_PI_2;
 /// Vehicles that are evaluated for a shorter time are not reported \[s\]: ten frames of KITTI.
 const MIN_TIME_S: f64 = 1.0;
 
@@ -36,6 +38,9 @@ pub struct VehicleReport {
     pub frames: usize,
     /// Share of them with an estimate whose box overlaps by IoU ≥ 0.5.
     pub coverage: f64,
+    /// Identities of its estimates, in the order in which they appear. Not part of the JSON.
+    #[serde(skip)]
+    pub estimates: Vec<i64>,
     /// Changes of the estimate's identity.
     pub id_switches: usize,
     /// Length of its true path in the world over the frames with an estimate \[m\].
@@ -75,6 +80,12 @@ pub struct VehicleMeans {
     pub error_in_camera_m: f64,
     /// Mean of the vehicles' mean heading errors \[deg\].
     pub heading_error_deg: f64,
+    /// Median error of the heading over all evaluated frames of these vehicles \[deg\]. Not part of the JSON.
+    #[serde(skip)]
+    pub heading_error_deg_median: Option<f64>,
+    /// Share of these frames in which the heading errs by more than a right angle. Not part of the JSON.
+    #[serde(skip)]
+    pub reversed_share: f64,
     /// Sum of identity switches.
     pub id_switches: usize,
     /// Median error of the depth over all evaluated frames of these vehicles within 40 m \[%\].
@@ -160,7 +171,7 @@ impl Vehicles<'_> {
         let long: Vec<(i64, Track)> = long.collect();
         let reports: Vec<VehicleReport> = long.iter().map(|(label, track)| track.report(*label)).collect();
         let samples = || long.iter().flat_map(|(_, track)| &track.samples);
-        let means = means(&reports, samples().filter_map(Sample::depth_error_pct).collect());
+        let means = means(&reports, &samples().collect::<Vec<_>>());
         let nees: Vec<VehicleNees> = samples().filter_map(|sample| sample.nees).collect();
         VehicleErrors { reports, means, consistency: VehicleConsistency::of(&nees) }
     }
@@ -237,6 +248,7 @@ impl Track {
             label,
             frames: self.frames,
             coverage: samples.len() as f64 / self.frames as f64,
+            estimates: identities(samples),
             id_switches: samples.windows(2).filter(|pair| pair[0].id != pair[1].id).count(),
             driven_m: samples.windows(2).map(|w| (w[1].truth_in_world - w[0].truth_in_world).norm()).sum(),
             depth_m: nearest.zip(farthest).map(|(near, far)| [near, far]),
@@ -272,8 +284,22 @@ impl Track {
     }
 }
 
-/// Means of reports, with the errors of depth of all frames \[%\]; `None` when no vehicle has an estimate.
-fn means(reports: &[VehicleReport], mut depths: Vec<f64>) -> Option<VehicleMeans> {
+/// Identities of the estimates of a vehicle, each once.
+fn identities(samples: &[Sample]) -> Vec<i64> {
+    let mut known = Vec::new();
+    for sample in samples {
+        if !known.contains(&sample.id) {
+            known.push(sample.id);
+        }
+    }
+    known
+}
+
+/// Means of reports, and of all their frames; `None` when no vehicle has an estimate.
+fn means(reports: &[VehicleReport], samples: &[&Sample]) -> Option<VehicleMeans> {
+    let mut depths: Vec<f64> = samples.iter().filter_map(|sample| sample.depth_error_pct()).collect();
+    let mut headings: Vec<f64> = samples.iter().map(|sample| sample.heading_rad.to_degrees()).collect();
+    let reversed = samples.iter().filter(|sample| sample.heading_rad > REVERSED_RAD).count();
     let of = |value: fn(&VehicleReport) -> Option<f64>| mean(reports.iter().filter_map(value));
     let frames: usize = reports.iter().map(|report| report.frames).sum();
     let covered: f64 = reports.iter().map(|report| report.coverage * report.frames as f64).sum();
@@ -284,6 +310,8 @@ fn means(reports: &[VehicleReport], mut depths: Vec<f64>) -> Option<VehicleMeans
         ate_ego_se3_m: of(|report| report.ate_ego_se3_m)?,
         error_in_camera_m: of(|report| report.error_in_camera_m)?,
         heading_error_deg: of(|report| report.heading_error_deg)?,
+        heading_error_deg_median: median_midpoint(&mut headings),
+        reversed_share: reversed as f64 / samples.len().max(1) as f64,
         id_switches: reports.iter().map(|report| report.id_switches).sum(),
         depth_error_pct_median: median_midpoint(&mut depths),
         depth_error_pct_p90: quantile(&mut depths, 0.9),

@@ -179,7 +179,11 @@ fn we_agree_with_the_judge() {
         compare(&report, &serde_json::from_str(JUDGED).unwrap());
         // The drive is not trivial: each error is there to be seen.
         assert!(report.ego.ate_se3_m > 0.05 && report.ego.rotation_end_deg > 1.0);
-        assert_eq!(report.vehicles_mean.as_ref().unwrap().id_switches, 1);
+        let mean = report.vehicles_mean.as_ref().unwrap();
+        assert_eq!((mean.id_switches, mean.reversed_share), (1, 0.0));
+        let error_deg = mean.heading_error_deg_median.unwrap();
+        assert!((error_deg - mean.heading_error_deg).abs() < 0.01, "{error_deg}");
+        assert_eq!(report.vehicles.as_ref().unwrap()[1].estimates, [11, 77]);
         let table = report.to_string();
         assert!(table.contains("ATE, SE(3)") && table.contains("switches"), "{table}");
     }

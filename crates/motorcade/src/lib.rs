@@ -103,7 +103,9 @@ pub use motorcade_multibody::{CameraCoupling, GraphKernel, GraphOptions, LoopEdg
 pub use motorcade_odometry::ScaleAverage;
 pub use motorcade_perception::KeypointTable;
 pub use motorcade_places::{MapSummary, PlaceMap, PlaceOptions};
-pub use motorcade_vehicles::{TrackerOptions, TrafficSide, VehicleOptions};
+pub use motorcade_vehicles::{
+    Source, TrackerOptions, TrafficSide, VehicleOptions, VehicleState, VehicleTrajectory,
+};
 pub use output::{RunContext, write_run, write_run_and};
 pub use output_options::{AdvancedOutputOptions, OutputOptions};
 pub use picture_faults::PictureFaultOptions;

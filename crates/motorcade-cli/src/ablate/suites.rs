@@ -13,7 +13,7 @@ pub struct Variant {
     pub set: Vec<String>,
 }
 
-fn variant(name: impl Into<String>, preset: Preset, set: &[&str]) -> Variant {
+pub(super) fn variant(name: impl Into<String>, preset: Preset, set: &[&str]) -> Variant {
     Variant { name: name.into(), preset, set: set.iter().map(|s| (*s).to_owned()).collect() }
 }
 
@@ -92,6 +92,29 @@ pub fn graph() -> Vec<Variant> {
         out.push(variant(format!("default, Cauchy at {scale} σ"), Preset::Default, &[&set]));
     }
     out
+}
+
+/// The paper's Table 1: farthest road point of its scale.
+pub fn paper_limits() -> Vec<Variant> {
+    let of = |t: u32| {
+        let farthest = format!("scale.farthest_m={t}");
+        variant(format!("paper, T = {t} m"), Preset::Paper, &[&farthest])
+    };
+    [12, 15, 18, 20].map(of).into()
+}
+
+/// The paper's Table 2: its method, the baseline on the same measurements, and the default.
+pub fn methods() -> [Variant; 3] {
+    [
+        variant("paper", Preset::Paper, &[]),
+        variant("baseline: relative scale by motion", Preset::Paper, &["graph.enabled=false"]),
+        variant("default", Preset::Default, &[]),
+    ]
+}
+
+/// The paper's Table 3.
+pub fn paper_edges() -> Vec<Variant> {
+    edges_off(Preset::Paper, "paper")
 }
 
 /// A preset, and classes of its edges off one by one and in pairs.

@@ -50,8 +50,7 @@ pub fn graph(rows: &[Row]) -> String {
     out.push('\n');
     for row in rows {
         let e = &row.ego;
-        let ates: Vec<f64> = row.vehicles.iter().filter_map(|v| v.ate_origin_m).collect();
-        let mean = (!ates.is_empty()).then(|| ates.iter().sum::<f64>() / ates.len() as f64);
+        let mean = mean_of_vehicles(&row.vehicles);
         let _ = write!(
             out,
             "| {} | {:.2} | {:.2} ({:.1}) | {} |",
@@ -59,7 +58,7 @@ pub fn graph(rows: &[Row]) -> String {
             e.ate_se3_m,
             e.ate_origin_m,
             100.0 * e.ate_origin_m / e.length_m.max(1e-9),
-            cell(mean, 2)
+            mean
         );
         for label in &labels {
             let vehicle = row.vehicles.iter().find(|v| v.label == *label);
@@ -68,6 +67,14 @@ pub fn graph(rows: &[Row]) -> String {
         out.push('\n');
     }
     out
+}
+
+/// Mean over the vehicles with an estimate, and their number where some have none.
+fn mean_of_vehicles(vehicles: &[VehicleReport]) -> String {
+    let ates: Vec<f64> = vehicles.iter().filter_map(|v| v.ate_origin_m).collect();
+    let mean = (!ates.is_empty()).then(|| ates.iter().sum::<f64>() / ates.len() as f64);
+    let mean = cell(mean, 2);
+    if ates.len() == vehicles.len() { mean } else { format!("{mean} ({} of {})", ates.len(), vehicles.len()) }
 }
 
 /// A standing vehicle has no way to take a share of.
@@ -82,14 +89,25 @@ fn with_percent(vehicle: &VehicleReport) -> String {
     }
 }
 
+/// Columns of `ablation.csv`.
+const COLUMNS: &str = "variant,vehicle,ate_first_pose_m,ate_se3_m,ate_sim3_m,best_scale,coverage,error_in_camera_m,heading_error_deg\n";
+
 /// Everything, a row a variant and vehicle; the camera's row has no vehicle.
 pub fn csv(rows: &[Row]) -> String {
-    let mut out = String::from(
-        "variant,vehicle,ate_first_pose_m,ate_se3_m,ate_sim3_m,best_scale,coverage,error_in_camera_m,heading_error_deg\n",
-    );
+    format!("{COLUMNS}{}", csv_rows("", rows))
+}
+
+/// The same of several tables, with their names in the first column.
+pub fn csv_of_tables(tables: &[(&str, &[Row])]) -> String {
+    let rows = tables.iter().map(|(name, rows)| csv_rows(&format!("{name},"), rows));
+    format!("table,{COLUMNS}{}", rows.collect::<String>())
+}
+
+fn csv_rows(prefix: &str, rows: &[Row]) -> String {
+    let mut out = String::new();
     let number = |v: Option<f64>| v.map_or_else(String::new, |v| format!("{v:.6}"));
     for row in rows {
-        let name = row.name.replace(',', ";");
+        let name = format!("{prefix}{}", row.name.replace(',', ";"));
         let e = &row.ego;
         let (sim3, scale) = (number(e.ate_sim3_m), number(e.best_scale));
         let _ = writeln!(out, "{name},,{:.6},{:.6},{sim3},{scale},,,", e.ate_origin_m, e.ate_se3_m);

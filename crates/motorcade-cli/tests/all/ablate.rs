@@ -35,3 +35,33 @@ fn tables_are_written_through_links_and_into_streams() {
     ablate("tables").expect(5, &["tables/ablation.csv", "no process reads"]);
     no_leftovers(&at("tables"));
 }
+
+#[test]
+fn the_papers_tables_and_cues_of_vehicles_have_a_row_each_variant() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    answer(folder.path(), FRAMES).expect(0, &[]);
+    let drive = "drive/training --sequence 0000 --kitti drive/training --progress none";
+    let paper = answer(folder.path(), &format!("ablate paper {drive} --out paper"));
+    assert_eq!(paper.expect(0, &[]).stdout, fs::read_to_string(at("paper/ablation.md")).unwrap());
+    assert!(paper.stdout.contains("| baseline: relative scale by motion |"), "{}", paper.stdout);
+    let csv = fs::read_to_string(at("paper/ablation.csv")).unwrap();
+    assert!(csv.starts_with("table,variant,vehicle,ate_first_pose_m,"), "{csv}");
+    let of_camera =
+        |table: &str| csv.lines().filter(|l| l.starts_with(table) && l.split(',').nth(2) == Some("")).count();
+    assert_eq!(["1,", "2,", "3,"].map(of_camera), [4, 3, 7], "{csv}");
+    // Twice the same method on the same frames.
+    let numbers = |row: &str| {
+        let line = csv.lines().find(|l| l.starts_with(row)).unwrap();
+        line.splitn(3, ',').nth(2).unwrap().to_owned()
+    };
+    assert_eq!(numbers("1,paper; T = 12 m,,"), numbers("3,paper,,"));
+
+    let no_models = "--models none --compare-models missing";
+    let without = answer(folder.path(), &format!("ablate vehicles {drive} {no_models} --out cues"));
+    without.expect(3, &["missing"]);
+    let cues = answer(folder.path(), &format!("ablate vehicles {drive} --models none --out cues"));
+    let table = cues.expect(0, &[]).stdout.clone();
+    assert!(table.contains("| default without keypoints | 0 | 0 | – |"), "{table}");
+    assert_eq!(table.lines().count(), 2 + 20, "{table}");
+}

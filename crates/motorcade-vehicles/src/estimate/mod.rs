@@ -59,7 +59,8 @@ pub fn estimate_track(
     let frames = || track.boxes.iter().map(|b| b.frame).chain(external.views.iter().map(|v| v.frame));
     let (start, end) = (frames().min()?, frames().max()?);
     let times: Vec<f64> = grounds.get(start..=end)?.iter().map(|g| g.time_s).collect();
-    let prior = external.size.unwrap_or_else(|| size_prior(track.class));
+    let sizes = &options.advanced.size;
+    let prior = external.size.unwrap_or_else(|| sizes.prior(track.class));
     let input =
         TrackInput { camera, grounds, track, external, external_headings: external, prior, start, options };
     let best = best_headings(&input, &times)?;
@@ -67,7 +68,7 @@ pub fn estimate_track(
     let none = ExternalTrack::default();
     let cost_as = |class: VehicleClass| {
         let track = track.as_class(class);
-        let input = TrackInput { track: &track, external: &none, prior: size_prior(class), ..input };
+        let input = TrackInput { track: &track, external: &none, prior: sizes.prior(class), ..input };
         let found = best_headings(&input, &times)?;
         let vehicle = trajectory(&input, &times, &found);
         Some((class_cost(&input, &found), found, vehicle))
@@ -143,5 +144,43 @@ fn trajectory_of(input: &TrackInput<'_>, best: &TrackHypothesis) -> VehicleTraje
         size_by_road: best.views.size_by_road,
         p_moving: best.p_moving,
         states: assemble(input, &best.views, &best.states, &best.headings),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_vehicles::{CAMERA, car_ahead, level_grounds, track_of};
+    use crate::{image_box, options::SizeOptions};
+    use motorcade_perception::BoxConvention;
+    use motorcade_shape::Dimensions;
+
+    /// A car a tenth larger than most, 20 m ahead: ground contact has it there, the height of its box a tenth nearer.
+    #[test]
+    fn each_cue_of_the_distance_is_switched_off_alone() {
+        let mut car = car_ahead(1, 0.0, 20.0);
+        let size = Dimensions::from_vector(&(car.size.to_vector() * 1.1));
+        let grounds = level_grounds(10);
+        for state in &mut car.states {
+            let pose = grounds[state.frame].world_from_camera.inverse() * state.world_from_vehicle;
+            state.bbox = image_box(&CAMERA, &pose, car.class, BoxConvention::VisibleExtent, &size);
+        }
+        let track = track_of(&car, [true; 4]);
+        let ahead_m = |set: &dyn Fn(&mut VehicleOptions)| {
+            let mut options = VehicleOptions::default();
+            set(&mut options);
+            let found = estimate_track(&CAMERA, &grounds, &track, &ExternalTrack::default(), &options);
+            found.unwrap().states[5].world_from_vehicle.translation().z
+        };
+        let all = ahead_m(&|_| ());
+        let without_size =
+            ahead_m(&|o| o.advanced.size = SizeOptions { prior_factor: 10.0, ..o.advanced.size });
+        let without_ground = ahead_m(&|o| o.advanced.box_fit.road_height_sigma_m = 100.0);
+        assert!((without_size - 20.0).abs() < 0.2, "{without_size}");
+        assert!((without_ground - 20.0 / 1.1).abs() < 0.4, "{without_ground}");
+        assert!((without_ground..without_size).contains(&all), "{all}");
+        // The size that the frames agree on is nearer to that of this car than the class is.
+        let alone = ahead_m(&|o| o.advanced.size.shared = false);
+        assert!(alone < all - 0.1, "{alone} {all}");
     }
 }

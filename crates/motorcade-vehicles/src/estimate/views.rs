@@ -58,7 +58,7 @@ impl Views {
             independent,
             &input.options.advanced.box_fit,
         );
-        let boxes = fit_all(&size.as_prior(sizes), &first);
+        let boxes = if sizes.shared { fit_all(&size.as_prior(sizes), &first) } else { first };
         let GoodnessOfFit { chi2, cost, inflation } = GoodnessOfFit::new(input, &boxes, &size);
         let views = fuse(&boxes, &input.external.views);
         (!views.is_empty()).then_some(Self { views, boxes, size, size_by_road, chi2, cost, inflation })

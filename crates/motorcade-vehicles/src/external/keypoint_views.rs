@@ -13,7 +13,7 @@ use super::heading_vote::{Vote, vote};
 use super::keypoint_track::KeypointTrack;
 use super::{ExternalTrack, ExternalView, SizeDependence};
 use crate::ground::GroundFrame;
-use crate::options::{AdvancedVehicleOptions, BoxFitOptions, KeypointViewOptions};
+use crate::options::{AdvancedVehicleOptions, BoxFitOptions, KeypointViewOptions, SizeOptions};
 use crate::size_prior::size_prior;
 use crate::track::{Track, TrackBox};
 use crate::trajectory::Source;
@@ -42,6 +42,7 @@ pub struct KeypointViews<'a> {
     grounds: &'a [GroundFrame],
     options: &'a KeypointViewOptions,
     box_fit: &'a BoxFitOptions,
+    sizes: &'a SizeOptions,
     fitters: &'a [ShapeFitter; 2],
 }
 
@@ -54,8 +55,8 @@ impl<'a> KeypointViews<'a> {
         grounds: &'a [GroundFrame],
         options: &'a AdvancedVehicleOptions,
     ) -> Self {
-        let (options, box_fit) = (&options.keypoints, &options.box_fit);
-        Self { keypoints, camera, grounds, options, box_fit, fitters: &fitters.0 }
+        let (options, box_fit, sizes) = (&options.keypoints, &options.box_fit, &options.size);
+        Self { keypoints, camera, grounds, options, box_fit, sizes, fitters: &fitters.0 }
     }
 
     /// A view for each frame of a track that has keypoints; none for classes outside the shape prior.
@@ -71,7 +72,7 @@ impl<'a> KeypointViews<'a> {
         known: &mut KeypointTrack,
         row: &dyn Fn(usize) -> usize,
     ) -> ExternalTrack {
-        if !matches!(track.class, VehicleClass::Car | VehicleClass::Van) {
+        if !self.options.enabled || !matches!(track.class, VehicleClass::Car | VehicleClass::Van) {
             return ExternalTrack::default();
         }
         if known.class != track.class {
@@ -105,7 +106,7 @@ impl<'a> KeypointViews<'a> {
             let dimensions = known.size().map(|fit| fit.dimensions);
             views.extend(fit.map(|fit| view(frame, fit, dimensions, self.options)));
         }
-        let size = known.size().map(|fit| size(fit, track.class, self.options));
+        let size = known.size().map(|fit| size(fit, &self.sizes.prior(track.class), self.options));
         ExternalTrack { views, size }
     }
 
@@ -158,7 +159,7 @@ impl<'a> KeypointViews<'a> {
             height_sigma_m: self.options.road_height_sigma_m.hypot(self.level_sigma_m(&bbox, class)),
             slope_sigma_rad: self.options.road_slope_sigma_rad.hypot(ground.pitch_sigma_rad),
         });
-        observation.size = Some(size_prior(class));
+        observation.size = Some(self.sizes.prior(class));
         observation.heading = keypoints.heading.clone();
         let layout = usize::from(keypoints.layout == Layout::Car14);
         Some(FrameKeypoints { layout, observation })
@@ -195,10 +196,9 @@ impl<'a> KeypointViews<'a> {
 }
 
 /// The size of a track's shape as a prior for its boxes, not wider than that of the class.
-fn size(fit: &TrackFit, class: VehicleClass, options: &KeypointViewOptions) -> SizePrior {
-    let class = size_prior(class).sigma.to_vector();
+fn size(fit: &TrackFit, class: &SizePrior, options: &KeypointViewOptions) -> SizePrior {
     let sigma = fit.size_covariance.diagonal().map(|v| v.max(0.0).sqrt().max(options.least_size_sigma_m));
-    let sigma = sigma.zip_map(&class, f64::min);
+    let sigma = sigma.zip_map(&class.sigma.to_vector(), f64::min);
     SizePrior { mean: fit.dimensions, sigma: Dimensions::from_vector(&sigma) }
 }
 
@@ -311,6 +311,11 @@ mod tests {
         let views = KeypointViews::new(&by_frame, &fitters, &CAMERA, &grounds, &options);
         let track = Track::new(1, VehicleClass::Car, boxes);
         let external = views.of_track(&track);
+
+        let mut none = options;
+        none.keypoints.enabled = false;
+        let none = KeypointViews::new(&by_frame, &fitters, &CAMERA, &grounds, &none).of_track(&track);
+        assert!(none.views.is_empty() && none.size.is_none());
 
         let length_m = prior.dimensions(shape).length_m;
         let (found, class) = (external.size.unwrap().mean, size_prior(VehicleClass::Car).mean);

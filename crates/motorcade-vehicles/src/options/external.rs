@@ -6,6 +6,8 @@ use motorcade_shape::FitOptions;
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct KeypointViewOptions {
+    /// False takes no position, heading or size from keypoints. What they say on boxes that show no vehicle still counts.
+    pub enabled: bool,
     /// Overlap (IoU) of the keypoints' bounding box with a detected box from which they belong to it.
     pub least_iou: f64,
     /// Standard deviation of a keypoint as a share of the longer side of the box: 2 px of a 64 px heat map.
@@ -45,6 +47,7 @@ pub struct KeypointViewOptions {
 impl Default for KeypointViewOptions {
     fn default() -> Self {
         Self {
+            enabled: true,
             least_iou: 0.4,
             sigma_share: 0.03,
             variance_factor: 2.0,

@@ -70,6 +70,9 @@ impl VehicleOptions {
         if self.advanced.box_fit.common_height_sigma_px < 0.0 {
             return Err("vehicles.advanced.box_fit.common_height_sigma_px must not be negative".to_owned());
         }
+        if self.advanced.size.prior_factor <= 0.0 {
+            return Err("vehicles.advanced.size.prior_factor must be positive".to_owned());
+        }
         if keypoints.road_height_sigma_m <= 0.0 {
             return Err("vehicles.advanced.keypoints.road_height_sigma_m must be positive".to_owned());
         }
