@@ -50,8 +50,7 @@ pub use box_fit::{BoxFit, SingleView};
 pub use clutter::without_clutter;
 pub use doubles::without_doubles;
 pub use estimate::{
-    SizeOfClass, estimate_consistently, estimate_track, explain_boxes, join_continued, join_interleaved,
-    sizes_by_class,
+    SizeOfClass, estimate_consistently, estimate_track, explain_boxes, join_parted, sizes_by_class,
 };
 pub use external::{
     ExternalTrack, ExternalView, KeypointFitters, KeypointTrack, KeypointViews, SizeDependence,

@@ -3,7 +3,7 @@
 //! A tracker that takes the box of a neighbour joins two vehicles in one track, and no trajectory explains the boxes of both. In a row
 //! of parked cars such a track slides from car to car and is placed at half their distance.
 
-use motorcade_geometry::{BoundingBox, PinholeCamera};
+use motorcade_geometry::{BoundingBox, Camera, PinholeCamera, Pose, Vehicle};
 
 use crate::ground::GroundFrame;
 use crate::observed_box::{ObservedBox, overlap};
@@ -24,17 +24,27 @@ pub(super) fn overlaps(
         let state = found.states.get(b.frame.checked_sub(first)?)?;
         let camera_from_vehicle =
             grounds.get(b.frame)?.world_from_camera.inverse() * state.world_from_vehicle;
-        let (class, convention) = (found.class, b.observed.convention);
-        match image_box(camera, &camera_from_vehicle, class, convention, &found.size) {
-            Some(projected) => Some(overlap(&projected, &b.observed)),
-            // One wholly behind the camera is not what the picture shows; one beside it has no box to compare with.
-            None => {
-                let reach_m = 0.5 * found.size.length_m.hypot(found.size.width_m);
-                Some(if camera_from_vehicle.translation().z > -reach_m { 1.0 } else { 0.0 })
-            }
-        }
+        // One wholly behind the camera is not what the picture shows; one beside it has no box to compare with.
+        let unseen = || {
+            let reach_m = 0.5 * found.size.length_m.hypot(found.size.width_m);
+            if camera_from_vehicle.translation().z > -reach_m { 1.0 } else { 0.0 }
+        };
+        Some(overlap_in(overlap, camera, found, &camera_from_vehicle, b).unwrap_or_else(unseen))
     };
     track.boxes.iter().map(|b| one(b).unwrap_or(1.0)).collect()
+}
+
+/// Overlap with a box of a vehicle that is there; `None` where it is not in the picture.
+pub(super) fn overlap_in(
+    overlap: fn(&BoundingBox, &ObservedBox) -> f64,
+    camera: &PinholeCamera,
+    vehicle: &VehicleTrajectory,
+    camera_from_vehicle: &Pose<Camera, Vehicle>,
+    seen: &TrackBox,
+) -> Option<f64> {
+    let (class, convention) = (vehicle.class, seen.observed.convention);
+    let projected = image_box(camera, camera_from_vehicle, class, convention, &vehicle.size)?;
+    Some(overlap(&projected, &seen.observed))
 }
 
 /// IoU of their columns: neighbours stand beside each other, and the road's slope moves both up and down.

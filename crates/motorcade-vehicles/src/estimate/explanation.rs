@@ -9,7 +9,6 @@ use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 use motorcade_geometry::PinholeCamera;
 
 use super::consistency::overlap_of_columns;
-use super::continued::most_own;
 use super::drive::Drive;
 use super::parts::{dense, estimate_consistently};
 use crate::external::ExternalTrack;
@@ -155,7 +154,9 @@ impl<V: Fn(&Track) -> ExternalTrack> Choice<'_, V> {
         let hypothesis = self.drive.hypothesis();
         let least_iou = hypothesis.least_standing_iou;
         let explains = |part: &Track| {
-            most_own(&self.drive.explained(overlap_of_columns, part, &vehicle, least_iou), hypothesis)
+            let own = self.drive.explained(overlap_of_columns, part, &vehicle, least_iou);
+            let foreign = own.iter().filter(|own| !**own).count();
+            foreign as f64 <= hypothesis.most_foreign_share * own.len() as f64
         };
         if !explains(&best.boxes) || !explains(&others) {
             return None;

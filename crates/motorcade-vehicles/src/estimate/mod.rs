@@ -3,16 +3,15 @@
 mod background;
 mod class;
 mod consistency;
-mod continued;
 mod drive;
 mod explanation;
 mod headings;
 mod hypothesis;
 mod input;
-mod interleaved;
 mod measurements;
 mod nearest;
 mod off_road;
+mod parted;
 mod parts;
 mod states;
 mod undecided;
@@ -33,9 +32,8 @@ use input::TrackInput;
 use states::assemble;
 
 pub use class::{SizeOfClass, sizes_by_class};
-pub use continued::join_continued;
 pub use explanation::explain_boxes;
-pub use interleaved::join_interleaved;
+pub use parted::join_parted;
 pub use parts::estimate_consistently;
 
 /// Estimates a track from its boxes and its external views (either may be empty). `None` when none of them can be placed on the

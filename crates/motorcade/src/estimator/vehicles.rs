@@ -8,8 +8,7 @@ use motorcade_perception::{Detection, VehicleKeypoints};
 use motorcade_vehicles::{
     ExternalTrack, GroundFrame, KeypointFitters, KeypointTrack, KeypointViews, KinematicStateOptions, Track,
     VehicleState, VehicleTrajectory, boxes_of, estimate_consistently, estimate_track, explain_boxes,
-    external_tracks, join_continued, join_in_one_place, join_interleaved, with_hiding_checked,
-    without_clutter, without_doubles,
+    external_tracks, join_in_one_place, join_parted, with_hiding_checked, without_clutter, without_doubles,
 };
 
 use crate::record::FrameInfo;
@@ -110,8 +109,7 @@ pub(crate) fn estimate_vehicles(
         return vehicles;
     }
     let gap_s = config.tracker.longest_gap_s;
-    let vehicles = join_interleaved((camera, grounds), vehicles, &tracks, &views, options);
-    let vehicles = join_continued((camera, grounds), vehicles, &tracks, &views, options, gap_s);
+    let vehicles = join_parted((camera, grounds), vehicles, &tracks, &views, options, gap_s);
     join_in_one_place(vehicles, grounds, &options.advanced)
 }
 
