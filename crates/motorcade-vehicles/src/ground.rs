@@ -14,6 +14,10 @@ pub struct GroundFrame {
     pub height_m: f64,
     /// Standard deviation of the road's pitch as seen from this camera \[rad\].
     pub pitch_sigma_rad: f64,
+    /// Standard deviation of the change of the road's slope over [`road_slope_length_m`](crate::BoxFitOptions::road_slope_length_m), as far as it exceeds
+    /// that of streets: hills. Zero where none were driven over; see [`measure_slope_changes`](crate::measure_slope_changes) \[rad\].
+    #[serde(default)]
+    pub slope_change_sigma_rad: f64,
     /// Time \[s\].
     pub time_s: f64,
 }
@@ -72,6 +76,7 @@ mod tests {
             up,
             height_m: 1.6,
             pitch_sigma_rad: 0.0,
+            slope_change_sigma_rad: 0.0,
             time_s: 0.0,
         };
         assert!(ground.left().x < -0.99);

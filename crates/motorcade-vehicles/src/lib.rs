@@ -12,7 +12,8 @@
 //!
 //! let camera = PinholeCamera { fx: 720.0, fy: 720.0, cx: 600.0, cy: 180.0, width: 1242, height: 375 };
 //! let ground = GroundFrame {
-//!     world_from_camera: Pose::identity(), up: -Vector3::y(), height_m: 1.65, pitch_sigma_rad: 0.002, time_s: 0.0,
+//!     world_from_camera: Pose::identity(), up: -Vector3::y(), height_m: 1.65, pitch_sigma_rad: 0.002,
+//!     slope_change_sigma_rad: 0.0, time_s: 0.0,
 //! };
 //! let bbox = BoundingBox { x1: 570.0, y1: 184.0, x2: 631.0, y2: 240.0 };
 //! let detection =
@@ -31,6 +32,7 @@ mod estimate;
 mod external;
 mod ground;
 mod hiding;
+mod hilliness;
 mod joint_size;
 mod met_again;
 mod motion;
@@ -58,6 +60,7 @@ pub use external::{
 };
 pub use ground::GroundFrame;
 pub use hiding::with_hiding_checked;
+pub use hilliness::measure_slope_changes;
 pub use joint_size::SizeByRoad;
 pub use met_again::join_met_again;
 pub use motion::{KinematicState, PositionMeasurement, probability_moving, smooth_motion, static_position};

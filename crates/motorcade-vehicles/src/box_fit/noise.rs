@@ -57,8 +57,8 @@ pub(crate) fn road_height_sigma_m(
     left_m: f64,
     options: &BoxFitOptions,
 ) -> f64 {
-    let lengths = (ahead_m / options.road_slope_length_m).min(options.road_slope_most_lengths);
-    let slope = options.road_slope_sigma_rad * lengths;
+    let change = options.road_slope_sigma_rad.hypot(ground.slope_change_sigma_rad);
+    let slope = change * options.slope_lengths(ahead_m);
     let pitch = ground.pitch_sigma_rad.hypot(slope);
     options.road_height_sigma_m.hypot(pitch * ahead_m).hypot(options.level_sigma_m(left_m))
 }

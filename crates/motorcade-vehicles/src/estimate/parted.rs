@@ -141,10 +141,17 @@ impl<V: Fn(&Track) -> ExternalTrack> Pairing<'_, V> {
         places.is_some_and(|(own_place, place)| {
             let size = &own.vehicle.size;
             let apart = (own_place.inverse() * place).translation();
+            let states = &other.vehicle.states;
+            let span = states.first().map_or(0, |s| s.frame)..=states.last().map_or(0, |s| s.frame);
+            // A track in a gap of another one is hardly that of a vehicle beside it, which would be seen before or after.
+            let near = if span.contains(&b.frame) {
+                apart.norm() <= size.length_m.max(other.vehicle.size.length_m)
+            } else {
+                apart.x.abs() <= size.length_m && apart.y.abs() <= size.width_m
+            };
             let stand = !self.drive.moves(&own.vehicle) && !self.drive.moves(&other.vehicle);
             let in_box = || overlap_in(overlap_of_columns, self.drive.camera, &other.vehicle, &place, b);
-            (apart.x.abs() <= size.length_m && apart.y.abs() <= size.width_m)
-                || (stand && in_box().is_some_and(|overlap| overlap >= self.drive.hypothesis().double_iou))
+            near || (stand && in_box().is_some_and(|overlap| overlap >= self.drive.hypothesis().double_iou))
         })
     }
 

@@ -154,10 +154,12 @@ impl<'a> KeypointViews<'a> {
         let keypoints = self.in_box(seen.frame, &bbox, VehicleKeypoints::any_found)?;
         let sigma_px = self.options.sigma_share * bbox.width().max(bbox.height());
         let mut observation = Observation::new(keypoints.points.clone(), sigma_px);
+        let [ahead_m, left_m] = self.place_by_height(&bbox, class);
+        let hills = ground.slope_change_sigma_rad * self.box_fit.slope_lengths(ahead_m);
         observation.road = Some(MeasuredRoad {
             plane: ground.road(),
-            height_sigma_m: self.options.road_height_sigma_m.hypot(self.level_sigma_m(&bbox, class)),
-            slope_sigma_rad: self.options.road_slope_sigma_rad.hypot(ground.pitch_sigma_rad),
+            height_sigma_m: self.options.road_height_sigma_m.hypot(self.box_fit.level_sigma_m(left_m)),
+            slope_sigma_rad: self.options.road_slope_sigma_rad.hypot(ground.pitch_sigma_rad).hypot(hills),
         });
         observation.size = Some(self.sizes.prior(class));
         observation.heading = keypoints.heading.clone();
@@ -165,11 +167,11 @@ impl<'a> KeypointViews<'a> {
         Some(FrameKeypoints { layout, observation })
     }
 
-    /// Standard deviation of the road's level under a vehicle beside the own lane, about as far away as the mean height of its class says \[m\].
-    fn level_sigma_m(&self, bbox: &BoundingBox, class: VehicleClass) -> f64 {
+    /// Place of a vehicle, ahead and left, about as far away as the mean height of its class says \[m\].
+    fn place_by_height(&self, bbox: &BoundingBox, class: VehicleClass) -> [f64; 2] {
         let ahead_m = self.camera.fy * size_prior(class).mean.height_m / bbox.height().max(1.0);
         let left_m = -ahead_m * (bbox.centre().0 - self.camera.cx) / self.camera.fx;
-        self.box_fit.level_sigma_m(left_m)
+        [ahead_m, left_m]
     }
 
     /// The keypoints, of those asked for, whose bounding box overlaps a box most.
@@ -278,6 +280,7 @@ mod tests {
             up: -Vector3::y(),
             height_m: 1.65,
             pitch_sigma_rad: 0.003,
+            slope_change_sigma_rad: 0.0,
             time_s: 0.0,
         };
         let (mut detected, mut boxes) = (Vec::new(), Vec::new());

@@ -69,6 +69,11 @@ pub struct BoxFitOptions {
 }
 
 impl BoxFitOptions {
+    /// Lengths over which the road's slope changes up to a place ahead, as many as count.
+    pub(crate) fn slope_lengths(&self, ahead_m: f64) -> f64 {
+        (ahead_m / self.road_slope_length_m).min(self.road_slope_most_lengths)
+    }
+
     /// Distance of a place to the side of the own lane \[m\].
     pub fn beside_m(&self, left_m: f64) -> f64 {
         (left_m.abs() - self.own_lane_half_width_m).max(0.0)

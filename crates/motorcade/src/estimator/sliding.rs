@@ -179,7 +179,8 @@ impl SlidingEstimator {
         let newest = view.frames.len() - 1;
         let start_ns = view.frames[0].timestamp_ns;
         let ego = EgoTrajectory { frames: vec![camera], height_m: settings.height_m, noise: Vec::new() };
-        let grounds = ground_frames(&ego, &view.frames[newest..], start_ns);
+        let grounds =
+            ground_frames(&ego, &view.frames[newest..], start_ns, &settings.config.vehicles.advanced.box_fit);
         let _ended = self.tracker.advance(newest, &grounds[0], &view.detections[newest], |_| None);
         for track in self.tracker.present(newest) {
             let (Some(vehicle), Some(seen)) = (self.vehicles.get_mut(&track.id), track.boxes.last()) else {
@@ -257,7 +258,17 @@ impl SlidingEstimator {
         self.place(&mut ego, from);
         let start_ns = view.frames[0].timestamp_ns;
         let infos: Vec<FrameInfo> = rows.iter().map(|row| view.frames[*row].clone()).collect();
-        let grounds = ground_frames(&ego, &infos, start_ns);
+        // The slopes of the road by a longer way than that of the window, which is often no hill.
+        let since = self.estimated.partition_point(|row| older(*row, options.scale_s));
+        let known = |row: &usize| Some((self.ego.get(*row)?.clone(), view.frames[*row].clone()));
+        let before = self.estimated[since.min(from)..from].iter().filter_map(known);
+        let (mut driven, mut seen): (Vec<EgoFrame>, Vec<FrameInfo>) = before.unzip();
+        let earlier = driven.len();
+        driven.extend(ego.frames.iter().cloned());
+        seen.extend_from_slice(&infos);
+        let driven = EgoTrajectory { frames: driven, height_m: ego.height_m, noise: Vec::new() };
+        let box_fit = &settings.config.vehicles.advanced.box_fit;
+        let grounds = ground_frames(&driven, &seen, start_ns, box_fit).split_off(earlier);
         Window { first: from, rows, infos, ego, grounds }
     }
 

@@ -6,9 +6,10 @@ use std::collections::BTreeMap;
 use motorcade_odometry::{EgoFrame, EgoTrajectory};
 use motorcade_perception::{Detection, VehicleKeypoints};
 use motorcade_vehicles::{
-    ExternalTrack, GroundFrame, KeypointFitters, KeypointTrack, KeypointViews, KinematicStateOptions, Track,
-    VehicleState, VehicleTrajectory, boxes_of, estimate_consistently, estimate_track, explain_boxes,
-    external_tracks, join_in_one_place, join_parted, with_hiding_checked, without_clutter, without_doubles,
+    BoxFitOptions, ExternalTrack, GroundFrame, KeypointFitters, KeypointTrack, KeypointViews,
+    KinematicStateOptions, Track, VehicleState, VehicleTrajectory, boxes_of, estimate_consistently,
+    estimate_track, explain_boxes, external_tracks, join_in_one_place, join_parted, measure_slope_changes,
+    with_hiding_checked, without_clutter, without_doubles,
 };
 
 use crate::record::FrameInfo;
@@ -126,13 +127,21 @@ pub(crate) fn times_s(frames: &[FrameInfo]) -> Vec<f64> {
 }
 
 /// Camera and road of each frame; times count from `start_ns`.
-pub(crate) fn ground_frames(ego: &EgoTrajectory, frames: &[FrameInfo], start_ns: i64) -> Vec<GroundFrame> {
+pub(crate) fn ground_frames(
+    ego: &EgoTrajectory,
+    frames: &[FrameInfo],
+    start_ns: i64,
+    options: &BoxFitOptions,
+) -> Vec<GroundFrame> {
     let one = |(e, f): (&EgoFrame, &FrameInfo)| GroundFrame {
         world_from_camera: e.world_from_camera,
         up: e.road_normal,
         height_m: ego.height_m,
         pitch_sigma_rad: e.road_tilt_covariance[(0, 0)].max(0.0).sqrt(),
+        slope_change_sigma_rad: 0.0,
         time_s: (f.timestamp_ns - start_ns) as f64 * 1e-9,
     };
-    ego.frames.iter().zip(frames).map(one).collect()
+    let mut grounds: Vec<GroundFrame> = ego.frames.iter().zip(frames).map(one).collect();
+    measure_slope_changes(&mut grounds, options);
+    grounds
 }
