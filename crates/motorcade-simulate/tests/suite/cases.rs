@@ -100,5 +100,5 @@ pub const FULL: &[Case] = &[
     case("junction-turn", 70, Overcast, [0.10, 1.0, 1.1, 88.0, 90.0]),
     case("trailers", 50, Clear, [0.10, 0.8, 0.8, 88.0, 90.0]).wide(),
     case("motorway", 40, Clear, [0.50, 1.2, 1.4, 88.0, 50.0]),
-    case("crest", 50, Clear, [0.95, 5.5, 15.5, 67.0, 80.0]).wide(),
+    case("crest", 50, Clear, [0.95, 5.5, 4.3, 88.0, 80.0]).wide(),
 ];

@@ -42,7 +42,7 @@ pub const CASES: &[VehicleCase] = &[
     case("parked-across", 50, Clear, (50.0, 70, 92.0, [88.0, 88.0])),
     case("roundabout-exits", 60, Clear, (50.0, 4, 92.0, [88.0, 65.0])),
     case("motorway", 50, Clear, (20.0, 3, 62.0, [62.0, 88.0])),
-    case("crest", 50, Clear, (2.0, 4, 35.0, [20.0, 88.0])),
+    case("crest", 50, Clear, (15.0, 4, 78.0, [28.0, 88.0])),
 ];
 
 /// Drives that CI has no time for.
