@@ -116,6 +116,15 @@ impl<V: Fn(&Track) -> ExternalTrack> Pairing<'_, V> {
     /// True when two parts follow each other in time within the gap, one where the other is predicted, and are not seen side by side.
     fn may_be_one(&self, first: &Part, second: &Part) -> bool {
         let (a, b) = (&first.boxes.boxes, &second.boxes.boxes);
+        let time_s = |b: &TrackBox| self.drive.grounds.get(b.frame).map_or(0.0, |g| g.time_s);
+        let after_s = |earlier: &[TrackBox], later: &[TrackBox]| {
+            let ends = earlier.last().zip(later.first());
+            ends.map_or(f64::INFINITY, |(end, start)| time_s(start) - time_s(end))
+        };
+        // Most pairs of a long drive are minutes apart.
+        if after_s(a, b).max(after_s(b, a)) > self.longest_gap_s {
+            return false;
+        }
         let mut seen: Vec<(&TrackBox, bool)> = a.iter().map(|x| (x, false)).collect();
         seen.extend(b.iter().map(|x| (x, true)));
         seen.sort_by_key(|(b, of_second)| (b.frame, *of_second));
@@ -126,7 +135,6 @@ impl<V: Fn(&Track) -> ExternalTrack> Pairing<'_, V> {
         if beside as f64 > (hypothesis.most_foreign_share * a.len().min(b.len()) as f64).max(1.0) {
             return false;
         }
-        let time_s = |b: &TrackBox| self.drive.grounds.get(b.frame).map_or(0.0, |g| g.time_s);
         let gap_s = changes().map(|[p, q]| time_s(q) - time_s(p)).fold(f64::INFINITY, f64::min);
         let meet = |[p, q]: [&TrackBox; 2]| self.meet(first, second, p) || self.meet(first, second, q);
         gap_s <= self.longest_gap_s && changes().any(meet)
