@@ -1,4 +1,4 @@
-//! How much the slope of a road changes, by the camera's own way over it.
+//! Changes of the slope of a road, by the camera's own way over it.
 
 use crate::ground::GroundFrame;
 use crate::options::BoxFitOptions;

@@ -54,7 +54,7 @@ pub(super) fn colour(scene: &Scene<'_>, f: &Fragment) -> (Colour, f32) {
         let stones = half + KERB_STONE_M;
         let edge = half + PAVEMENT_M as f32;
         let across = d.abs();
-        // Where the whole ground is level, height does not tell kerbs from verges.
+        // Height does not tell kerbs from verges on ground that is level as a whole.
         let level = road.kind == RoadKind::Motorway || !road.paved.is_empty() && !standing_up;
         let kerb = if level || h >= KERB_M as f32 * 0.95 { cover(across, 0.0, stones, fd) } else { 1.0 };
         let kerb = if road.kind == RoadKind::Motorway { 0.0 } else { kerb * (1.0 - bare) };
