@@ -16,7 +16,8 @@ from motorcade_training.scene.label import read_rgb
 #: Scenarios whose pictures differ; those that only disturb the simulated detector are left out.
 SCENARIOS = (
     "demo bends slope stop-and-go standing-start roundabout oncoming crossing overtaking turning parked rough truck dense "
-    "empty crowd pitched rolled low-camera high-camera lorries"
+    "empty crowd pitched rolled low-camera high-camera lorries "
+    "parked-across yard double-parked roundabout-exits junction-turn trailers motorway crest block tunnel"
 ).split()
 WEATHERS = ("clear", "overcast", "rain")
 WIDTHS_PX = (1242, 1242, 960)
