@@ -11,7 +11,8 @@ use crate::outline::image_box;
 use crate::track::{Track, TrackBox};
 use crate::trajectory::VehicleTrajectory;
 
-/// For each box of a track the overlap of the projected vehicle with it; 1 where there is nothing to compare it with.
+/// For each box of a track the overlap of the projected vehicle with it; 1 where the vehicle is beside the camera and has no box to compare with, 0
+/// before its first state and after its last: an estimate may have left out the boxes there.
 pub(super) fn overlaps(
     overlap: fn(&BoundingBox, &ObservedBox) -> f64,
     camera: &PinholeCamera,
@@ -31,7 +32,7 @@ pub(super) fn overlaps(
         };
         Some(overlap_in(overlap, camera, found, &camera_from_vehicle, b).unwrap_or_else(unseen))
     };
-    track.boxes.iter().map(|b| one(b).unwrap_or(1.0)).collect()
+    track.boxes.iter().map(|b| one(b).unwrap_or(0.0)).collect()
 }
 
 /// Overlap with a box of a vehicle that is there; `None` where it is not in the picture.
@@ -75,5 +76,15 @@ mod tests {
         assert!(explained_by(20.0) && !explained_by(40.0) && !explained_by(-8.0));
         // Beside the camera it has no box to compare with.
         assert!(explained_by(0.5));
+    }
+
+    #[test]
+    fn boxes_without_a_state_are_not_explained() {
+        let mut found = car_ahead(1, 0.0, 20.0);
+        let shown = track_of(&found, [true; 4]);
+        found.states.retain(|s| (3..7).contains(&s.frame));
+        let overlaps = overlaps(overlap, &CAMERA, &level_grounds(10), &shown, &found);
+        let explained: Vec<bool> = overlaps.into_iter().map(|own| own > 0.3).collect();
+        assert_eq!(explained, (0..10).map(|frame| (3..7).contains(&frame)).collect::<Vec<_>>());
     }
 }

@@ -14,7 +14,7 @@ use super::parts::{dense, estimate_consistently};
 use crate::external::ExternalTrack;
 use crate::ground::GroundFrame;
 use crate::options::VehicleOptions;
-use crate::track::{BoxKey, Track, TrackBox};
+use crate::track::{BoxKey, Track, TrackBox, boxes_of};
 use crate::tracker::TrackerOptions;
 use crate::trajectory::VehicleTrajectory;
 
@@ -119,14 +119,24 @@ impl<V: Fn(&Track) -> ExternalTrack> Choice<'_, V> {
             let rest = other.boxes.with_boxes(other.boxes.id, rest);
             if let Some(one) = self.with_rest(&best, &rest) {
                 best = one;
-            } else if self.drive.enough(&rest.boxes)
-                && dense(&rest.boxes)
-                && let Some(vehicle) = self.estimate(&rest)
-            {
-                self.add(self.candidate(vehicle, rest));
+            } else {
+                self.add_rest(rest);
             }
         }
         best
+    }
+
+    /// The vehicles of boxes that one has left: an estimate may leave out some of them again.
+    fn add_rest(&mut self, mut rest: Track) {
+        while self.drive.enough(&rest.boxes)
+            && dense(&rest.boxes)
+            && let Some(vehicle) = self.estimate(&rest)
+            && let Some(own) = boxes_of(&rest, &vehicle)
+        {
+            let keys: BTreeSet<BoxKey> = own.boxes.iter().map(TrackBox::key).collect();
+            rest.boxes.retain(|b| !keys.contains(&b.key()));
+            self.add(self.candidate(vehicle, own));
+        }
     }
 
     /// The open candidate of the largest value among those that share boxes with one.
