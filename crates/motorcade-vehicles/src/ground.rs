@@ -3,6 +3,8 @@
 use motorcade_geometry::{Camera, Pose, RoadPlane, World};
 use nalgebra::{Matrix3, Point3, Vector3};
 
+use crate::road_ahead::RoadAhead;
+
 /// Camera pose and road of one frame.
 #[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
 pub struct GroundFrame {
@@ -14,10 +16,9 @@ pub struct GroundFrame {
     pub height_m: f64,
     /// Standard deviation of the road's pitch as seen from this camera \[rad\].
     pub pitch_sigma_rad: f64,
-    /// Standard deviation of the change of the road's slope over [`road_slope_length_m`](crate::BoxFitOptions::road_slope_length_m), as far as it exceeds
-    /// that of streets: hills. Zero where none were driven over; see [`measure_slope_changes`](crate::measure_slope_changes) \[rad\].
+    /// Height of the road ahead over the plane; `None` before [`measure_road_ahead`](crate::measure_road_ahead): a road as level as streets are.
     #[serde(default)]
-    pub slope_change_sigma_rad: f64,
+    pub road_ahead: Option<RoadAhead>,
     /// Time \[s\].
     pub time_s: f64,
 }
@@ -48,6 +49,11 @@ impl GroundFrame {
         Point3::from(self.foot() + self.ahead() * ahead_m + self.left() * left_m + self.up * above_m)
     }
 
+    /// Height of the road over the plane at a distance ahead \[m\], and its change with the distance.
+    pub fn rise(&self, ahead_m: f64) -> (f64, f64) {
+        self.road_ahead.map_or((0.0, 0.0), |road| road.rise(ahead_m))
+    }
+
     /// Heading of a direction given in the camera frame: angle from straight ahead, to the left positive \[rad\].
     pub fn heading_of(&self, direction: &Vector3<f64>) -> f64 {
         direction.dot(&self.left()).atan2(direction.dot(&self.ahead()))
@@ -76,7 +82,7 @@ mod tests {
             up,
             height_m: 1.6,
             pitch_sigma_rad: 0.0,
-            slope_change_sigma_rad: 0.0,
+            road_ahead: None,
             time_s: 0.0,
         };
         assert!(ground.left().x < -0.99);

@@ -6,9 +6,9 @@ use crate::options::BoxFitOptions;
 /// Way that counts as driven, far above what rounding leaves of running sums \[m\].
 const LEAST_WAY_M: f64 = 0.1;
 
-/// Sets [`GroundFrame::slope_change_sigma_rad`] from the way of the camera: the road under it a length further on lies off the plane of a frame by what
-/// its slope changed, and that of the road nearby says how much it may ahead of a vehicle's box. Frames without such a stretch keep zero.
-pub fn measure_slope_changes(grounds: &mut [GroundFrame], options: &BoxFitOptions) {
+/// Standard deviation of the change of the road's slope over [`BoxFitOptions::road_slope_length_m`] near each frame, as far as it exceeds that of streets: hills \[rad\].
+/// The road under the camera a length further on lies off the plane of a frame by what its slope changed. Zero for frames without such a stretch.
+pub(crate) fn slope_changes(grounds: &[GroundFrame], options: &BoxFitOptions) -> Vec<f64> {
     let length_m = options.road_slope_length_m;
     let mut way_m = Vec::with_capacity(grounds.len());
     let mut driven_m = 0.0;
@@ -36,7 +36,8 @@ pub fn measure_slope_changes(grounds: &mut [GroundFrame], options: &BoxFitOption
     let reach_m = length_m * options.road_slope_most_lengths;
     let (mut from, mut to) = (0, 0);
     let (mut weight_m, mut sum) = (0.0, 0.0);
-    for (ground, at_m) in grounds.iter_mut().zip(&way_m) {
+    let mut changes_rad = Vec::with_capacity(grounds.len());
+    for at_m in &way_m {
         while let Some([_, weight, squared]) = stretches.get(to).filter(|s| s[0] <= at_m + reach_m) {
             weight_m += weight;
             sum += weight * squared;
@@ -48,8 +49,9 @@ pub fn measure_slope_changes(grounds: &mut [GroundFrame], options: &BoxFitOption
             from += 1;
         }
         let known = weight_m > LEAST_WAY_M;
-        ground.slope_change_sigma_rad = if known { (sum / weight_m).max(0.0).sqrt() } else { 0.0 };
+        changes_rad.push(if known { (sum / weight_m).max(0.0).sqrt() } else { 0.0 });
     }
+    changes_rad
 }
 
 /// Squared change of slope over a length by the road under a later camera \[rad²\], less what pitch, cross-fall and the slopes of streets explain; negative
@@ -97,7 +99,7 @@ mod tests {
                 up: -Vector3::y(),
                 height_m: 1.65,
                 pitch_sigma_rad: 1e-3,
-                slope_change_sigma_rad: 0.0,
+                road_ahead: None,
                 time_s: 0.1 * f64::from(k),
             }
         };
@@ -107,22 +109,18 @@ mod tests {
     #[test]
     fn a_level_road_stays_as_stated_and_a_crest_widens_it() {
         let options = BoxFitOptions::default();
-        let measured = |curvature_per_m: f64, frames: u32| {
-            let mut grounds = drive(curvature_per_m, frames);
-            measure_slope_changes(&mut grounds, &options);
-            grounds
-        };
-        assert!(measured(0.0, 100).iter().all(|g| g.slope_change_sigma_rad == 0.0));
+        let measured =
+            |curvature_per_m: f64, frames: u32| slope_changes(&drive(curvature_per_m, frames), &options);
+        assert!(measured(0.0, 100).iter().all(|change| *change == 0.0));
         // A radius of 200 m leaves the plane by 1 m in 20 m: a slope of 0.05 over one length.
-        for ground in measured(-1.0 / 200.0, 100) {
-            assert!((ground.slope_change_sigma_rad - 0.05).abs() < 0.005, "{ground:?}");
+        for change in measured(-1.0 / 200.0, 100) {
+            assert!((change - 0.05).abs() < 0.005, "{change}");
         }
         // A way shorter than one length says nothing.
-        assert!(measured(-1.0 / 200.0, 30).iter().all(|g| g.slope_change_sigma_rad == 0.0));
+        assert!(measured(-1.0 / 200.0, 30).iter().all(|change| *change == 0.0));
         // A crest that is far away does not count.
-        let mut road = after_level(400, -1.0 / 200.0, 500);
-        measure_slope_changes(&mut road, &options);
-        assert_eq!(road[100].slope_change_sigma_rad, 0.0);
-        assert!(road[450].slope_change_sigma_rad > 0.02);
+        let changes = slope_changes(&after_level(400, -1.0 / 200.0, 500), &options);
+        assert_eq!(changes[100], 0.0);
+        assert!(changes[450] > 0.02);
     }
 }

@@ -13,7 +13,7 @@
 //! let camera = PinholeCamera { fx: 720.0, fy: 720.0, cx: 600.0, cy: 180.0, width: 1242, height: 375 };
 //! let ground = GroundFrame {
 //!     world_from_camera: Pose::identity(), up: -Vector3::y(), height_m: 1.65, pitch_sigma_rad: 0.002,
-//!     slope_change_sigma_rad: 0.0, time_s: 0.0,
+//!     road_ahead: None, time_s: 0.0,
 //! };
 //! let bbox = BoundingBox { x1: 570.0, y1: 184.0, x2: 631.0, y2: 240.0 };
 //! let detection =
@@ -40,6 +40,7 @@ mod observed_box;
 mod one_place;
 mod options;
 mod outline;
+mod road_ahead;
 mod size_prior;
 #[cfg(test)]
 mod test_vehicles;
@@ -60,7 +61,6 @@ pub use external::{
 };
 pub use ground::GroundFrame;
 pub use hiding::with_hiding_checked;
-pub use hilliness::measure_slope_changes;
 pub use joint_size::SizeByRoad;
 pub use met_again::join_met_again;
 pub use motion::{KinematicState, PositionMeasurement, probability_moving, smooth_motion, static_position};
@@ -73,6 +73,7 @@ pub use options::{
     SizeOptions, TrafficSide, VehicleOptions,
 };
 pub use outline::{image_box, upright_pose};
+pub use road_ahead::{RoadAhead, measure_road_ahead};
 pub use size_prior::size_prior;
 pub use track::{Track, TrackBox, boxes_of};
 pub use tracker::{

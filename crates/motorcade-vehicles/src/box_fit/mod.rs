@@ -56,14 +56,15 @@ struct Linearised {
     cost: f64,
     /// Edges that count.
     edges: [Option<EdgeOffset>; 4],
-    /// Weight of the road's height there \[1/m²\].
+    /// Height above the road there \[m\], and its weight \[1/m²\].
+    height_m: f64,
     height_weight: f64,
 }
 
 impl Linearised {
     /// Objective of the steps, without the size prior: robust squared residuals of edges and road, with the standard deviations of `noise`. They depend
     /// on the state, and a step that makes them larger explains nothing better.
-    fn objective(&self, noise: &Self, height_m: f64, cauchy_scale: f64) -> f64 {
+    fn objective(&self, noise: &Self, cauchy_scale: f64) -> f64 {
         let squared = cauchy_scale.powi(2);
         let one = |(own, held): (&Option<EdgeOffset>, &Option<EdgeOffset>)| {
             let own = (*own)?;
@@ -71,7 +72,7 @@ impl Linearised {
             Some(squared * ((own.px / sigma_px).powi(2) / squared).ln_1p())
         };
         let edges: f64 = self.edges.iter().zip(&noise.edges).filter_map(one).sum();
-        edges + height_m * height_m * noise.height_weight
+        edges + self.height_m.powi(2) * noise.height_weight
     }
 }
 
@@ -112,7 +113,7 @@ impl BoxFit<'_> {
         let size_error = |x: &Vector6<f64>| x.fixed_rows::<3>(3).into_owned() - mean;
         let objective = |edges: &Linearised, noise: &Linearised, x: &Vector6<f64>| {
             let of_size = size_error(x).dot(&(size_information * size_error(x)));
-            edges.objective(noise, x[2], options.cauchy_scale) + of_size
+            edges.objective(noise, options.cauchy_scale) + of_size
         };
         let mut edges = self.linearise(observed, &state, &axes, &rotation)?;
         let mut remaining = options.iterations;
@@ -198,10 +199,13 @@ impl BoxFit<'_> {
             edges[edge] = Some(EdgeOffset { px: offset_px, sigma_px: s });
         }
         let height_weight = 1.0 / road_height_sigma_m(ground, x[0], x[1], options).powi(2);
-        cost += x[2] * x[2] * height_weight - height_weight.ln();
-        h[(2, 2)] += height_weight;
-        g[2] += height_weight * x[2];
-        Some(Linearised { h, g, g_by_heading, chi2, cost, edges, height_weight })
+        let (rise_m, slope) = ground.rise(x[0]);
+        let height_m = x[2] - rise_m;
+        cost += height_m * height_m * height_weight - height_weight.ln();
+        let by_state = Vector6::new(-slope, 0.0, 1.0, 0.0, 0.0, 0.0);
+        h.ger(height_weight, &by_state, &by_state, 1.0);
+        g += by_state * (height_weight * height_m);
+        Some(Linearised { h, g, g_by_heading, chi2, cost, edges, height_m, height_weight })
     }
 
     /// Equation (1) at the bottom edge, or depth from the vehicle's height where that edge is not measured; size at its mean.

@@ -49,16 +49,18 @@ pub(super) fn edge_deviation_px(
     }
 }
 
-/// Standard deviation of the road's height at a place (ahead, left), over the plane of the frame \[m\]: the plane's pitch, the change of
-/// the road's slope, and cross-fall beside the own lane.
+/// Standard deviation of the road's height at a place (ahead, left) about [`GroundFrame::rise`] \[m\]: that of the road ahead, and cross-fall beside the own
+/// lane.
 pub(crate) fn road_height_sigma_m(
     ground: &GroundFrame,
     ahead_m: f64,
     left_m: f64,
     options: &BoxFitOptions,
 ) -> f64 {
-    let change = options.road_slope_sigma_rad.hypot(ground.slope_change_sigma_rad);
-    let slope = change * options.slope_lengths(ahead_m);
-    let pitch = ground.pitch_sigma_rad.hypot(slope);
-    options.road_height_sigma_m.hypot(pitch * ahead_m).hypot(options.level_sigma_m(left_m))
+    let level = || {
+        let slope = options.road_slope_sigma_rad * options.slope_lengths(ahead_m);
+        options.road_height_sigma_m.hypot(ground.pitch_sigma_rad.hypot(slope) * ahead_m)
+    };
+    let along = ground.road_ahead.map_or_else(level, |road| road.sigma_m(ahead_m));
+    along.hypot(options.level_sigma_m(left_m))
 }

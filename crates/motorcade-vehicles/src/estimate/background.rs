@@ -43,7 +43,7 @@ fn hangs<V: Fn(&Track) -> ExternalTrack>(
         let bbox = b.observed.bbox;
         let ray = drive.camera.ray(&nalgebra::Point2::new((bbox.x1 + bbox.x2) / 2.0, bbox.y2));
         let along = ray.dot(&ground.ahead());
-        let above_m = ground.height_m + (ray * (ahead_m / along)).dot(&ground.up);
+        let above_m = ground.height_m + (ray * (ahead_m / along)).dot(&ground.up) - ground.rise(ahead_m).0;
         (b.observed.edges[3] && along > 0.0 && ahead_m > 0.0)
             .then(|| above_m / road_height_sigma_m(ground, ahead_m, left_m, box_fit))
     };

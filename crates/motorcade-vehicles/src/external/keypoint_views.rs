@@ -1,6 +1,6 @@
 //! Views of a track from its keypoints by the shape prior (the paper's equations 6 to 8), all with the one shape they agree on.
 
-use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
+use motorcade_geometry::{Camera, PinholeCamera, Pose, RoadPlane, Vehicle};
 use motorcade_perception::{BoundingBox, VehicleClass, VehicleKeypoints};
 use motorcade_shape::{
     CLEAR_COST, Dimensions, HeadingEvidence, Layout, MeasuredRoad, Observation, ShapeFit, ShapeFitter,
@@ -155,11 +155,12 @@ impl<'a> KeypointViews<'a> {
         let sigma_px = self.options.sigma_share * bbox.width().max(bbox.height());
         let mut observation = Observation::new(keypoints.points.clone(), sigma_px);
         let [ahead_m, left_m] = self.place_by_height(&bbox, class);
-        let hills = ground.slope_change_sigma_rad * self.box_fit.slope_lengths(ahead_m);
+        let unknown = || self.options.road_slope_sigma_rad.hypot(ground.pitch_sigma_rad);
+        let along = ground.road_ahead.map_or_else(unknown, |road| road.sigma_m(ahead_m) / ahead_m.max(1.0));
         observation.road = Some(MeasuredRoad {
-            plane: ground.road(),
+            plane: RoadPlane { height_m: ground.height_m - ground.rise(ahead_m).0, ..ground.road() },
             height_sigma_m: self.options.road_height_sigma_m.hypot(self.box_fit.level_sigma_m(left_m)),
-            slope_sigma_rad: self.options.road_slope_sigma_rad.hypot(ground.pitch_sigma_rad).hypot(hills),
+            slope_sigma_rad: along,
         });
         observation.size = Some(self.sizes.prior(class));
         observation.heading = keypoints.heading.clone();
@@ -280,7 +281,7 @@ mod tests {
             up: -Vector3::y(),
             height_m: 1.65,
             pitch_sigma_rad: 0.003,
-            slope_change_sigma_rad: 0.0,
+            road_ahead: None,
             time_s: 0.0,
         };
         let (mut detected, mut boxes) = (Vec::new(), Vec::new());

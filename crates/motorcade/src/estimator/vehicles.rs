@@ -8,7 +8,7 @@ use motorcade_perception::{Detection, VehicleKeypoints};
 use motorcade_vehicles::{
     BoxFitOptions, ExternalTrack, GroundFrame, KeypointFitters, KeypointTrack, KeypointViews,
     KinematicStateOptions, Track, VehicleState, VehicleTrajectory, boxes_of, estimate_consistently,
-    estimate_track, explain_boxes, external_tracks, join_in_one_place, join_parted, measure_slope_changes,
+    estimate_track, explain_boxes, external_tracks, join_in_one_place, join_parted, measure_road_ahead,
     with_hiding_checked, without_clutter, without_doubles,
 };
 
@@ -138,10 +138,10 @@ pub(crate) fn ground_frames(
         up: e.road_normal,
         height_m: ego.height_m,
         pitch_sigma_rad: e.road_tilt_covariance[(0, 0)].max(0.0).sqrt(),
-        slope_change_sigma_rad: 0.0,
+        road_ahead: None,
         time_s: (f.timestamp_ns - start_ns) as f64 * 1e-9,
     };
     let mut grounds: Vec<GroundFrame> = ego.frames.iter().zip(frames).map(one).collect();
-    measure_slope_changes(&mut grounds, options);
+    measure_road_ahead(&mut grounds, options);
     grounds
 }

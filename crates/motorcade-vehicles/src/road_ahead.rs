@@ -1,0 +1,201 @@
+//! Height of the road ahead, over the plane of a frame, by the camera's own way over it.
+//!
+//! The plane of a frame is what the road is near the camera: its pitch errs, and roads bend up and down. Where the camera drives over the road later on, its height is known
+//! far better than by that plane. Along the way the road is height, slope and curvature, the last a process that forgets itself (Ornstein and Uhlenbeck) with the
+//! spread that [hills](crate::hilliness) have; the places of the later cameras measure the height. A Kalman filter and smoother (Rauch, Tung and Striebel, 1965) give height and standard
+//! deviation at each distance.
+
+use nalgebra::{Matrix3, RowVector3, Vector3};
+
+use crate::ground::GroundFrame;
+use crate::hilliness::slope_changes;
+use crate::options::BoxFitOptions;
+
+/// Distances ahead at which the height is kept, and the step between them \[m\]: the curvature of roads hardly changes within one.
+const PLACES: usize = 16;
+const STEP_M: f64 = 5.0;
+/// Way between the later cameras that count \[m\].
+const WAY_STEP_M: f64 = 2.0;
+/// Sideways over ahead beyond which a later camera is on another road than the one ahead.
+const ASIDE: f64 = 0.5;
+
+/// Height of the road over the plane of a frame at the distances [`STEP_M`], 2 [`STEP_M`] ..
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct RoadAhead {
+    rise_m: [f64; PLACES],
+    sigma_m: [f64; PLACES],
+}
+
+impl RoadAhead {
+    /// Height over the plane at a distance ahead \[m\], and its change with the distance. Beyond the last place it goes on as there.
+    pub fn rise(&self, ahead_m: f64) -> (f64, f64) {
+        let (low_m, slope, over_m) = interval(&self.rise_m, 0.0, ahead_m);
+        (low_m + slope * over_m, slope)
+    }
+
+    /// Standard deviation of that height \[m\]. Beyond the last place it grows as the square of the distance, as that of a curvature does.
+    pub fn sigma_m(&self, ahead_m: f64) -> f64 {
+        let last_m = STEP_M * PLACES as f64;
+        let (low_m, slope, over_m) = interval(&self.sigma_m, self.sigma_m[0], ahead_m.min(last_m));
+        (low_m + slope * over_m) * (ahead_m / last_m).max(1.0).powi(2)
+    }
+}
+
+/// The value at the place before a distance, the slope from there and the distance from there. `first`: value at the camera.
+fn interval(values: &[f64; PLACES], first: f64, ahead_m: f64) -> (f64, f64, f64) {
+    let k = (ahead_m / STEP_M).floor().clamp(0.0, PLACES as f64 - 1.0) as usize;
+    let low = if k == 0 { first } else { values[k - 1] };
+    (low, (values[k] - low) / STEP_M, (ahead_m - STEP_M * k as f64).max(0.0))
+}
+
+/// Sets [`GroundFrame::road_ahead`] of all frames of a drive, or of a window of it.
+pub fn measure_road_ahead(grounds: &mut [GroundFrame], options: &BoxFitOptions) {
+    let changes_rad = slope_changes(grounds, options);
+    let way = Way::of(grounds);
+    let roads: Vec<RoadAhead> = grounds
+        .iter()
+        .zip(changes_rad)
+        .enumerate()
+        .map(|(k, (ground, change_rad))| {
+            Profile::new(ground, options.road_slope_sigma_rad.hypot(change_rad), options)
+                .smoothed(&way.heights(k, grounds, options))
+        })
+        .collect();
+    for (ground, road) in grounds.iter_mut().zip(roads) {
+        ground.road_ahead = Some(road);
+    }
+}
+
+/// Frames some way apart.
+struct Way {
+    frames: Vec<usize>,
+}
+
+impl Way {
+    fn of(grounds: &[GroundFrame]) -> Self {
+        let mut frames: Vec<usize> = Vec::new();
+        for (k, ground) in grounds.iter().enumerate() {
+            let place = ground.world_from_camera.translation();
+            let apart_m = |last: &usize| (place - grounds[*last].world_from_camera.translation()).norm();
+            if frames.last().is_none_or(|last| apart_m(last) >= WAY_STEP_M) {
+                frames.push(k);
+            }
+        }
+        Self { frames }
+    }
+
+    /// Height of the road under the later cameras over the plane of frame `k`, at each place that they reach, and its variance \[m, m²\].
+    fn heights(
+        &self,
+        k: usize,
+        grounds: &[GroundFrame],
+        options: &BoxFitOptions,
+    ) -> [Option<[f64; 2]>; PLACES] {
+        let ground = &grounds[k];
+        let camera_from_world = ground.world_from_camera.inverse();
+        let mut found = [None; PLACES];
+        let mut before = [0.0; 3];
+        let mut next = 0;
+        let later = self.frames.partition_point(|frame| *frame <= k);
+        for frame in &self.frames[later..] {
+            let later = &grounds[*frame];
+            let centre = later.world_from_camera.translation().into();
+            let place = camera_from_world.transform_point(&centre).coords;
+            let (ahead_m, left_m) = (place.dot(&ground.ahead()), place.dot(&ground.left()));
+            // A camera's height over the road is that over the plane under itself.
+            let here = [ahead_m, left_m, place.dot(&ground.up) + ground.height_m - later.height_m];
+            if left_m.abs() > ASIDE * ahead_m || ahead_m <= before[0] {
+                break;
+            }
+            while next < PLACES && STEP_M * (next + 1) as f64 <= ahead_m {
+                let at_m = STEP_M * (next + 1) as f64;
+                let share = (at_m - before[0]) / (ahead_m - before[0]);
+                let between = |axis: usize| before[axis] + share * (here[axis] - before[axis]);
+                let sigma_m = options
+                    .way_height_sigma_m
+                    .hypot(options.way_slope_sigma_rad * at_m)
+                    .hypot(options.level_sigma_m(between(1)));
+                found[next] = Some([between(2), sigma_m * sigma_m]);
+                next += 1;
+            }
+            if next == PLACES {
+                break;
+            }
+            before = here;
+        }
+        found
+    }
+}
+
+/// Height, slope and curvature along the way, with the process between two places.
+struct Profile {
+    covariance: Matrix3<f64>,
+    transition: Matrix3<f64>,
+    noise: Matrix3<f64>,
+    /// Unevenness, which each place has of its own \[m²\].
+    rough: f64,
+    gate_sigmas: f64,
+}
+
+impl Profile {
+    /// `change_rad`: standard deviation of the change of slope over [`BoxFitOptions::road_slope_length_m`].
+    fn new(ground: &GroundFrame, change_rad: f64, options: &BoxFitOptions) -> Self {
+        // A change of slope over a length leaves the plane as twice that curvature: by its middle.
+        let curvature_sigma = 2.0 * change_rad / options.road_slope_length_m;
+        let forgotten = (-STEP_M / options.road_curvature_length_m).exp();
+        let rough = options.road_height_sigma_m.powi(2);
+        let initial = Vector3::new(rough, ground.pitch_sigma_rad.powi(2), curvature_sigma.powi(2));
+        let transition =
+            Matrix3::new(1.0, STEP_M, 0.5 * STEP_M * STEP_M, 0.0, 1.0, STEP_M, 0.0, 0.0, forgotten);
+        let mut noise = Matrix3::zeros();
+        noise[(2, 2)] = (1.0 - forgotten * forgotten) * curvature_sigma.powi(2);
+        Self {
+            covariance: Matrix3::from_diagonal(&initial),
+            transition,
+            noise,
+            rough,
+            gate_sigmas: options.way_gate_sigmas,
+        }
+    }
+
+    fn smoothed(&self, measured: &[Option<[f64; 2]>; PLACES]) -> RoadAhead {
+        let height = RowVector3::new(1.0, 0.0, 0.0);
+        let (mut x, mut p) = (Vector3::zeros(), self.covariance);
+        let (mut predicted, mut filtered) = (Vec::with_capacity(PLACES), Vec::with_capacity(PLACES));
+        let mut follows = true;
+        for measurement in measured {
+            x = self.transition * x;
+            p = self.transition * p * self.transition.transpose() + self.noise;
+            predicted.push((x, p));
+            if let Some([above_m, variance]) = measurement.filter(|_| follows) {
+                let s = p[(0, 0)] + variance;
+                let innovation = above_m - x[0];
+                // A jump of the trajectory, a bridge over it or a tunnel below: another road from there on.
+                follows = innovation * innovation <= self.gate_sigmas.powi(2) * s;
+                if follows {
+                    let gain = p * height.transpose() / s;
+                    x += gain * innovation;
+                    p -= gain * (height * p);
+                }
+            }
+            filtered.push((x, p));
+        }
+        let mut road = RoadAhead { rise_m: [0.0; PLACES], sigma_m: [0.0; PLACES] };
+        let (mut mean, mut covariance) = (x, p);
+        for k in (0..PLACES).rev() {
+            if k + 1 < PLACES {
+                let (x, p) = filtered[k];
+                let (next_x, next_p) = predicted[k + 1];
+                // Positive definite by the noise of the curvature, unless a road has none: then the filter's estimate stays.
+                let gain = next_p
+                    .try_inverse()
+                    .map_or_else(Matrix3::zeros, |inverse| p * self.transition.transpose() * inverse);
+                mean = x + gain * (mean - next_x);
+                covariance = p + gain * (covariance - next_p) * gain.transpose();
+            }
+            road.rise_m[k] = mean[0];
+            road.sigma_m[k] = (covariance[(0, 0)].max(0.0) + self.rough).sqrt();
+        }
+        road
+    }
+}
