@@ -52,6 +52,7 @@ struct Linearised {
     h: Matrix6<f64>,
     g: Vector6<f64>,
     g_by_heading: Vector6<f64>,
+    g_by_road: Vector6<f64>,
     chi2: f64,
     cost: f64,
     /// Edges that count.
@@ -158,6 +159,7 @@ impl BoxFit<'_> {
             gradient: edges.g,
             state,
             gradient_by_heading: edges.g_by_heading,
+            gradient_by_road: edges.g_by_road,
             axes,
         })
     }
@@ -205,7 +207,8 @@ impl BoxFit<'_> {
         let by_state = Vector6::new(-slope, 0.0, 1.0, 0.0, 0.0, 0.0);
         h.ger(height_weight, &by_state, &by_state, 1.0);
         g += by_state * (height_weight * height_m);
-        Some(Linearised { h, g, g_by_heading, chi2, cost, edges, height_m, height_weight })
+        let g_by_road = -by_state * height_weight;
+        Some(Linearised { h, g, g_by_heading, g_by_road, chi2, cost, edges, height_m, height_weight })
     }
 
     /// Equation (1) at the bottom edge, or depth from the vehicle's height where that edge is not measured; size at its mean.

@@ -24,6 +24,8 @@ pub struct SingleView {
     pub(crate) state: Vector6<f64>,
     /// Derivative of the gradient by the heading.
     pub(super) gradient_by_heading: Vector6<f64>,
+    /// Derivative of the gradient by the height of the road there.
+    pub(super) gradient_by_road: Vector6<f64>,
     /// Columns ahead, left, above in the camera frame (3×3).
     pub(super) axes: Matrix3<f64>,
 }
@@ -51,6 +53,13 @@ impl SingleView {
     /// further away: half a metre for 3° at 18 m.
     pub(crate) fn position_by_heading(&self, size_information: &Matrix3<f64>) -> Option<Vector3<f64>> {
         let slope = self.inverse(size_information)? * self.gradient_by_heading;
+        Some(self.axes * -slope.fixed_rows::<3>(0))
+    }
+
+    /// Derivative of the position by the height of the road under the vehicle (camera frame, m per m): on a road that is higher than assumed the vehicle is
+    /// nearer.
+    pub(crate) fn position_by_road(&self, size_information: &Matrix3<f64>) -> Option<Vector3<f64>> {
+        let slope = self.inverse(size_information)? * self.gradient_by_road;
         Some(self.axes * -slope.fixed_rows::<3>(0))
     }
 

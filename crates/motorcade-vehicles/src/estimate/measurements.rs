@@ -62,7 +62,8 @@ fn box_observation(
     let by_size = view.position_by_size(size_information)?;
     let scale_derivative = by_size * views.size.size.to_vector();
     let proportions = by_size * views.size.proportions() * by_size.transpose();
-    let common = by_common_error(input, frame, &view.position_in_camera, &proportions)?;
+    let level = by_level(input, view, size_information)?;
+    let common = by_common_error(input, frame, &view.position_in_camera, &proportions, level)?;
     let pose = upright_pose(&view.position_in_camera, forward, &ground.up);
     let r = pose.rotation_matrix();
     let position = r.transpose() * view.covariance * r;
@@ -82,14 +83,22 @@ fn box_observation(
     })
 }
 
+/// Standard deviation of the distance by the level of the ground beside the own lane, as a share of it: who parks on a kerb stands there in all frames.
+fn by_level(input: &TrackInput<'_>, view: &SingleView, size_information: &Matrix3<f64>) -> Option<f64> {
+    let sigma_m = input.options.advanced.box_fit.level_sigma_m(view.state[1]);
+    let by_road = view.position_by_road(size_information)?;
+    Some(sigma_m * by_road.norm() / view.position_in_camera.coords.norm())
+}
+
 /// Derivative of a position (camera frame) by the error that all boxes and keypoints of a track share, in its standard deviations \[m\]: along the ray, by
-/// the height in pixels that the networks give the vehicle too much in each frame, and by its proportions of covariance `proportions` (3×3, in the
-/// position).
+/// the height in pixels that the networks give the vehicle too much in each frame, by its proportions of covariance `proportions` (3×3, in the
+/// position), and by the level of the ground (`level`, a share of the distance).
 fn by_common_error(
     input: &TrackInput<'_>,
     frame: usize,
     position_in_camera: &Point3<f64>,
     proportions: &Matrix3<f64>,
+    level: f64,
 ) -> Option<Vector3<f64>> {
     let boxes = &input.track.boxes;
     let observed = &boxes[boxes.binary_search_by_key(&frame, |b| b.frame).ok()?].observed;
@@ -97,7 +106,7 @@ fn by_common_error(
     let height_px = observed.bbox.height().max(observed.pixel_size);
     let of_box = input.options.advanced.box_fit.common_height_sigma_px * observed.pixel_size / height_px;
     let of_proportions = position.dot(&(proportions * position)).max(0.0).sqrt() / position.norm_squared();
-    Some(-position * of_box.hypot(of_proportions))
+    Some(-position * of_box.hypot(of_proportions).hypot(level))
 }
 
 fn external_observation(
@@ -126,8 +135,15 @@ fn external_observation(
         .map_or_else(Matrix3::zeros, |by| by.slope * views.size.proportions() * by.slope.transpose());
     // A pose of a file has the error of its source.
     let own = (view.source == Source::Keypoints).then_some(view.frame);
-    let common =
-        own.and_then(|frame| by_common_error(input, frame, &position, &proportions)).unwrap_or_default();
+    let level = |frame: usize| {
+        let information = views.size.information_at_scale(&input.options.advanced.size)?;
+        let at = views.boxes.binary_search_by_key(&frame, |(frame, _)| *frame).ok()?;
+        by_level(input, &views.boxes[at].1, &information)
+    };
+    let common = |frame: usize| {
+        by_common_error(input, frame, &position, &proportions, level(frame).unwrap_or_default())
+    };
+    let common = own.and_then(common).unwrap_or_default();
     let pose = upright_pose(&position, &view.forward_in_camera, &ground.up);
     let r = pose.rotation_matrix();
     let tilt_sigma_rad = input.options.advanced.heading.tilt_sigma_rad;
