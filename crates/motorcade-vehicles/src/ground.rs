@@ -16,6 +16,10 @@ pub struct GroundFrame {
     pub height_m: f64,
     /// Standard deviation of the road's pitch as seen from this camera \[rad\].
     pub pitch_sigma_rad: f64,
+    /// Standard deviation of the change of the road's slope over [`road_slope_length_m`](crate::BoxFitOptions::road_slope_length_m), as far as it exceeds
+    /// that of streets: hills. Zero where none were driven over \[rad\].
+    #[serde(default)]
+    pub slope_change_sigma_rad: f64,
     /// Height of the road ahead over the plane; `None` before [`measure_road_ahead`](crate::measure_road_ahead): a road as level as streets are.
     #[serde(default)]
     pub road_ahead: Option<RoadAhead>,
@@ -47,6 +51,11 @@ impl GroundFrame {
     /// Point `ahead_m` in front of and `left_m` to the left of the foot, `above_m` over the plane; camera frame.
     pub fn point(&self, ahead_m: f64, left_m: f64, above_m: f64) -> Point3<f64> {
         Point3::from(self.foot() + self.ahead() * ahead_m + self.left() * left_m + self.up * above_m)
+    }
+
+    /// The frame without what the way ahead tells: a road that is the plane, and as uncertain as if nobody had driven on.
+    pub(crate) fn without_road_ahead(self) -> Self {
+        Self { road_ahead: None, ..self }
     }
 
     /// Height of the road over the plane at a distance ahead \[m\], and its change with the distance.
@@ -82,6 +91,7 @@ mod tests {
             up,
             height_m: 1.6,
             pitch_sigma_rad: 0.0,
+            slope_change_sigma_rad: 0.0,
             road_ahead: None,
             time_s: 0.0,
         };

@@ -13,7 +13,7 @@
 //! let camera = PinholeCamera { fx: 720.0, fy: 720.0, cx: 600.0, cy: 180.0, width: 1242, height: 375 };
 //! let ground = GroundFrame {
 //!     world_from_camera: Pose::identity(), up: -Vector3::y(), height_m: 1.65, pitch_sigma_rad: 0.002,
-//!     road_ahead: None, time_s: 0.0,
+//!     slope_change_sigma_rad: 0.0, road_ahead: None, time_s: 0.0,
 //! };
 //! let bbox = BoundingBox { x1: 570.0, y1: 184.0, x2: 631.0, y2: 240.0 };
 //! let detection =

@@ -48,18 +48,16 @@ fn interval(values: &[f64; PLACES], first: f64, ahead_m: f64) -> (f64, f64, f64)
     (low, (values[k] - low) / STEP_M, (ahead_m - STEP_M * k as f64).max(0.0))
 }
 
-/// Sets [`GroundFrame::road_ahead`] of all frames of a drive, or of a window of it.
+/// Sets [`GroundFrame::slope_change_sigma_rad`] and [`GroundFrame::road_ahead`] of all frames of a drive, or of a window of it.
 pub fn measure_road_ahead(grounds: &mut [GroundFrame], options: &BoxFitOptions) {
-    let changes_rad = slope_changes(grounds, options);
+    for (ground, change_rad) in slope_changes(grounds, options).into_iter().enumerate() {
+        grounds[ground].slope_change_sigma_rad = change_rad;
+    }
     let way = Way::of(grounds);
     let roads: Vec<RoadAhead> = grounds
         .iter()
-        .zip(changes_rad)
         .enumerate()
-        .map(|(k, (ground, change_rad))| {
-            Profile::new(ground, options.road_slope_sigma_rad.hypot(change_rad), options)
-                .smoothed(&way.heights(k, grounds, options))
-        })
+        .map(|(k, ground)| Profile::new(ground, options).smoothed(&way.heights(k, grounds, options)))
         .collect();
     for (ground, road) in grounds.iter_mut().zip(roads) {
         ground.road_ahead = Some(road);
@@ -138,8 +136,8 @@ struct Profile {
 }
 
 impl Profile {
-    /// `change_rad`: standard deviation of the change of slope over [`BoxFitOptions::road_slope_length_m`].
-    fn new(ground: &GroundFrame, change_rad: f64, options: &BoxFitOptions) -> Self {
+    fn new(ground: &GroundFrame, options: &BoxFitOptions) -> Self {
+        let change_rad = options.road_slope_sigma_rad.hypot(ground.slope_change_sigma_rad);
         // A change of slope over a length leaves the plane as twice that curvature: by its middle.
         let curvature_sigma = 2.0 * change_rad / options.road_slope_length_m;
         let forgotten = (-STEP_M / options.road_curvature_length_m).exp();

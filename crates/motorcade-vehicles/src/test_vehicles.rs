@@ -24,6 +24,7 @@ pub(crate) fn level_grounds(frames: u32) -> Vec<GroundFrame> {
         up: -Vector3::y(),
         height_m: 1.5,
         pitch_sigma_rad: 0.002,
+        slope_change_sigma_rad: 0.0,
         road_ahead: None,
         time_s: 0.1 * f64::from(k),
     };

@@ -45,6 +45,7 @@ fn grounds(fps: f64, duration_s: f64) -> Vec<GroundFrame> {
         up: -Vector3::y(),
         height_m: CAMERA_HEIGHT_M,
         pitch_sigma_rad: 0.002,
+        slope_change_sigma_rad: 0.0,
         road_ahead: None,
         time_s: *time_s,
     };

@@ -58,7 +58,8 @@ pub(crate) fn road_height_sigma_m(
     options: &BoxFitOptions,
 ) -> f64 {
     let level = || {
-        let slope = options.road_slope_sigma_rad * options.slope_lengths(ahead_m);
+        let change = options.road_slope_sigma_rad.hypot(ground.slope_change_sigma_rad);
+        let slope = change * options.slope_lengths(ahead_m);
         options.road_height_sigma_m.hypot(ground.pitch_sigma_rad.hypot(slope) * ahead_m)
     };
     let along = ground.road_ahead.map_or_else(level, |road| road.sigma_m(ahead_m));

@@ -17,6 +17,7 @@ pub(super) fn ground() -> GroundFrame {
         up,
         height_m: 1.65,
         pitch_sigma_rad: 1e-3,
+        slope_change_sigma_rad: 0.0,
         road_ahead: None,
         time_s: 0.0,
     }

@@ -281,6 +281,7 @@ mod tests {
             up: -Vector3::y(),
             height_m: 1.65,
             pitch_sigma_rad: 0.003,
+            slope_change_sigma_rad: 0.0,
             road_ahead: None,
             time_s: 0.0,
         };

@@ -13,6 +13,7 @@ pub fn grounds_of(drive: &Drive, height_m: f64) -> Vec<GroundFrame> {
         up: -Vector3::y(),
         height_m,
         pitch_sigma_rad: 0.002,
+        slope_change_sigma_rad: 0.0,
         road_ahead: None,
         time_s: *time_s,
     };

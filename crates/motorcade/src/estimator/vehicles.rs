@@ -138,6 +138,7 @@ pub(crate) fn ground_frames(
         up: e.road_normal,
         height_m: ego.height_m,
         pitch_sigma_rad: e.road_tilt_covariance[(0, 0)].max(0.0).sqrt(),
+        slope_change_sigma_rad: 0.0,
         road_ahead: None,
         time_s: (f.timestamp_ns - start_ns) as f64 * 1e-9,
     };
