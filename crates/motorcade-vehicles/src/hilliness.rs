@@ -74,18 +74,18 @@ fn squared_excess(ground: &GroundFrame, later: &GroundFrame, options: &BoxFitOpt
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use motorcade_geometry::Pose;
     use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
     /// A camera over a road of constant vertical curvature \[1/m\], half a metre a frame.
-    fn drive(curvature_per_m: f64, frames: u32) -> Vec<GroundFrame> {
+    pub(crate) fn drive(curvature_per_m: f64, frames: u32) -> Vec<GroundFrame> {
         after_level(0, curvature_per_m, frames)
     }
 
     /// The same after so many frames of level road.
-    fn after_level(level: u32, curvature_per_m: f64, frames: u32) -> Vec<GroundFrame> {
+    pub(crate) fn after_level(level: u32, curvature_per_m: f64, frames: u32) -> Vec<GroundFrame> {
         let ground = |k: u32| {
             let way_m = 0.5 * f64::from(k.saturating_sub(level));
             let angle_rad = way_m * curvature_per_m;

@@ -197,3 +197,91 @@ impl Profile {
         road
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::hilliness::tests::{after_level, drive};
+    use motorcade_geometry::Pose;
+    use nalgebra::{Isometry3, UnitQuaternion};
+
+    fn measured(mut grounds: Vec<GroundFrame>) -> Vec<GroundFrame> {
+        measure_road_ahead(&mut grounds, &BoxFitOptions::default());
+        grounds
+    }
+
+    fn road(ground: &GroundFrame) -> RoadAhead {
+        ground.road_ahead.unwrap()
+    }
+
+    #[test]
+    fn a_crest_is_seen_by_the_way_over_it() {
+        // 40 m of level road, then a radius of 200 m; half a metre a frame.
+        let grounds = measured(after_level(80, -1.0 / 200.0, 300));
+        let fallen_m = |way_m: f64| -0.5 * (way_m - 40.0_f64).max(0.0).powi(2) / 200.0;
+        for ahead_m in [10.0, 30.0, 45.0, 60.0] {
+            let (rise_m, slope) = road(&grounds[0]).rise(ahead_m);
+            assert!((rise_m - fallen_m(ahead_m)).abs() < 0.06, "{ahead_m}: {rise_m}");
+            let around = [ahead_m - 1.0, ahead_m + 1.0].map(|d| road(&grounds[0]).rise(d).0);
+            assert!((slope - 0.5 * (around[1] - around[0])).abs() < 0.02, "{ahead_m}: {slope}");
+            assert!(road(&grounds[0]).sigma_m(ahead_m) < 0.12);
+        }
+    }
+
+    #[test]
+    fn the_way_corrects_the_pitch_of_a_plane() {
+        let mut grounds = drive(0.0, 200);
+        let tilt_rad = 0.004;
+        for ground in &mut grounds {
+            ground.up = UnitQuaternion::from_euler_angles(tilt_rad, 0.0, 0.0) * ground.up;
+            ground.pitch_sigma_rad = 0.004;
+        }
+        let grounds = measured(grounds);
+        let place = |ahead_m: f64| {
+            let above_m = road(&grounds[0]).rise(ahead_m).0;
+            grounds[0].point(ahead_m, 0.0, above_m).y
+        };
+        for ahead_m in [10.0, 30.0, 60.0] {
+            assert!((place(ahead_m) - 1.65).abs() < 0.02, "{ahead_m}: {}", place(ahead_m));
+            assert!(road(&grounds[0]).sigma_m(ahead_m) < 0.3 * tilt_rad.hypot(1e-3) * ahead_m.max(20.0));
+        }
+    }
+
+    /// At the end of a drive nothing is known but the plane, as uncertain as without this.
+    #[test]
+    fn without_a_way_ahead_the_road_is_the_plane() {
+        let grounds = measured(drive(0.0, 100));
+        let (last, options) = (grounds[99], BoxFitOptions::default());
+        for ahead_m in [10.0, 20.0, 40.0] {
+            assert_eq!(road(&last).rise(ahead_m).0, 0.0);
+            let plane_m =
+                crate::box_fit::road_height_sigma_m(&last.without_road_ahead(), ahead_m, 0.0, &options);
+            let ratio = road(&last).sigma_m(ahead_m) / plane_m;
+            assert!((0.7..1.5).contains(&ratio), "{ahead_m}: {ratio}");
+        }
+    }
+
+    #[test]
+    fn a_jump_of_the_trajectory_is_not_followed() {
+        let mut grounds = drive(0.0, 200);
+        for ground in &mut grounds[40..] {
+            let up = Isometry3::translation(0.0, -8.0, 0.0);
+            ground.world_from_camera = Pose::new(up * ground.world_from_camera.isometry());
+        }
+        let grounds = measured(grounds);
+        assert!(road(&grounds[0]).rise(60.0).0.abs() < 0.1);
+        assert!(road(&grounds[0]).sigma_m(60.0) > road(&grounds[60]).sigma_m(60.0));
+    }
+
+    #[test]
+    fn a_camera_that_stands_or_turns_back_has_no_way_ahead() {
+        let mut grounds = drive(0.0, 60);
+        for ground in &mut grounds {
+            ground.world_from_camera = Pose::identity();
+        }
+        assert!(measured(grounds).iter().all(|ground| road(ground).rise(30.0).0 == 0.0));
+        let mut back = drive(0.0, 60);
+        back.reverse();
+        assert!(measured(back).iter().all(|ground| road(ground).rise(30.0).0 == 0.0));
+    }
+}
