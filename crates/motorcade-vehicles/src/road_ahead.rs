@@ -112,6 +112,7 @@ impl Way {
                 let sigma_m = options
                     .way_height_sigma_m
                     .hypot(options.way_slope_sigma_rad * at_m)
+                    .hypot(options.way_scale_sigma * between(2))
                     .hypot(options.level_sigma_m(between(1)));
                 found[next] = Some([between(2), sigma_m * sigma_m]);
                 next += 1;

@@ -44,6 +44,8 @@ pub struct BoxFitOptions {
     pub way_height_sigma_m: f64,
     /// The same as a share of the distance \[rad\], by the odometry's direction. Measured: less than 0.001.
     pub way_slope_sigma_rad: f64,
+    /// The same as a share of the height: on a hill the odometry's scale errs. Chosen: rendered crests have 3 to 6 %.
+    pub way_scale_sigma: f64,
     /// Deviation of the way from what the road before it foretells, in standard deviations, from which on it is another road. Chosen.
     pub way_gate_sigmas: f64,
     /// Standard deviation of the road's height at the camera \[m\]: texture and crown.
@@ -112,6 +114,7 @@ impl Default for BoxFitOptions {
             road_curvature_length_m: 30.0,
             way_height_sigma_m: 0.03,
             way_slope_sigma_rad: 0.001,
+            way_scale_sigma: 0.05,
             way_gate_sigmas: 5.0,
             road_height_sigma_m: 0.02,
             cross_fall_sigma_rad: 0.025,
