@@ -6,9 +6,16 @@ use crate::options::BoxFitOptions;
 /// Way that counts as driven, far above what rounding leaves of running sums \[m\].
 const LEAST_WAY_M: f64 = 0.1;
 
+/// Sets [`GroundFrame::slope_change_sigma_rad`] of all frames of a drive, or of a window of it.
+pub fn measure_slope_changes(grounds: &mut [GroundFrame], options: &BoxFitOptions) {
+    for (frame, change_rad) in slope_changes(grounds, options).into_iter().enumerate() {
+        grounds[frame].slope_change_sigma_rad = change_rad;
+    }
+}
+
 /// Standard deviation of the change of the road's slope over [`BoxFitOptions::road_slope_length_m`] near each frame, as far as it exceeds that of streets: hills \[rad\].
 /// The road under the camera a length further on lies off the plane of a frame by what its slope changed. Zero for frames without such a stretch.
-pub(crate) fn slope_changes(grounds: &[GroundFrame], options: &BoxFitOptions) -> Vec<f64> {
+fn slope_changes(grounds: &[GroundFrame], options: &BoxFitOptions) -> Vec<f64> {
     let length_m = options.road_slope_length_m;
     let mut way_m = Vec::with_capacity(grounds.len());
     let mut driven_m = 0.0;

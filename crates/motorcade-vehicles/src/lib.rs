@@ -61,6 +61,7 @@ pub use external::{
 };
 pub use ground::GroundFrame;
 pub use hiding::with_hiding_checked;
+pub use hilliness::measure_slope_changes;
 pub use joint_size::SizeByRoad;
 pub use met_again::join_met_again;
 pub use motion::{KinematicState, PositionMeasurement, probability_moving, smooth_motion, static_position};

@@ -212,12 +212,8 @@ fn vehicles_of_drive(
     stop: &dyn Fn() -> bool,
 ) -> Vec<VehicleTrajectory> {
     let FrontEndRecord { frames, detections, keypoints, .. } = record;
-    let grounds = ground_frames(
-        ego,
-        frames,
-        frames.first().map_or(0, |f| f.timestamp_ns),
-        &settings.config.vehicles.advanced.box_fit,
-    );
+    let start_ns = frames.first().map_or(0, |f| f.timestamp_ns);
+    let grounds = ground_frames(ego, frames, start_ns, settings);
     let fitters = keypoint_fitters(settings);
     let input = VehicleInput {
         frames,

@@ -179,8 +179,7 @@ impl SlidingEstimator {
         let newest = view.frames.len() - 1;
         let start_ns = view.frames[0].timestamp_ns;
         let ego = EgoTrajectory { frames: vec![camera], height_m: settings.height_m, noise: Vec::new() };
-        let grounds =
-            ground_frames(&ego, &view.frames[newest..], start_ns, &settings.config.vehicles.advanced.box_fit);
+        let grounds = ground_frames(&ego, &view.frames[newest..], start_ns, settings);
         let _ended = self.tracker.advance(newest, &grounds[0], &view.detections[newest], |_| None);
         for track in self.tracker.present(newest) {
             let (Some(vehicle), Some(seen)) = (self.vehicles.get_mut(&track.id), track.boxes.last()) else {
@@ -267,8 +266,7 @@ impl SlidingEstimator {
         driven.extend(ego.frames.iter().cloned());
         seen.extend_from_slice(&infos);
         let driven = EgoTrajectory { frames: driven, height_m: ego.height_m, noise: Vec::new() };
-        let box_fit = &settings.config.vehicles.advanced.box_fit;
-        let grounds = ground_frames(&driven, &seen, start_ns, box_fit).split_off(earlier);
+        let grounds = ground_frames(&driven, &seen, start_ns, settings).split_off(earlier);
         Window { first: from, rows, infos, ego, grounds }
     }
 

@@ -6,9 +6,9 @@ use std::collections::BTreeMap;
 use motorcade_odometry::{EgoFrame, EgoTrajectory};
 use motorcade_perception::{Detection, VehicleKeypoints};
 use motorcade_vehicles::{
-    BoxFitOptions, ExternalTrack, GroundFrame, KeypointFitters, KeypointTrack, KeypointViews,
-    KinematicStateOptions, Track, VehicleState, VehicleTrajectory, boxes_of, estimate_consistently,
-    estimate_track, explain_boxes, external_tracks, join_in_one_place, join_parted, measure_road_ahead,
+    ExternalTrack, GroundFrame, KeypointFitters, KeypointTrack, KeypointViews, KinematicStateOptions, Track,
+    VehicleState, VehicleTrajectory, boxes_of, estimate_consistently, estimate_track, explain_boxes,
+    external_tracks, join_in_one_place, join_parted, measure_road_ahead, measure_slope_changes,
     with_hiding_checked, without_clutter, without_doubles,
 };
 
@@ -126,12 +126,12 @@ pub(crate) fn times_s(frames: &[FrameInfo]) -> Vec<f64> {
     frames.iter().map(|f| (f.timestamp_ns - start_ns) as f64 * 1e-9).collect()
 }
 
-/// Camera and road of each frame; times count from `start_ns`.
+/// Camera and road of each frame; times count from `start_ns`. Nothing is known of the heights of a trajectory from a file.
 pub(crate) fn ground_frames(
     ego: &EgoTrajectory,
     frames: &[FrameInfo],
     start_ns: i64,
-    options: &BoxFitOptions,
+    settings: &Settings,
 ) -> Vec<GroundFrame> {
     let one = |(e, f): (&EgoFrame, &FrameInfo)| GroundFrame {
         world_from_camera: e.world_from_camera,
@@ -143,6 +143,8 @@ pub(crate) fn ground_frames(
         time_s: (f.timestamp_ns - start_ns) as f64 * 1e-9,
     };
     let mut grounds: Vec<GroundFrame> = ego.frames.iter().zip(frames).map(one).collect();
-    measure_road_ahead(&mut grounds, options);
+    let own = settings.external.trajectory.is_none();
+    let measure = if own { measure_road_ahead } else { measure_slope_changes };
+    measure(&mut grounds, &settings.config.vehicles.advanced.box_fit);
     grounds
 }
