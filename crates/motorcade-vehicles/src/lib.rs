@@ -48,6 +48,7 @@ mod time;
 mod track;
 mod tracker;
 mod trajectory;
+mod way;
 
 pub use box_fit::{BoxFit, SingleView};
 pub use clutter::without_clutter;
@@ -74,7 +75,7 @@ pub use options::{
     SizeOptions, TrafficSide, VehicleOptions,
 };
 pub use outline::{image_box, upright_pose};
-pub use road_ahead::{RoadAhead, measure_road_ahead};
+pub use road_ahead::RoadAhead;
 pub use size_prior::size_prior;
 pub use track::{Track, TrackBox, boxes_of};
 pub use tracker::{
@@ -83,3 +84,4 @@ pub use tracker::{
 pub use trajectory::{
     PoseObservation, RivalState, Scaling, Source, VehicleMeasurement, VehicleState, VehicleTrajectory,
 };
+pub use way::measure_road_ahead;
