@@ -103,7 +103,7 @@ impl Tracker {
         // Its filter takes the errors of frames as independent. Those of a road that the way ahead tells are common to all: gates would be too narrow.
         let ground = &ground.without_road_ahead();
         let ground_of = |frame: usize| ground_of(frame).map(GroundFrame::without_road_ahead);
-        self.active.iter_mut().for_each(|track| track.update_ground(&ground_of));
+        self.active.iter_mut().for_each(|track| track.update_ground(ground_of));
         let (localizer, options) = (&self.localizer, &self.options);
         let boxes: Vec<&Detection> = detections.iter().filter(|d| d.score >= options.least_score).collect();
         let predict = |t: &ActiveTrack| t.predicted_boxes(localizer, ground, &options.advanced);
