@@ -46,6 +46,9 @@ pub struct BoxFitOptions {
     pub way_slope_sigma_rad: f64,
     /// The same as a share of the height: on a hill the odometry's scale errs. Chosen: rendered crests have 3 to 6 %.
     pub way_scale_sigma: f64,
+    /// Distance beside the own lane at which the way tells of the road's height no more than 1/e of what it does there \[m\]. Chosen: parking lanes and
+    /// footpaths lie within, yards beyond.
+    pub way_reach_m: f64,
     /// Deviation of the way from what the road before it foretells, in standard deviations, from which on it is another road. Chosen.
     pub way_gate_sigmas: f64,
     /// Standard deviation of the road's height at the camera \[m\]: texture and crown.
@@ -115,6 +118,7 @@ impl Default for BoxFitOptions {
             way_height_sigma_m: 0.03,
             way_slope_sigma_rad: 0.001,
             way_scale_sigma: 0.05,
+            way_reach_m: 8.0,
             way_gate_sigmas: 5.0,
             road_height_sigma_m: 0.02,
             cross_fall_sigma_rad: 0.025,
