@@ -41,8 +41,8 @@ pub const CASES: &[VehicleCase] = &[
     case("dense", 60, Clear, (75.0, 8, 92.0, [88.0, 86.0])),
     case("parked-across", 50, Clear, (50.0, 70, 92.0, [88.0, 88.0])),
     case("roundabout-exits", 60, Clear, (50.0, 4, 92.0, [88.0, 65.0])),
-    case("motorway", 50, Clear, (20.0, 3, 62.0, [62.0, 88.0])),
-    case("crest", 50, Clear, (15.0, 4, 78.0, [28.0, 88.0])),
+    case("motorway", 50, Clear, (60.0, 3, 62.0, [62.0, 88.0])),
+    case("crest", 50, Clear, (35.0, 4, 85.0, [40.0, 88.0])),
 ];
 
 /// Drives that CI has no time for.
