@@ -7,7 +7,9 @@ pub(crate) const STEP_M: f64 = 5.0;
 /// Height of the road over the plane of a frame at the distances [`STEP_M`], 2 [`STEP_M`] ..
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct RoadAhead {
+    /// Height \[m\].
     pub(crate) rise_m: [f64; PLACES],
+    /// Standard deviation of it \[m\].
     pub(crate) sigma_m: [f64; PLACES],
 }
 

@@ -155,12 +155,14 @@ impl<'a> KeypointViews<'a> {
         let sigma_px = self.options.sigma_share * bbox.width().max(bbox.height());
         let mut observation = Observation::new(keypoints.points.clone(), sigma_px);
         let [ahead_m, left_m] = self.place_by_height(&bbox, class);
-        let unknown = || self.options.road_slope_sigma_rad.hypot(ground.pitch_sigma_rad);
-        let along = ground.road_ahead.map_or_else(unknown, |road| road.sigma_m(ahead_m) / ahead_m.max(1.0));
+        let hills = ground.slope_change_sigma_rad * self.box_fit.slope_lengths(ahead_m);
+        let of_plane = self.options.road_slope_sigma_rad.hypot(ground.pitch_sigma_rad).hypot(hills);
+        let slope_sigma_rad =
+            ground.road_ahead.map_or(of_plane, |road| road.sigma_m(ahead_m) / ahead_m.max(1.0));
         observation.road = Some(MeasuredRoad {
             plane: RoadPlane { height_m: ground.height_m - ground.rise(ahead_m).0, ..ground.road() },
             height_sigma_m: self.options.road_height_sigma_m.hypot(self.box_fit.level_sigma_m(left_m)),
-            slope_sigma_rad: along,
+            slope_sigma_rad,
         });
         observation.size = Some(self.sizes.prior(class));
         observation.heading = keypoints.heading.clone();
