@@ -4,7 +4,7 @@
 pub(crate) const PLACES: usize = 16;
 pub(crate) const STEP_M: f64 = 5.0;
 
-/// Height of the road over the plane of a frame at the distances [`STEP_M`], 2 [`STEP_M`] ..
+/// Height of the road over the plane of a frame every 5 m, from 5 m on
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct RoadAhead {
     /// Height \[m\].

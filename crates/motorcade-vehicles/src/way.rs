@@ -2,7 +2,7 @@
 //!
 //! The plane of a frame is what the road is near the camera: its pitch errs, and roads bend up and down. Where the camera drives over the road later on, its height is known
 //! far better than by that plane. Along the way the road is height, slope and curvature, the last a process that forgets itself (Ornstein and Uhlenbeck) with the
-//! spread that [hills](crate::hilliness) have; the places of the later cameras measure the height. A Kalman filter and smoother (Rauch, Tung and Striebel, 1965) give height and standard
+//! spread that hills (`hilliness.rs`) have; the places of the later cameras measure the height. A Kalman filter and smoother (Rauch, Tung and Striebel, 1965) give height and standard
 //! deviation at each distance.
 
 use nalgebra::{Matrix3, RowVector3, Vector3};
