@@ -60,7 +60,7 @@ pub(crate) fn road_height_sigma_m(
     let change = options.road_slope_sigma_rad.hypot(ground.slope_change_sigma_rad);
     let slope = change * options.slope_lengths(ahead_m);
     let of_plane = options.road_height_sigma_m.hypot(ground.pitch_sigma_rad.hypot(slope) * ahead_m);
-    // What the way tells of the road it tells less of a yard beside it.
+    // Beside the road the height by the way is as unsure as that of the plane.
     let aside = 1.0 - (-(options.beside_m(left_m) / options.way_reach_m).powi(2)).exp();
     let along = ground.road_ahead.map_or(of_plane, |road| {
         let of_way = road.sigma_m(ahead_m);
