@@ -13,7 +13,7 @@ pub fn evaluate_result(result: &RunResult, context: &RunContext, kitti: &Path) -
     let estimates = Estimates {
         world_from_camera: result.ego.frames.iter().map(|f| f.world_from_camera).collect(),
         covariances: Some(result.ego.frames.iter().map(|f| f.covariance).collect()),
-        tracks: Some(output::track_labels(result, context.camera_from_cam0, &context.config.outputs)),
+        tracks: Some(output::track_labels(result, context.camera_from_cam0)),
         deviations: None,
     }
     .with_track_table(&output::tracks_csv(result))?;

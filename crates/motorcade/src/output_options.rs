@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Speeds, the vehicle ahead, and results in KITTI's format. They change no estimate.
+/// Speeds and the vehicle ahead. They change no estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct OutputOptions {
@@ -11,7 +11,7 @@ pub struct OutputOptions {
     /// Speed below which no time gap and no time to collision is given \[m/s\]. Chosen: a lower one also gives times by speeds near
     /// zero, which are long and uncertain.
     pub standing_mps: f64,
-    /// Path of the camera, and predicted boxes.
+    /// Path of the camera.
     pub advanced: AdvancedOutputOptions,
 }
 
@@ -21,7 +21,7 @@ impl Default for OutputOptions {
     }
 }
 
-/// Path of the camera, along which the vehicle ahead is looked for, and predicted boxes. None of these numbers was measured.
+/// Path of the camera, along which the vehicle ahead is looked for. None of these numbers was measured.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AdvancedOutputOptions {
@@ -30,14 +30,11 @@ pub struct AdvancedOutputOptions {
     pub path_spacing_m: f64,
     /// Length of path along which a vehicle ahead is looked for \[m\]: as far as vehicles are found. A longer one takes more time.
     pub look_ahead_m: f64,
-    /// Overlap (IoU) with the box of another vehicle from which a predicted box is left out of KITTI's results: the vehicle is hidden by that one, or
-    /// is that one. A smaller one leaves out more vehicles that are seen in part.
-    pub covered_iou: f64,
 }
 
 impl Default for AdvancedOutputOptions {
     fn default() -> Self {
-        Self { path_spacing_m: 1.0, look_ahead_m: 150.0, covered_iou: 0.4 }
+        Self { path_spacing_m: 1.0, look_ahead_m: 150.0 }
     }
 }
 
@@ -49,15 +46,12 @@ impl OutputOptions {
                 return Err(format!("outputs.{name} must not be negative"));
             }
         }
-        let AdvancedOutputOptions { path_spacing_m, look_ahead_m, covered_iou } = self.advanced;
+        let AdvancedOutputOptions { path_spacing_m, look_ahead_m } = self.advanced;
         if !(0.01..=100.0).contains(&path_spacing_m) {
             return Err("outputs.advanced.path_spacing_m must lie between 0.01 and 100".to_owned());
         }
         if !(1.0..=10_000.0).contains(&look_ahead_m) {
             return Err("outputs.advanced.look_ahead_m must lie between 1 and 10000".to_owned());
-        }
-        if !(0.0..=1.0).contains(&covered_iou) {
-            return Err("outputs.advanced.covered_iou must lie between 0 and 1".to_owned());
         }
         Ok(())
     }

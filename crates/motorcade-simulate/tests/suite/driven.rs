@@ -70,7 +70,7 @@ pub fn drive(case: &Case, way: &Way, perception: impl Fn(&Written) -> Perception
     let result = if online { slam.finish_online(&NoProgress) } else { slam.finish() };
     let estimates = Estimates {
         world_from_camera: result.ego.frames.iter().map(|f| f.world_from_camera).collect(),
-        tracks: Some(output::track_labels(&result, camera_from_cam0, &config.outputs)),
+        tracks: Some(output::track_labels(&result, camera_from_cam0)),
         ..Estimates::default()
     };
     let estimates = estimates.with_track_table(&output::tracks_csv(&result)).unwrap();

@@ -6,13 +6,16 @@
 use motorcade_geometry::{BoundingBox, Camera, PinholeCamera, Pose, Vehicle};
 
 use crate::ground::GroundFrame;
-use crate::observed_box::{ObservedBox, overlap};
+use crate::observed_box::{ObservedBox, inside_border, overlap};
 use crate::outline::image_box;
 use crate::track::{Track, TrackBox};
 use crate::trajectory::VehicleTrajectory;
 
-/// For each box of a track the overlap of the projected vehicle with it; 1 where the vehicle is beside the camera and has no box to compare with, 0
-/// before its first state and after its last: an estimate may have left out the boxes there.
+/// Distance from the border of the picture up to which a box ends there, as a share of its width: detectors end boxes short of it.
+const BORDER_SHARE: f64 = 0.1;
+
+/// For each box of a track the overlap of the projected vehicle with it; where the vehicle is beside the camera and has no box to compare with, 1 for a box
+/// at the border on its side and 0 for others; 0 before its first state and after its last: an estimate may have left out the boxes there.
 pub(super) fn overlaps(
     overlap: fn(&BoundingBox, &ObservedBox) -> f64,
     camera: &PinholeCamera,
@@ -25,14 +28,26 @@ pub(super) fn overlaps(
         let state = found.states.get(b.frame.checked_sub(first)?)?;
         let camera_from_vehicle =
             grounds.get(b.frame)?.world_from_camera.inverse() * state.world_from_vehicle;
-        // One wholly behind the camera is not what the picture shows; one beside it has no box to compare with.
-        let unseen = || {
-            let reach_m = 0.5 * found.size.length_m.hypot(found.size.width_m);
-            if camera_from_vehicle.translation().z > -reach_m { 1.0 } else { 0.0 }
-        };
-        Some(overlap_in(overlap, camera, found, &camera_from_vehicle, b).unwrap_or_else(unseen))
+        let beside =
+            || if may_show_beside(camera, found, &camera_from_vehicle, &b.observed.bbox) { 1.0 } else { 0.0 };
+        Some(overlap_in(overlap, camera, found, &camera_from_vehicle, b).unwrap_or_else(beside))
     };
     track.boxes.iter().map(|b| one(b).unwrap_or(0.0)).collect()
+}
+
+/// True when a box may show a vehicle of which a part is beside or behind the camera: its rest reaches the border of the picture on its side, or, right
+/// ahead, the lower one. One wholly behind the camera is not what the picture shows.
+fn may_show_beside(
+    camera: &PinholeCamera,
+    vehicle: &VehicleTrajectory,
+    camera_from_vehicle: &Pose<Camera, Vehicle>,
+    seen: &BoundingBox,
+) -> bool {
+    let reach_m = 0.5 * vehicle.size.length_m.hypot(vehicle.size.width_m);
+    let place = camera_from_vehicle.translation();
+    let [left, _, right, bottom] = inside_border(seen, camera, BORDER_SHARE * seen.width());
+    let inside = if place.x < 0.0 { left } else { right };
+    place.z > -reach_m && !(inside && bottom)
 }
 
 /// Overlap with a box of a vehicle that is there; `None` where it is not in the picture.
@@ -74,8 +89,18 @@ mod tests {
             overlaps(overlap, &CAMERA, &grounds, &shown, &found).into_iter().all(|own| own >= 0.3)
         };
         assert!(explained_by(20.0) && !explained_by(40.0) && !explained_by(-8.0));
-        // Beside the camera it has no box to compare with.
-        assert!(explained_by(0.5));
+        // Nor is one beside the camera what a box in the middle of the picture shows; its rest ends at the border.
+        assert!(!explained_by(0.5));
+        let width = f64::from(CAMERA.width);
+        let beside = |x_m: f64, bbox: [f64; 4]| {
+            let found = car_ahead(1, x_m, 1.0).with_box(bbox);
+            overlaps(overlap, &CAMERA, &grounds, &track_of(&found, [true; 4]), &found)
+                .into_iter()
+                .all(|own| own >= 0.3)
+        };
+        let (left, right) = ([0.0, 150.0, 300.0, 300.0], [width - 300.0, 150.0, width - 5.0, 300.0]);
+        assert!(beside(-2.5, left) && beside(2.5, right));
+        assert!(!beside(-2.5, right) && !beside(2.5, left));
     }
 
     #[test]

@@ -5,15 +5,14 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use motorcade_dataset::{Cam0, Label, write_tum};
-use motorcade_geometry::{Camera, Pose};
-use motorcade_perception::{BoundingBox, VehicleClass};
-use motorcade_vehicles::{Source, VehicleState, VehicleTrajectory};
+use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
+use motorcade_perception::{BoundingBox, BoxConvention, VehicleClass};
+use motorcade_vehicles::{Source, VehicleState, VehicleTrajectory, image_box};
 use nalgebra::{Point3, Vector3};
 
 use super::track_table::{TrackRow, TrackTable, sigma_from_camera};
 use super::{RunContext, file};
 use crate::error::Result;
-use crate::output_options::OutputOptions;
 use crate::result::RunResult;
 
 pub(super) fn write(folder: &Path, result: &RunResult, context: &RunContext) -> Result<()> {
@@ -52,28 +51,22 @@ pub(super) fn table(out: impl Write, result: &RunResult) -> io::Result<()> {
 
 /// KITTI tracking results.
 fn kitti(mut out: impl Write, result: &RunResult, context: &RunContext) -> io::Result<()> {
-    for label in track_labels(result, context.camera_from_cam0, &context.config.outputs) {
+    for label in track_labels(result, context.camera_from_cam0) {
         writeln!(out, "{}", label.to_line())?;
     }
     Ok(())
 }
 
-/// Vehicles as KITTI tracking results: locations are bottom-face centres in rectified cam0 \[m\], `ry` about its y axis.
-pub fn track_labels(
-    result: &RunResult,
-    camera_from_cam0: Pose<Camera, Cam0>,
-    options: &OutputOptions,
-) -> Vec<Label> {
+/// Vehicles as KITTI tracking results: boxes go around the whole vehicle, as those of the labels; locations are bottom-face centres in rectified cam0
+/// \[m\], `ry` about its y axis.
+pub fn track_labels(result: &RunResult, camera_from_cam0: Pose<Camera, Cam0>) -> Vec<Label> {
     let cam0_from_camera = camera_from_cam0.inverse();
     let mut labels = Vec::new();
-    let rows = by_frame(result);
-    for (vehicle, s) in &rows {
-        let Some(bbox) = s.bbox else { continue };
-        if s.source == Source::Predicted && covered(&rows, vehicle.id, s, &bbox, options.advanced.covered_iou)
-        {
-            continue;
-        }
+    for (vehicle, s) in by_frame(result) {
         let camera_from_world = result.ego.frames[s.frame].world_from_camera.inverse();
+        let whole = whole_box(&result.camera, vehicle, &(camera_from_world * s.world_from_vehicle));
+        let seen = s.bbox.filter(|_| s.source != Source::Predicted);
+        let Some(bbox) = whole.or(seen) else { continue };
         let position = camera_from_world.transform_point(&Point3::from(s.world_from_vehicle.translation()));
         let location = cam0_from_camera.transform_point(&position);
         let forward =
@@ -99,6 +92,20 @@ pub fn track_labels(
     labels
 }
 
+/// Box of a vehicle by its estimate within the picture \[px\]; `None` where it is not in it, or a part of it beside the camera. A detector's box ends where
+/// something hides the vehicle. Labels of KITTI go around the whole of it, and in a row of parked vehicles what shows of one overlaps the label of
+/// the next one more than its own.
+fn whole_box(
+    camera: &PinholeCamera,
+    vehicle: &VehicleTrajectory,
+    camera_from_vehicle: &Pose<Camera, Vehicle>,
+) -> Option<BoundingBox> {
+    let convention = BoxConvention::VisibleExtent;
+    let whole = image_box(camera, camera_from_vehicle, vehicle.class, convention, &vehicle.size)?;
+    let bbox = whole.clipped(camera.width, camera.height);
+    (bbox.width() > 1.0 && bbox.height() > 1.0).then_some(bbox)
+}
+
 /// Probability that the box is within a third of its length, width and height of the vehicle, by the standard deviations relative to
 /// the camera. KITTI's evaluators rank boxes by score, and count those that overlap by half or more.
 fn probability_right(result: &RunResult, vehicle: &VehicleTrajectory, state: &VehicleState) -> f64 {
@@ -117,20 +124,6 @@ fn kitti_class(class: VehicleClass) -> &'static str {
     }
 }
 
-/// True when another vehicle was seen where this one is only predicted: it is hidden behind that one, or is that one.
-fn covered(
-    rows: &[(&VehicleTrajectory, &VehicleState)],
-    id: usize,
-    state: &VehicleState,
-    bbox: &BoundingBox,
-    covered_iou: f64,
-) -> bool {
-    let first = rows.partition_point(|(_, s)| s.frame < state.frame);
-    let here = rows[first..].iter().take_while(|(_, s)| s.frame == state.frame);
-    let mut seen = here.filter(|(v, s)| v.id != id && s.source != Source::Predicted);
-    seen.any(|(_, s)| s.bbox.is_some_and(|b| b.iou(bbox) > covered_iou))
-}
-
 fn wrap(angle: f64) -> f64 {
     let turn = std::f64::consts::TAU;
     angle - turn * (angle / turn).round()
@@ -142,7 +135,7 @@ mod tests {
     use crate::finite;
     use crate::test_results::{result, vehicle};
     use motorcade_geometry::lie::se3::adjoint;
-    use nalgebra::{Matrix6, UnitQuaternion};
+    use nalgebra::{Matrix3, Matrix6, UnitQuaternion};
 
     #[test]
     fn classes_of_results_are_those_of_kitti() {
@@ -151,6 +144,27 @@ mod tests {
         for class in VehicleClass::ALL {
             assert!(KITTI.contains(&kitti_class(class)), "{class:?}");
         }
+    }
+
+    /// What hides a part of a vehicle does not change its box; one beside the camera, of which a part is in the picture, keeps that of the detector.
+    #[test]
+    fn boxes_of_results_go_around_the_whole_vehicle() {
+        let axes = Matrix3::new(0.0, -1.0, 0.0, 0.0, 0.0, -1.0, 1.0, 0.0, 0.0);
+        let labelled = |z_m: f64, bbox: Option<[f64; 4]>, source: Source| {
+            let mut state = finite::tests::state(0.04);
+            let at = Vector3::new(1.0, 1.5, z_m);
+            state.world_from_vehicle = Pose::from_parts(UnitQuaternion::from_matrix(&axes), at);
+            (state.bbox, state.source) = (bbox.map(BoundingBox::new), source);
+            let result = result(1, vec![vehicle(5, vec![state])]);
+            let found = track_labels(&result, Pose::identity());
+            found.first().map(|label| label.bbox.to_array())
+        };
+        let whole = labelled(20.0, None, Source::Predicted).unwrap();
+        assert!(whole[2] - whole[0] > 4.0 && whole[3] - whole[1] > 4.0, "{whole:?}");
+        let half = [whole[0], whole[1], 0.5 * (whole[0] + whole[2]), whole[3]];
+        assert_eq!(labelled(20.0, Some(half), Source::Box), Some(whole));
+        assert_eq!(labelled(1.0, Some(half), Source::Box), Some(half));
+        assert_eq!(labelled(1.0, Some(half), Source::Predicted), None);
     }
 
     /// Σ_relative = Σ_world − Ad Σ_camera Adᵀ along each axis of the vehicle, another way than the program takes.
