@@ -114,6 +114,26 @@ impl JointSize {
         })
     }
 
+    /// The same size with the error of the level of the ground beside the lane, which all views share, in the variance of its scale: as far as ground contact
+    /// tells it beyond the class (`prior`). `beside` are the views.
+    pub(crate) fn with_level(
+        self,
+        views: &[(usize, SingleView)],
+        prior: &SizePrior,
+        height_m: f64,
+        options: &BoxFitOptions,
+    ) -> Self {
+        let count = views.len().max(1) as f64;
+        let level_m = views.iter().map(|(_, view)| options.level_sigma_m(view.state[1])).sum::<f64>() / count;
+        let class = Matrix3::from_diagonal(&prior.sigma.to_vector().map(|s| s * s));
+        let (own, of_class) =
+            (scale_variance(&self.size, &self.covariance), scale_variance(&prior.mean, &class));
+        let by_ground = (1.0 - own / of_class).clamp(0.0, 1.0);
+        let sigma = (by_ground * level_m / height_m).min(of_class.sqrt());
+        let d = self.size.to_vector();
+        Self { covariance: self.covariance + d * d.transpose() * (sigma * sigma), ..self }
+    }
+
     /// Covariance of the proportions, the scale held (3×3) \[m²\].
     pub(crate) fn proportions(&self) -> Matrix3<f64> {
         let d = self.size.to_vector();

@@ -59,6 +59,9 @@ impl Views {
             &input.options.advanced.box_fit,
         );
         let boxes = if sizes.shared { fit_all(&size.as_prior(sizes), &first) } else { first };
+        let class = sizes.prior(input.track.class);
+        let height_m = boxes.first().map_or(1.0, |(frame, _)| input.grounds[*frame].height_m);
+        let size = size.with_level(&boxes, &class, height_m, &input.options.advanced.box_fit);
         let GoodnessOfFit { chi2, cost, inflation } = GoodnessOfFit::new(input, &boxes, &size);
         let views = fuse(&boxes, &input.external.views);
         (!views.is_empty()).then_some(Self { views, boxes, size, size_by_road, chi2, cost, inflation })
