@@ -101,6 +101,7 @@ pub(crate) fn standing_car(id: usize, frames: Range<usize>, at: [f64; 2]) -> Veh
         source: Source::Box,
         measurement: None,
         observations: Vec::new(),
+        heading_variance: 0.0,
         rival: None,
     };
     VehicleTrajectory {

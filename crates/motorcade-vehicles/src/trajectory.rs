@@ -45,6 +45,8 @@ pub struct VehicleState {
     pub measurement: Option<VehicleMeasurement>,
     /// Measurements of each source of this frame, given the track's size.
     pub observations: Vec<PoseObservation>,
+    /// Variance of the heading by what all frames of a standing vehicle share, until it is in the covariance \[rad²\].
+    pub heading_variance: f64,
     /// The less probable hypothesis of a vehicle that may stand or move, until it is in the covariance or mixed in.
     pub rival: Option<RivalState>,
 }
@@ -78,9 +80,10 @@ impl RivalState {
 }
 
 impl VehicleState {
-    /// Takes the rival into the covariance: the second moment of both hypotheses about the state, which stays. For a drive as a whole, which has
-    /// seen enough to decide, and for vehicles whose last seconds decide.
-    pub fn include_rival(&mut self) {
+    /// Takes the variance of the heading and the rival into the covariance: the second moment of both hypotheses about the state, which stays. For a drive
+    /// as a whole, which has seen enough to decide, and for vehicles whose last seconds decide.
+    pub fn include_hypotheses(&mut self) {
+        self.covariance[(2, 2)] += std::mem::take(&mut self.heading_variance);
         let Some(RivalState { probability, offset_m, turn_rad, speed_mps, .. }) = self.rival.take() else {
             return;
         };

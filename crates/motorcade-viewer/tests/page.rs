@@ -106,6 +106,7 @@ fn state(frame: usize, source: Source, x_m: f64, z_m: f64) -> VehicleState {
         source,
         measurement: None,
         observations: Vec::new(),
+        heading_variance: 0.0,
         rival: None,
     }
 }

@@ -155,6 +155,7 @@ pub(crate) mod tests {
             source: motorcade_vehicles::Source::Box,
             measurement: None,
             observations: Vec::new(),
+            heading_variance: 0.0,
             rival: None,
         }
     }

@@ -55,6 +55,7 @@ fn vehicle(
         source: Source::Box,
         measurement: None,
         observations: observations(frame),
+        heading_variance: 0.0,
         rival: None,
     };
     VehicleTrajectory {

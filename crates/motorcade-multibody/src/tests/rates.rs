@@ -72,6 +72,7 @@ fn seen_at(ticks: &[usize], seed: u64) -> (EgoTrajectory, VehicleTrajectory, Vec
                 frame,
                 world_from_vehicle: truth[*tick],
                 observations: vec![observation],
+                heading_variance: 0.0,
                 rival: None,
                 ..state.clone()
             }

@@ -1,5 +1,7 @@
 //! Headings of a vehicle, relative to each frame's camera.
 
+use std::f64::consts::{FRAC_PI_2, PI};
+
 use nalgebra::{Point3, Vector3};
 
 use super::input::{TrackInput, fit_in_frame};
@@ -99,12 +101,12 @@ fn nearest_known<T>(values: &[Option<T>]) -> Vec<Option<usize>> {
 }
 
 /// Headings of a static vehicle: the orientation whose boxes fit best over all viewing directions, facing as the traffic of its
-/// side of the road does.
+/// side of the road does. With their common variance \[rad²\]: of the orientation, and of the front, which boxes do not tell.
 pub(super) fn static_headings(
     input: &TrackInput<'_>,
     states: &[KinematicState],
     earlier: &[(usize, SingleView)],
-) -> Vec<f64> {
+) -> (Vec<f64>, f64) {
     let options = &input.options.advanced.heading;
     let boxes = &input.track.boxes;
     let every = boxes.len().div_ceil(options.compared_boxes).max(1);
@@ -114,7 +116,7 @@ pub(super) fn static_headings(
     // Boxes of one correlation time share their error, and count as one against the prior of the orientation.
     let weight = input.independent_views(compared.len(), span, f64::MAX) / compared.len().max(1) as f64;
     let Some(middle) = compared.get(compared.len() / 2).and_then(|b| input.grounds.get(b.frame)) else {
-        return vec![0.0; states.len()];
+        return (vec![0.0; states.len()], 0.0);
     };
     let road = middle.world_from_camera.transform_vector(&middle.ahead());
     // The same direction in the world, relative to this frame's camera.
@@ -143,9 +145,17 @@ pub(super) fn static_headings(
         weight * compared.iter().map(|b| one(b).unwrap_or(saturation)).sum::<f64>() + prior
     };
     let count = options.orientations;
-    let angles = (0..count).map(|k| std::f64::consts::PI * k as f64 / count as f64);
-    let best = angles.map(|a| (chi2(a), a)).min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |b| b.1);
-    let folded = if best > std::f64::consts::FRAC_PI_2 { best - std::f64::consts::PI } else { best };
+    let tried: Vec<(f64, f64)> =
+        (0..count).map(|k| PI * k as f64 / count as f64).map(|a| (chi2(a), a)).collect();
+    let (least, best) = tried.iter().copied().min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
+    let folded = if best > FRAC_PI_2 { best - PI } else { best };
+    let (mut sum, mut squares) = (0.0, 0.0);
+    for (chi2, angle) in tried {
+        let weight = (0.5 * (least - chi2)).exp();
+        let off = (angle - best + FRAC_PI_2).rem_euclid(PI) - FRAC_PI_2;
+        (sum, squares) = (sum + weight, squares + weight * off * off);
+    }
+    let variance = squares / sum.max(1.0) + options.reversed_share * PI * PI;
     // A box does not distinguish front from rear.
     let position = states.first().map_or(Vector3::zeros(), |s| s.position);
     let in_camera = middle.world_from_camera.inverse().transform_point(&Point3::from(position));
@@ -154,18 +164,18 @@ pub(super) fn static_headings(
         TrafficSide::Right => left_m > options.roadside_m,
         TrafficSide::Left => left_m < -options.roadside_m,
     };
-    let front = if oncoming { folded + std::f64::consts::PI } else { folded };
-    (0..states.len()).map(|k| local(input.start + k, front)).collect()
+    let front = if oncoming { folded + PI } else { folded };
+    ((0..states.len()).map(|k| local(input.start + k, front)).collect(), variance)
 }
 
 /// Headings of a standing vehicle from those of a network's views, relative to each frame's camera. A network errs by an angle that is common to all
 /// views of a vehicle, while most vehicles are parked along the road or across it: where such a direction is more probable than an oblique one, the
-/// heading is the mean of both by their variances. The road is that where the camera comes nearest; in a bend it is less certain.
+/// heading is the mean of both by their variances. With their common variance \[rad²\]. The road is that where the camera comes nearest; in a bend it is less certain.
 pub(super) fn parked_headings(
     input: &TrackInput<'_>,
     states: &[KinematicState],
     by_views: &[f64],
-) -> Vec<f64> {
+) -> (Vec<f64>, f64) {
     let options = &input.options.advanced.heading;
     let seen = input.external_headings.views.iter().filter_map(|v| Some((input.grounds.get(v.frame)?, v)));
     let forward = |(ground, view): (&GroundFrame, &ExternalView)| {
@@ -174,17 +184,17 @@ pub(super) fn parked_headings(
     };
     let mean: Vector3<f64> = seen.clone().filter_map(forward).sum();
     let middle = seen.clone().nth(seen.count() / 2).map(|(ground, _)| ground);
-    let (Some(middle), Some(state)) = (middle, states.first()) else { return by_views.to_vec() };
+    let (Some(middle), Some(state)) = (middle, states.first()) else { return (by_views.to_vec(), 0.0) };
     let away = |g: &GroundFrame| (g.world_from_camera.translation() - state.position).norm_squared();
     let nearest = input.grounds.iter().min_by(|a, b| away(a).total_cmp(&away(b))).unwrap_or(middle);
     let angle_to = |ground: &GroundFrame, direction: &Vector3<f64>| {
         ground.heading_of(&ground.world_from_camera.inverse().transform_vector(direction))
     };
     let bend = angle_to(nearest, &middle.world_from_camera.transform_vector(&middle.ahead()));
-    let angle = options.parked_angle(angle_to(nearest, &mean), 0.5 * bend);
+    let (angle, variance) = options.parked_angle(angle_to(nearest, &mean), 0.5 * bend);
     let parked = nearest.world_from_camera.transform_vector(&nearest.direction_of(angle));
     let frames = input.grounds.iter().skip(input.start).take(by_views.len());
-    frames.map(|ground| angle_to(ground, &parked)).collect()
+    (frames.map(|ground| angle_to(ground, &parked)).collect(), variance)
 }
 
 #[cfg(test)]

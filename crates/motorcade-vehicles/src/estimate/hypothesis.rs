@@ -21,6 +21,8 @@ pub(super) struct TrackHypothesis {
     pub(super) p_moving: f64,
     /// Relative to each frame's camera \[rad\].
     pub(super) headings: Vec<f64>,
+    /// Variance of the headings by what all frames share \[rad²\]: of a standing vehicle whose direction was chosen.
+    pub(super) heading_variance: f64,
 }
 
 impl TrackHypothesis {
@@ -38,7 +40,7 @@ impl TrackHypothesis {
         let first = input.grounds.get(input.start)?;
         let up = first.world_from_camera.transform_vector(&first.up);
         // The orientation of a static vehicle is searched once: it follows from the boxes, not from the positions.
-        let (mut found, mut parked): (Option<Self>, Option<Vec<f64>>) = (None, None);
+        let (mut found, mut parked): (Option<Self>, Option<(Vec<f64>, f64)>) = (None, None);
         let mut headings = initial;
         for _ in 0..advanced.hypothesis.rounds {
             let earlier = found.as_ref().map_or_else(|| start, |f: &Self| &f.views.boxes);
@@ -54,17 +56,18 @@ impl TrackHypothesis {
                 static_states(&positions, times.len(), advanced)?
             };
             let before = headings;
-            headings = if moves {
-                travel_headings(input, &states, &before)
+            let heading_variance;
+            (headings, heading_variance) = if moves {
+                (travel_headings(input, &states, &before), 0.0)
             } else {
                 let search = || match external {
                     Some(external) if by_keypoints(input) => parked_headings(input, &states, external),
-                    Some(external) => external.to_vec(),
+                    Some(external) => (external.to_vec(), 0.0),
                     None => static_headings(input, &states, &views.boxes),
                 };
                 parked.get_or_insert_with(search).clone()
             };
-            found = Some(Self { views, states, p_moving, headings: headings.clone() });
+            found = Some(Self { views, states, p_moving, headings: headings.clone(), heading_variance });
             if headings == before {
                 break;
             }

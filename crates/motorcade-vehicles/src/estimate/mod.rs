@@ -116,7 +116,7 @@ fn best_headings(input: &TrackInput<'_>, times: &[f64]) -> Option<TrackHypothesi
     if given.is_some() || stands || best.views.inflation <= 1.0 {
         return Some(best);
     }
-    let headings = static_headings(input, &best.states, &best.views.boxes);
+    let (headings, _) = static_headings(input, &best.states, &best.views.boxes);
     let preference = options.advanced.hypothesis.preference_chi2;
     let second = TrackHypothesis::new(input, times, None, headings, None, &best.views.boxes);
     Some(second.filter(|s| s.views.chi2 + preference < best.views.chi2).unwrap_or(best))
@@ -141,7 +141,7 @@ fn trajectory_of(input: &TrackInput<'_>, best: &TrackHypothesis) -> VehicleTraje
         size_covariance: views.size.covariance + d * d.transpose() * spread,
         size_by_road: best.views.size_by_road,
         p_moving: best.p_moving,
-        states: assemble(input, &best.views, &best.states, &best.headings),
+        states: assemble(input, &best.views, &best.states, (&best.headings, best.heading_variance)),
     }
 }
 

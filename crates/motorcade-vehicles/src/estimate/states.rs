@@ -21,7 +21,7 @@ pub(super) fn assemble(
     input: &TrackInput<'_>,
     views: &Views,
     states: &[KinematicState],
-    headings: &[f64],
+    (headings, heading_variance): (&[f64], f64),
 ) -> Vec<VehicleState> {
     let TrackInput { camera, grounds, track, external, start, .. } = *input;
     let boxes = by_frame(&track.boxes, |b| b.frame, start, states.len());
@@ -72,6 +72,7 @@ pub(super) fn assemble(
             },
             measurement: fused(input, views, start + k, &forward),
             observations,
+            heading_variance,
             rival: None,
         });
     }

@@ -64,7 +64,7 @@ mod tests {
             state.speed_mps = 8.0;
         }
         let mut both = with_rival(stands.clone(), &moves);
-        both.states.iter_mut().for_each(crate::VehicleState::include_rival);
+        both.states.iter_mut().for_each(crate::VehicleState::include_hypotheses);
         for (state, before) in both.states.iter().zip(&stands.states) {
             assert!(state.world_from_vehicle == before.world_from_vehicle && state.rival.is_none());
             // Forward is away from the camera here: 1 + 0.3 × 10².

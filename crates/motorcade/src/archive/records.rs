@@ -125,6 +125,7 @@ impl Stored for VehicleState {
             observations: _,
             // Of whole drives alone, whose states stay in memory.
             rival: _,
+            heading_variance: _,
         } = self;
         frame.write(out);
         world_from_vehicle.write(out);
@@ -149,6 +150,7 @@ impl Stored for VehicleState {
             source: Stored::read(from)?,
             measurement: None,
             observations: Vec::new(),
+            heading_variance: 0.0,
             rival: None,
         })
     }

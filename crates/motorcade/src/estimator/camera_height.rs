@@ -180,6 +180,7 @@ mod tests {
             source: Source::Box,
             measurement: None,
             observations: Vec::new(),
+            heading_variance: 0.0,
             rival: None,
         };
         VehicleTrajectory { states: vec![state], ..vehicle }

@@ -63,7 +63,7 @@ pub fn estimate_drive(mut record: FrontEndRecord, settings: &Settings, progress:
     if graph.is_none() {
         add_camera(&ego, &mut vehicles);
     }
-    vehicles.iter_mut().flat_map(|v| &mut v.states).for_each(VehicleState::include_rival);
+    vehicles.iter_mut().flat_map(|v| &mut v.states).for_each(VehicleState::include_hypotheses);
     record.stopwatch = stopwatch;
     let metric = settings.metric() || unit.is_some() || fit.is_some();
     RunResult::new(

@@ -419,7 +419,7 @@ impl SlidingEstimator {
             return;
         }
         state.frame = newest;
-        state.include_rival();
+        state.include_hypotheses();
         let empty = || VehicleTrajectory {
             id,
             class,

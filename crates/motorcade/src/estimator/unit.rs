@@ -197,6 +197,7 @@ mod tests {
                     covariance: Matrix6::identity() * 0.01,
                 }),
                 observations: Vec::new(),
+                heading_variance: 0.0,
                 rival: None,
             }
         };

@@ -101,6 +101,7 @@ mod tests {
             source: [Source::Box, Source::Keypoints, Source::External, Source::Predicted][frame % 4],
             measurement: None,
             observations: Vec::new(),
+            heading_variance: 0.0,
             rival: None,
         }
     }
