@@ -163,6 +163,27 @@ pub(crate) fn scale_variance(size: &Dimensions, covariance: &Matrix3<f64>) -> f6
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::box_fit::BoxFit;
+    use crate::test_vehicles::{CAMERA, car_ahead, level_grounds, track_of};
+
+    /// A car of the size of its class, by ground contact alone and by its class alone, on the own lane and 6 m aside.
+    #[test]
+    fn a_size_by_ground_contact_is_as_unsure_as_the_level_beside_the_lane() {
+        let (prior, options, grounds) =
+            (size_prior(VehicleClass::Car), BoxFitOptions::default(), level_grounds(1));
+        let widened = |left_m: f64, sigma: f64| {
+            let car = track_of(&car_ahead(1, -left_m, 20.0), [true; 4]);
+            let fit = BoxFit { camera: &CAMERA, ground: &grounds[0], options: &options };
+            let view = fit.locate(&car.boxes[0].observed, 0.0, &prior).unwrap();
+            let covariance = Matrix3::from_diagonal(&prior.sigma.to_vector().map(|s| (sigma * s).powi(2)));
+            let own = JointSize { size: prior.mean, covariance };
+            let found = own.with_level(&[(0, view)], &prior, 1.5, &options).covariance;
+            scale_variance(&prior.mean, &found).sqrt() - scale_variance(&prior.mean, &covariance).sqrt()
+        };
+        let level = options.level_sigma_m(6.0) / 1.5;
+        assert!(widened(0.0, 0.1) < 1e-9 && widened(6.0, 1.0) < 1e-9);
+        assert!((0.7 * level..level).contains(&widened(6.0, 0.1)), "{} {level}", widened(6.0, 0.1));
+    }
 
     #[test]
     fn all_dimensions_tell_the_factor() {

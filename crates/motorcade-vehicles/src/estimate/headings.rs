@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, Rotation3, Unit, Vector3};
 
 use super::input::{TrackInput, fit_in_frame};
 use crate::box_fit::SingleView;
@@ -63,15 +63,29 @@ fn nearest_views(views: &[ExternalView], frame: usize, count: usize) -> Vec<usiz
     out
 }
 
-/// Headings from the direction of travel, held where the vehicle is slow; `fallback` when it is always slow.
+/// Headings from the direction of travel, held where the vehicle is slow; `fallback` when it is always slow. The rear axle of a vehicle of this length moves
+/// along its heading, its middle does not where it turns.
 pub(super) fn travel_headings(
     input: &TrackInput<'_>,
     states: &[KinematicState],
+    length_m: f64,
     fallback: &[f64],
 ) -> Vec<f64> {
-    let hold_speed_mps = input.options.advanced.heading.hold_speed_mps;
-    let directions: Vec<Option<Vector3<f64>>> =
-        states.iter().map(|s| (s.velocity.norm() > hold_speed_mps).then(|| s.velocity.normalize())).collect();
+    let options = &input.options.advanced.heading;
+    let moves = |s: &KinematicState| s.velocity.norm() > options.hold_speed_mps;
+    let travel: Vec<Option<Vector3<f64>>> =
+        states.iter().map(|s| moves(s).then(|| s.velocity.normalize())).collect();
+    let rear_axle_m = options.rear_axle_share * length_m;
+    let forward = |k: usize| {
+        let direction = travel[k]?;
+        let ground = &input.grounds[input.start + k];
+        let up = ground.world_from_camera.transform_vector(&ground.up);
+        let yaw_rate_radps = yaw_rate_radps(input, &travel, k, &up);
+        // Of its speed the middle, a distance a ahead of the axle, has a ω to the left of the heading.
+        let slip_rad = (rear_axle_m * yaw_rate_radps / states[k].velocity.norm()).clamp(-1.0, 1.0).asin();
+        Some(Rotation3::from_axis_angle(&Unit::new_normalize(up), -slip_rad) * direction)
+    };
+    let directions: Vec<Option<Vector3<f64>>> = (0..states.len()).map(forward).collect();
     let heading = |(k, nearest): (usize, Option<usize>)| match nearest.and_then(|i| directions[i]) {
         Some(d) => {
             let ground = &input.grounds[input.start + k];
@@ -80,6 +94,26 @@ pub(super) fn travel_headings(
         None => fallback[k],
     };
     nearest_known(&directions).into_iter().enumerate().map(heading).collect()
+}
+
+/// Rate at which a direction of travel turns to the left about `up`, over half the averaging time before and after a state; 0 where it is not known there.
+fn yaw_rate_radps(
+    input: &TrackInput<'_>,
+    travel: &[Option<Vector3<f64>>],
+    at: usize,
+    up: &Vector3<f64>,
+) -> f64 {
+    let time_s = |k: usize| input.grounds[input.start + k].time_s;
+    let half_s = 0.5 * input.options.advanced.heading.averaging_time_s;
+    let near = |k: &usize| (time_s(*k) - time_s(at)).abs() <= half_s && travel[*k].is_some();
+    let first = (0..=at).rev().take_while(near).last();
+    let last = (at..travel.len()).take_while(near).last();
+    let turn_rad = |from: usize, to: usize| {
+        let (a, b) = (travel[from]?, travel[to]?);
+        Some(up.dot(&a.cross(&b)).atan2(a.dot(&b)))
+    };
+    let ends = first.zip(last).filter(|(from, to)| from < to);
+    ends.and_then(|(from, to)| Some(turn_rad(from, to)? / (time_s(to) - time_s(from)))).unwrap_or(0.0)
 }
 
 /// For each entry the index of the nearest that is known, the earlier of two equally near.
@@ -200,6 +234,45 @@ pub(super) fn parked_headings(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::external::ExternalTrack;
+    use crate::options::VehicleOptions;
+    use crate::test_vehicles::{CAMERA, car_ahead, level_grounds, track_of};
+    use nalgebra::Matrix6;
+
+    /// On a circle of 12 m the middle of a car moves 6° to the left of its heading, its rear axle along it.
+    #[test]
+    fn a_car_in_a_bend_points_where_its_rear_axle_goes() {
+        let (grounds, options) = (level_grounds(30), VehicleOptions::default());
+        let car = car_ahead(1, 0.0, 20.0);
+        let (track, external) = (track_of(&car, [true; 4]), ExternalTrack::default());
+        let input = TrackInput {
+            camera: &CAMERA,
+            grounds: &grounds,
+            track: &track,
+            external: &external,
+            external_headings: &external,
+            prior: options.advanced.size.prior(car.class),
+            start: 0,
+            options: &options,
+        };
+        let (radius_m, speed_mps) = (12.0, 6.0);
+        let rear_m = options.advanced.heading.rear_axle_share * car.size.length_m;
+        let turned = |k: usize| speed_mps / radius_m * grounds[k].time_s;
+        // To the left of straight ahead; y points down.
+        let at = |angle: f64| Vector3::new(-angle.sin(), 0.0, angle.cos());
+        let middle = |k: usize| {
+            let velocity =
+                at(turned(k)) * speed_mps + at(turned(k) + FRAC_PI_2) * (rear_m * speed_mps / radius_m);
+            KinematicState { position: Vector3::z() * 20.0, velocity, covariance: Matrix6::identity() }
+        };
+        let states: Vec<KinematicState> = (0..30).map(middle).collect();
+        let headings = travel_headings(&input, &states, car.size.length_m, &[0.0; 30]);
+        for (k, heading) in headings.into_iter().enumerate() {
+            assert!((heading - turned(k)).abs() < 1e-6, "{k}: {heading} {}", turned(k));
+            let travel = states[k].velocity.normalize();
+            assert!(travel.dot(&at(turned(k))).acos() > 0.09);
+        }
+    }
 
     #[test]
     fn the_nearest_known_entry_is_found() {

@@ -58,7 +58,7 @@ impl TrackHypothesis {
             let before = headings;
             let heading_variance;
             (headings, heading_variance) = if moves {
-                (travel_headings(input, &states, &before), 0.0)
+                (travel_headings(input, &states, views.size.size.length_m, &before), 0.0)
             } else {
                 let search = || match external {
                     Some(external) if by_keypoints(input) => parked_headings(input, &states, external),

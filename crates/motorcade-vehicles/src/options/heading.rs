@@ -12,6 +12,8 @@ pub struct HeadingOptions {
     pub averaging_time_s: f64,
     /// Most external headings that are averaged, spread over that time.
     pub averaged_views: usize,
+    /// Distance of the rear axle behind the middle as a share of the length: of road vehicles 0.29 to 0.31. It moves along the heading, the middle does not in a bend.
+    pub rear_axle_share: f64,
     /// Orientations tried for a static vehicle, evenly over half a turn.
     pub orientations: usize,
     /// Boxes of a track that are compared at each of them.
@@ -59,6 +61,7 @@ impl Default for HeadingOptions {
             hold_speed_mps: 1.5,
             averaging_time_s: 0.9,
             averaged_views: 9,
+            rear_axle_share: 0.3,
             orientations: 12,
             compared_boxes: 12,
             across_cost: 2.0,
