@@ -166,7 +166,7 @@ mod tests {
     use crate::box_fit::BoxFit;
     use crate::test_vehicles::{CAMERA, car_ahead, level_grounds, track_of};
 
-    /// A car of the size of its class, by ground contact alone and by its class alone, on the own lane and 6 m aside.
+    /// A car of the size of its class, by ground contact alone and by its class alone, on the own lane and beside it.
     #[test]
     fn a_size_by_ground_contact_is_as_unsure_as_the_level_beside_the_lane() {
         let (prior, options, grounds) =
@@ -178,11 +178,15 @@ mod tests {
             let covariance = Matrix3::from_diagonal(&prior.sigma.to_vector().map(|s| (sigma * s).powi(2)));
             let own = JointSize { size: prior.mean, covariance };
             let found = own.with_level(&[(0, view)], &prior, 1.5, &options).covariance;
-            scale_variance(&prior.mean, &found).sqrt() - scale_variance(&prior.mean, &covariance).sqrt()
+            (scale_variance(&prior.mean, &found) - scale_variance(&prior.mean, &covariance)).sqrt()
         };
-        let level = options.level_sigma_m(6.0) / 1.5;
-        assert!(widened(0.0, 0.1) < 1e-9 && widened(6.0, 1.0) < 1e-9);
-        assert!((0.7 * level..level).contains(&widened(6.0, 0.1)), "{} {level}", widened(6.0, 0.1));
+        assert!(widened(0.0, 0.1) < 1e-6 && widened(6.0, 1.0) < 1e-6);
+        let level = options.level_sigma_m(3.0) / 1.5;
+        assert!((0.95 * level..level).contains(&widened(3.0, 0.1)), "{} {level}", widened(3.0, 0.1));
+        // What is known of the class is known beside the lane too.
+        let class = Matrix3::from_diagonal(&prior.sigma.to_vector().map(|s| s * s));
+        let most = scale_variance(&prior.mean, &class).sqrt();
+        assert!((widened(9.0, 0.1) - most).abs() < 1e-6, "{} {most}", widened(9.0, 0.1));
     }
 
     #[test]
