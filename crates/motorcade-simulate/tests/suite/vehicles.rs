@@ -34,23 +34,23 @@ const fn case(name: &'static str, frames: usize, weather: Weather, bounds: CaseB
 /// Drives with vehicles that count.
 #[rustfmt::skip] // one drive a line
 pub const CASES: &[VehicleCase] = &[
-    case("parked", 60, Clear, (85.0, 40, 92.0, [88.0, 88.0])),
+    case("parked", 60, Clear, (85.0, 12, 92.0, [88.0, 88.0])),
     case("oncoming", 60, Overcast, (85.0, 4, 92.0, [88.0, 88.0])),
     case("overtaking", 60, Overcast, (90.0, 1, 92.0, [88.0, 80.0])),
     case("crossing", 60, Clear, (45.0, 4, 92.0, [88.0, 73.0])),
     case("dense", 60, Clear, (75.0, 8, 92.0, [88.0, 86.0])),
-    case("parked-across", 50, Clear, (50.0, 70, 92.0, [88.0, 88.0])),
-    case("roundabout-exits", 60, Clear, (50.0, 4, 92.0, [88.0, 65.0])),
+    case("parked-across", 50, Clear, (50.0, 25, 92.0, [88.0, 88.0])),
+    case("roundabout-exits", 60, Clear, (50.0, 4, 92.0, [88.0, 85.0])),
     case("motorway", 50, Clear, (60.0, 3, 62.0, [62.0, 88.0])),
-    case("crest", 50, Clear, (35.0, 4, 85.0, [40.0, 88.0])),
+    case("crest", 50, Clear, (50.0, 4, 85.0, [40.0, 88.0])),
 ];
 
 /// Drives that CI has no time for.
 #[rustfmt::skip] // one drive a line
 pub const FURTHER: &[VehicleCase] = &[
-    case("yard", 60, Clear, (55.0, 12, 92.0, [88.0, 22.0])),
-    case("double-parked", 60, Overcast, (8.0, 4, 92.0, [88.0, 47.0])),
-    case("junction-turn", 60, Overcast, (72.0, 4, 92.0, [88.0, 20.0])),
+    case("yard", 60, Clear, (55.0, 4, 92.0, [88.0, 88.0])),
+    case("double-parked", 60, Overcast, (12.0, 4, 92.0, [88.0, 88.0])),
+    case("junction-turn", 60, Overcast, (72.0, 4, 92.0, [88.0, 80.0])),
     case("trailers", 60, Clear, (85.0, 4, 92.0, [88.0, 88.0])),
 ];
 
