@@ -80,7 +80,7 @@ pub(super) fn travel_headings(
         let direction = travel[k]?;
         let ground = &input.grounds[input.start + k];
         let up = ground.world_from_camera.transform_vector(&ground.up);
-        let yaw_rate_radps = yaw_rate_radps(input, &travel, k, &up);
+        let yaw_rate_radps = yaw_rate_radps(input, &travel, states, k, &up);
         // Of its speed the middle, a distance a ahead of the axle, has a ω to the left of the heading.
         let slip_rad = (rear_axle_m * yaw_rate_radps / states[k].velocity.norm()).clamp(-1.0, 1.0).asin();
         Some(Rotation3::from_axis_angle(&Unit::new_normalize(up), -slip_rad) * direction)
@@ -96,10 +96,12 @@ pub(super) fn travel_headings(
     nearest_known(&directions).into_iter().enumerate().map(heading).collect()
 }
 
-/// Rate at which a direction of travel turns to the left about `up`, over half the averaging time before and after a state; 0 where it is not known there.
+/// Rate at which a direction of travel turns to the left about `up`, over half the averaging time before and after a state, the less of it the less certain it
+/// is (Wiener's factor ω² / (ω² + σ²)); 0 where it is not known there.
 fn yaw_rate_radps(
     input: &TrackInput<'_>,
     travel: &[Option<Vector3<f64>>],
+    states: &[KinematicState],
     at: usize,
     up: &Vector3<f64>,
 ) -> f64 {
@@ -112,8 +114,19 @@ fn yaw_rate_radps(
         let (a, b) = (travel[from]?, travel[to]?);
         Some(up.dot(&a.cross(&b)).atan2(a.dot(&b)))
     };
+    // Variance of a direction: that of the velocity across it.
+    let variance = |k: usize| {
+        let (velocity, across) = (states[k].velocity, up.cross(&travel[k].unwrap_or_default()));
+        let covariance = states[k].covariance.fixed_view::<3, 3>(3, 3);
+        across.dot(&(covariance * across)) / velocity.norm_squared()
+    };
     let ends = first.zip(last).filter(|(from, to)| from < to);
-    ends.and_then(|(from, to)| Some(turn_rad(from, to)? / (time_s(to) - time_s(from)))).unwrap_or(0.0)
+    let rate = |(from, to): (usize, usize)| {
+        let squared = turn_rad(from, to)?.powi(2);
+        let certain = squared / (squared + variance(from) + variance(to)).max(f64::MIN_POSITIVE);
+        Some(certain * turn_rad(from, to)? / (time_s(to) - time_s(from)))
+    };
+    ends.and_then(rate).unwrap_or(0.0)
 }
 
 /// For each entry the index of the nearest that is known, the earlier of two equally near.
@@ -263,10 +276,16 @@ mod tests {
         let middle = |k: usize| {
             let velocity =
                 at(turned(k)) * speed_mps + at(turned(k) + FRAC_PI_2) * (rear_m * speed_mps / radius_m);
-            KinematicState { position: Vector3::z() * 20.0, velocity, covariance: Matrix6::identity() }
+            let covariance = Matrix6::identity() * 1e-9;
+            KinematicState { position: Vector3::z() * 20.0, velocity, covariance }
         };
         let states: Vec<KinematicState> = (0..30).map(middle).collect();
         let headings = travel_headings(&input, &states, car.size.length_m, &[0.0; 30]);
+        // A turn that may be none leaves the direction of travel as it is.
+        let vague = |s: &KinematicState| KinematicState { covariance: Matrix6::identity() * 1e6, ..*s };
+        let vague: Vec<KinematicState> = states.iter().map(vague).collect();
+        let travelled = travel_headings(&input, &vague, car.size.length_m, &[0.0; 30]);
+        assert!(headings.iter().zip(&travelled).all(|(h, t)| (t - h - 0.105).abs() < 0.01), "{travelled:?}");
         for (k, heading) in headings.into_iter().enumerate() {
             assert!((heading - turned(k)).abs() < 1e-6, "{k}: {heading} {}", turned(k));
             let travel = states[k].velocity.normalize();
