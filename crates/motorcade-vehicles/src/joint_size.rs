@@ -115,7 +115,7 @@ impl JointSize {
     }
 
     /// The same size with the error of the level of the ground beside the lane, which all views share, in the variance of its scale: as far as ground contact
-    /// tells it beyond the class (`prior`). `beside` are the views.
+    /// tells it beyond the class (`prior`). The camera is `height_m` above the road.
     pub(crate) fn with_level(
         self,
         views: &[(usize, SingleView)],
