@@ -183,7 +183,7 @@ mod tests {
         assert!(widened(0.0, 0.1) < 1e-6 && widened(6.0, 1.0) < 1e-6);
         let level = options.level_sigma_m(3.0) / 1.5;
         assert!((0.95 * level..level).contains(&widened(3.0, 0.1)), "{} {level}", widened(3.0, 0.1));
-        // What is known of the class is known beside the lane too.
+        // The scatter of the class is the largest deviation.
         let class = Matrix3::from_diagonal(&prior.sigma.to_vector().map(|s| s * s));
         let most = scale_variance(&prior.mean, &class).sqrt();
         assert!((widened(9.0, 0.1) - most).abs() < 1e-6, "{} {most}", widened(9.0, 0.1));

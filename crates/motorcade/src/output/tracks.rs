@@ -146,7 +146,7 @@ mod tests {
         }
     }
 
-    /// What hides a part of a vehicle does not change its box; one beside the camera, of which a part is in the picture, keeps that of the detector.
+    /// A half hidden vehicle has a whole box; a vehicle beside the camera, of which a part is in the picture, keeps the box of the detector.
     #[test]
     fn boxes_of_results_go_around_the_whole_vehicle() {
         let axes = Matrix3::new(0.0, -1.0, 0.0, 0.0, 0.0, -1.0, 1.0, 0.0, 0.0);
