@@ -74,7 +74,7 @@ pub use options::{
     HypothesisOptions, KeypointViewOptions, KinematicStateOptions, MetAgainOptions, MotionOptions,
     SizeOptions, TrafficSide, VehicleOptions,
 };
-pub use outline::{image_box, upright_pose};
+pub use outline::{box_in_picture, image_box, upright_pose};
 pub use road_ahead::RoadAhead;
 pub use size_prior::size_prior;
 pub use track::{Track, TrackBox, boxes_of};

@@ -116,6 +116,19 @@ pub fn image_box(
     Some(BoundingBox::new(edges.map(|e| e.pixel)))
 }
 
+/// The image box of a vehicle as a detector would see it unhidden, cut by the border of the picture; `None` where it is not in it, or a part of it beside the
+/// camera.
+pub fn box_in_picture(
+    camera: &PinholeCamera,
+    camera_from_vehicle: &Pose<Camera, Vehicle>,
+    class: VehicleClass,
+    size: &Dimensions,
+) -> Option<BoundingBox> {
+    let bbox = image_box(camera, camera_from_vehicle, class, BoxConvention::VisibleExtent, size)?
+        .clipped(camera.width, camera.height);
+    (bbox.width() > 1.0 && bbox.height() > 1.0).then_some(bbox)
+}
+
 /// Pose of a vehicle on the road from its bottom centre, its forward direction and the road normal (camera frame, unit vectors).
 pub fn upright_pose(
     position: &Point3<f64>,

@@ -1,8 +1,6 @@
 //! States of a vehicle in all frames, from its motion and headings.
 
-use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle, World};
-use motorcade_perception::{BoundingBox, BoxConvention, VehicleClass};
-use motorcade_shape::Dimensions;
+use motorcade_geometry::{Pose, Vehicle, World};
 use nalgebra::{Matrix3, Matrix6, Point3};
 
 use super::input::TrackInput;
@@ -11,7 +9,7 @@ use super::views::Views;
 use crate::ground::GroundFrame;
 use crate::motion::KinematicState;
 use crate::options::HeadingOptions;
-use crate::outline::{image_box, upright_pose};
+use crate::outline::{box_in_picture, upright_pose};
 use crate::time::interval_s;
 use crate::track::TrackBox;
 use crate::trajectory::{PoseObservation, Source, VehicleState};
@@ -59,7 +57,7 @@ pub(super) fn assemble(
             covariance: pose_covariance(state, &world_from_vehicle, speed_mps, dt, options),
             bbox: match boxes[k] {
                 Some(b) => Some(b.observed.bbox),
-                None => projected(camera, &camera_from_vehicle, track.class, &views.size.size),
+                None => box_in_picture(camera, &camera_from_vehicle, track.class, &views.size.size),
             },
             score: boxes[k].map_or(0.0, |b: &TrackBox| b.score),
             speed_mps,
@@ -94,18 +92,6 @@ fn by_frame<T>(items: &[T], frame: fn(&T) -> usize, start: usize, count: usize) 
         }
     }
     slots
-}
-
-/// Projected box of a vehicle, clipped to the image; `None` when none of it is inside.
-fn projected(
-    camera: &PinholeCamera,
-    pose: &Pose<Camera, Vehicle>,
-    class: VehicleClass,
-    size: &Dimensions,
-) -> Option<BoundingBox> {
-    let bbox = image_box(camera, pose, class, BoxConvention::VisibleExtent, size)?
-        .clipped(camera.width, camera.height);
-    (bbox.width() > 1.0 && bbox.height() > 1.0).then_some(bbox)
 }
 
 /// Covariance (6×6 `[ω, ν]`, vehicle frame) of a state: the heading is known as well as the direction of travel.

@@ -5,9 +5,9 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use motorcade_dataset::{Cam0, Label, write_tum};
-use motorcade_geometry::{Camera, PinholeCamera, Pose, Vehicle};
-use motorcade_perception::{BoundingBox, BoxConvention, VehicleClass};
-use motorcade_vehicles::{Source, VehicleState, VehicleTrajectory, image_box};
+use motorcade_geometry::{Camera, Pose};
+use motorcade_perception::VehicleClass;
+use motorcade_vehicles::{Source, VehicleState, VehicleTrajectory, box_in_picture};
 use nalgebra::{Point3, Vector3};
 
 use super::track_table::{TrackRow, TrackTable, sigma_from_camera};
@@ -64,7 +64,10 @@ pub fn track_labels(result: &RunResult, camera_from_cam0: Pose<Camera, Cam0>) ->
     let mut labels = Vec::new();
     for (vehicle, s) in by_frame(result) {
         let camera_from_world = result.ego.frames[s.frame].world_from_camera.inverse();
-        let whole = whole_box(&result.camera, vehicle, &(camera_from_world * s.world_from_vehicle));
+        // A detector's box ends where something hides the vehicle. Labels of KITTI go around the whole of it, and in a row of parked vehicles what shows of
+        // one overlaps the label of the next one more than its own.
+        let camera_from_vehicle = camera_from_world * s.world_from_vehicle;
+        let whole = box_in_picture(&result.camera, &camera_from_vehicle, vehicle.class, &vehicle.size);
         let seen = s.bbox.filter(|_| s.source != Source::Predicted);
         let Some(bbox) = whole.or(seen) else { continue };
         let position = camera_from_world.transform_point(&Point3::from(s.world_from_vehicle.translation()));
@@ -90,20 +93,6 @@ pub fn track_labels(result: &RunResult, camera_from_cam0: Pose<Camera, Cam0>) ->
         });
     }
     labels
-}
-
-/// Box of a vehicle by its estimate within the picture \[px\]; `None` where it is not in it, or a part of it beside the camera. A detector's box ends where
-/// something hides the vehicle. Labels of KITTI go around the whole of it, and in a row of parked vehicles what shows of one overlaps the label of
-/// the next one more than its own.
-fn whole_box(
-    camera: &PinholeCamera,
-    vehicle: &VehicleTrajectory,
-    camera_from_vehicle: &Pose<Camera, Vehicle>,
-) -> Option<BoundingBox> {
-    let convention = BoxConvention::VisibleExtent;
-    let whole = image_box(camera, camera_from_vehicle, vehicle.class, convention, &vehicle.size)?;
-    let bbox = whole.clipped(camera.width, camera.height);
-    (bbox.width() > 1.0 && bbox.height() > 1.0).then_some(bbox)
 }
 
 /// Probability that the box is within a third of its length, width and height of the vehicle, by the standard deviations relative to
@@ -134,7 +123,7 @@ mod tests {
     use super::*;
     use crate::finite;
     use crate::test_results::{result, vehicle};
-    use motorcade_geometry::lie::se3::adjoint;
+    use motorcade_geometry::{BoundingBox, lie::se3::adjoint};
     use nalgebra::{Matrix3, Matrix6, UnitQuaternion};
 
     #[test]
